@@ -1,0 +1,35 @@
+# Every command sets up what it needs: a virtual environment in .venv with pinned versions.
+PYTHON ?= python3
+VENV   := .venv
+BIN    := $(VENV)/bin
+READY  := $(VENV)/.ready
+
+.PHONY: demo test lint bench verify docs clean
+
+demo: $(READY)            ## 60 deployments, a surrogate learned from them, demo/report.html
+	$(BIN)/billow demo --out demo
+
+test: $(READY)            ## the test suite
+	$(BIN)/python -m pytest
+
+lint: $(READY)            ## style and likely mistakes
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+
+verify: $(READY)          ## closed-form cases: measured, expected, tolerance
+	$(BIN)/billow verify
+
+bench: $(READY)           ## the measurements quoted in the README
+	$(BIN)/python benchmarks/run.py
+
+docs: $(READY)            ## regenerate the case reference from the schema
+	$(BIN)/python docs/make_reference.py
+
+$(READY): pyproject.toml constraints.txt
+	$(PYTHON) -c 'import sys; sys.exit("Billow needs Python 3.11 or newer; set PYTHON=/path/to/python3.11" if sys.version_info < (3, 11) else 0)'
+	test -d $(VENV) || $(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[train,dev]'
+	touch $@
+
+clean:
+	rm -rf $(VENV) demo .pytest_cache .ruff_cache

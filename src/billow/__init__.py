@@ -1,0 +1,37 @@
+"""Billow: airbag deployment and the reduced-order model learned from it.
+
+    import billow
+    case = billow.Case.load("driver.toml")
+    result = billow.simulate(case, "runs/driver")
+    study = billow.Study.open("my_study")
+    surrogate = billow.Surrogate.load("my_study/surrogate.safetensors")
+
+Names are imported on first use, so that `import billow` loads neither compiled kernels nor torch.
+"""
+
+__version__ = "0.1.0"
+
+_HOME = {
+    "Case": "billow.case.schema",
+    "simulate": "billow.simulate",
+    "Result": "billow.results.result",
+    "Study": "billow.study.study",
+    "Dataset": "billow.results.dataset",
+    "Surrogate": "billow.rom.surrogate",
+    "BillowError": "billow.errors",
+}
+__all__ = list(_HOME)
+
+
+def __getattr__(name):
+    if name not in _HOME:
+        raise AttributeError(f"module 'billow' has no attribute {name!r}")
+    import importlib
+
+    value = getattr(importlib.import_module(_HOME[name]), name)
+    globals()[name] = value  # a function named like its module must win over the submodule
+    return value
+
+
+def __dir__():
+    return sorted([*globals(), *_HOME])

@@ -1,0 +1,61 @@
+"""Everything Billow refuses or stops for, as one family.
+
+    BillowError
+    ├── InputError       exit 2   what the user wrote cannot be used
+    ├── NumericalStop    exit 3   a run became meaningless and was stopped
+    ├── ResourceError    exit 4   disk, memory, worker processes
+    └── IntegrityError   exit 5   a file is damaged or does not belong to its manifest
+
+Every error answers four questions: what happened, where, why, and what to try. `str(error)` is the text a
+user sees; the command line prints it and exits with `exit_code`, without a traceback.
+"""
+
+from __future__ import annotations
+
+
+class BillowError(Exception):
+    """Base of the family.
+
+    code: stable identifier such as "E-CASE-003"; what, where, why, remedy: one short text each.
+    """
+
+    exit_code = 70
+
+    def __init__(self, code: str, what: str, *, where: str, why: str, remedy: str):
+        super().__init__(code, what)
+        self.code, self.what, self.where, self.why, self.remedy = code, what, where, why, remedy
+
+    def __str__(self) -> str:
+        return f"{self.code} error: {self.what}\n  where: {self.where}\n  why:   {self.why}\n  try:   {self.remedy}"
+
+    def __reduce__(self):
+        # Errors travel back from worker processes; keyword-only arguments need telling how.
+        return (_rebuild, (type(self), self.code, self.what, self.where, self.why, self.remedy))
+
+
+def _rebuild(kind, code, what, where, why, remedy):
+    return kind(code, what, where=where, why=why, remedy=remedy)
+
+
+class InputError(BillowError):
+    """What the user wrote cannot be used."""
+
+    exit_code = 2
+
+
+class NumericalStop(BillowError):
+    """A run became meaningless and was stopped."""
+
+    exit_code = 3
+
+
+class ResourceError(BillowError):
+    """Disk, memory or worker processes ran out."""
+
+    exit_code = 4
+
+
+class IntegrityError(BillowError):
+    """A file is damaged or does not belong to its manifest."""
+
+    exit_code = 5
