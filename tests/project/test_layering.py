@@ -21,7 +21,8 @@ MAY_IMPORT = {
     "rom": {"errors", "units", "geometry", "results"},
     "study": {"errors", "units", "geometry", "results", "case", "simulate"},
     "simulate": BASE | {"case", "dynamics", "results"},
-    "verification": BASE | {"geometry", "fabric", "gas", "contact", "impactor", "dynamics", "case", "simulate", "results"},
+    "verification": BASE
+    | {"geometry", "fabric", "gas", "contact", "impactor", "dynamics", "case", "simulate", "results"},
 }
 
 

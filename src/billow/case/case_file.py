@@ -1,0 +1,137 @@
+"""From TOML to a `Case`, with one clear message for whatever is wrong."""
+
+from __future__ import annotations
+
+import difflib
+import tomllib
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from billow.case import schema
+from billow.errors import InputError
+
+OBSTACLES = {"plate": schema.Plate, "super-ellipsoid": schema.SuperEllipsoid}
+LARGEST_FILE = 1_000_000  # bytes; a case file is a few kilobytes
+
+
+def load_case(path: str | Path) -> schema.Case:
+    """Case from a TOML file. Raises InputError E-CASE-001 (no such file), E-CASE-002 (not TOML), and those of
+    `validate`."""
+    path = Path(path)
+    try:
+        size = path.stat().st_size
+        if size > LARGEST_FILE:
+            raise InputError(
+                "E-CASE-002",
+                f"{path.name} is not a case file: {size} bytes",
+                where=str(path),
+                why=f"case files are text of at most {LARGEST_FILE} bytes",
+                remedy="give the path of a TOML case",
+            )
+        text = path.read_bytes().decode("utf-8")
+    except OSError as error:
+        raise InputError(
+            "E-CASE-001",
+            f"cannot read the case file {path}",
+            where=str(path),
+            why=error.strerror or str(error),
+            remedy="check the path; `billow check --example` prints a case to start from",
+        ) from None
+    except UnicodeDecodeError as error:
+        raise InputError(
+            "E-CASE-002",
+            f"{path.name} is not a text file",
+            where=f"{path}, byte {error.start}",
+            why="TOML is UTF-8 text",
+            remedy="save the file as UTF-8",
+        ) from None
+    try:
+        data = tomllib.loads(text)
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
+        raise InputError(
+            "E-CASE-002",
+            f"{path.name} is not valid TOML",
+            where=str(path),
+            why=str(error) if isinstance(error, tomllib.TOMLDecodeError) else "it is nested too deeply",
+            remedy="correct that line; see docs/case.md for an example",
+        ) from None
+    return validate(data, str(path))
+
+
+def validate(data: dict[str, Any], where: str) -> schema.Case:
+    """Case from nested dictionaries.
+
+    Raises InputError: E-CASE-003 unknown key, E-CASE-004 missing key, E-CASE-005 bad value.
+    """
+    try:
+        return schema.Case.model_validate(data)
+    except ValidationError as error:
+        raise _explain(error, data, where) from None
+
+
+def _explain(error: ValidationError, data: dict[str, Any], where: str) -> InputError:
+    problems = error.errors(include_url=False)
+    # Of a union every branch complains; the branch that got furthest speaks for it.
+    problem = max(problems, key=lambda p: (p["type"] in ("range", "unit", "curve"), len(p["loc"])))
+    keys = [str(k) for k in problem["loc"] if not _is_branch(str(k))]
+    key = ".".join(keys) or "case"
+    more = f" ({len(problems) - 1} more)" if len(problems) > 1 and len({p["loc"][:2] for p in problems}) > 1 else ""
+    place = f"{where}, key {key}"
+    if problem["type"] == "extra_forbidden":
+        known = _known_keys(problem["loc"][:-1])
+        close = difflib.get_close_matches(keys[-1], known, n=1)
+        return InputError(
+            "E-CASE-003",
+            f"unknown key {key!r}{more}",
+            where=place,
+            why="no setting has this name",
+            remedy=f"did you mean {close[0]!r}?" if close else f"known keys here: {', '.join(known)}",
+        )
+    if problem["type"] == "missing":
+        return InputError(
+            "E-CASE-004",
+            f"{key} is missing{more}",
+            where=place,
+            why="it has no default",
+            remedy=f"add {keys[-1]}; docs/case.md describes it",
+        )
+    context = problem.get("ctx") or {}
+    given = problem["input"]
+    shown = repr(given) if isinstance(given, (int, float, str, bool)) else type(given).__name__
+    return InputError(
+        "E-CASE-005",
+        f"{key} = {shown[:80]} cannot be used{more}",
+        where=place,
+        why=problem["msg"],
+        remedy=context.get("try") or _remedy(problem, keys),
+    )
+
+
+def _remedy(problem: dict[str, Any], keys: list[str]) -> str:
+    expected = (problem.get("ctx") or {}).get("expected")
+    if expected:
+        return f"use {expected}"
+    return f"correct {keys[-1] if keys else 'the file'}; docs/case.md gives unit and range"
+
+
+def _is_branch(text: str) -> bool:
+    """Whether a location part is pydantic's name of a union branch rather than a key."""
+    return "[" in text or text in (*OBSTACLES, "float") or text.startswith(("function", "constrained"))
+
+
+def _known_keys(location: tuple) -> list[str]:
+    model: Any = schema.Case
+    for part in location:
+        if isinstance(part, int):
+            continue
+        if part in OBSTACLES:
+            model = OBSTACLES[part]
+            continue
+        fields = getattr(model, "model_fields", {})
+        if str(part) in fields:
+            annotation = fields[str(part)].annotation
+            options = [annotation, *getattr(annotation, "__args__", ())]
+            model = next((o for o in options if hasattr(o, "model_fields")), None)
+    return sorted(getattr(model, "model_fields", {}))

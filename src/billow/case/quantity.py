@@ -1,0 +1,83 @@
+"""Field types of the case schema: numbers with a unit and a plausible range, curves against time."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, model_validator
+from pydantic_core import PydanticCustomError
+
+from billow.units import other_scale, to_si
+
+
+class Strict(BaseModel):
+    """Unknown keys are refused, values never change, numbers are finite."""
+
+    model_config = ConfigDict(
+        extra="forbid", frozen=True, allow_inf_nan=False, use_attribute_docstrings=True, validate_default=True
+    )
+
+
+def quantity(unit: str, low: float, high: float) -> Any:
+    """A number kept in `unit`; text with a unit is converted; values outside low..high are refused as implausible."""
+
+    def convert(value):
+        try:
+            return to_si(value, unit)
+        except ValueError as error:
+            raise PydanticCustomError("unit", "{reason}", {"reason": str(error)}) from None
+
+    def check(value: float) -> float:
+        if low <= value <= high:
+            return value
+        reason = f"{value:g} {unit} is outside the plausible range {low:g} to {high:g} {unit}"
+        meant = other_scale(value, unit, low, high) if value > 0.0 else None
+        raise PydanticCustomError(
+            "range", "{reason}", {"reason": reason, "try": f'write "{meant}" if that is meant' if meant else None}
+        )
+
+    return Annotated[float, BeforeValidator(convert), AfterValidator(check), _Documented(unit, low, high)]
+
+
+class _Documented:
+    """Unit and range, kept in the field's metadata for the generated reference."""
+
+    def __init__(self, unit: str, low: float, high: float):
+        self.unit, self.low, self.high = unit, low, high
+
+
+def unit_of(field) -> _Documented | None:
+    """Unit and range of a pydantic field, if it is a quantity."""
+    return next((m for m in field.metadata if isinstance(m, _Documented)), None)
+
+
+def curve(unit: str, low: float, high: float) -> Any:
+    """A piecewise linear curve against time: {time = [s, ...], value = [unit, ...]}."""
+    value_type = quantity(unit, low, high)
+    time_type = quantity("s", 0.0, 10.0)
+
+    class Curve(Strict):
+        time: tuple[time_type, ...]
+        value: tuple[value_type, ...]
+
+        @model_validator(mode="after")
+        def _check(self):
+            if len(self.time) < 2:
+                raise PydanticCustomError(
+                    "curve", "a curve needs at least two points; this one has {n}", {"n": len(self.time)}
+                )
+            if len(self.time) != len(self.value):
+                raise PydanticCustomError(
+                    "curve",
+                    "time has {n} points and value has {m}; they must be equally many",
+                    {"n": len(self.time), "m": len(self.value)},
+                )
+            for before, after in zip(self.time, self.time[1:], strict=False):
+                if after <= before:
+                    raise PydanticCustomError(
+                        "curve", "times must increase; {after} s follows {before} s", {"after": after, "before": before}
+                    )
+            return self
+
+    Curve.__name__ = Curve.__qualname__ = f"Curve[{unit}]"
+    return Curve

@@ -1,0 +1,44 @@
+"""A case with some keys replaced: how a design of experiments reaches into a case."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from billow.case.case_file import validate
+from billow.case.schema import Case
+from billow.errors import InputError
+
+
+def vary(case: Case, changes: dict[str, Any]) -> Case:
+    """Replace dotted keys; obstacles are addressed by name. Raises InputError E-CASE-006 or those of `validate`."""
+    data = case.to_dict()
+    for key, value in changes.items():
+        *path, last = key.split(".")
+        place: Any = data
+        for part in path:
+            place = _enter(place, part, key)
+        if not isinstance(place, dict):
+            raise _unknown(key, last, [])
+        place[last] = value
+    return validate(data, "design parameters")
+
+
+def _enter(place: Any, part: str, key: str) -> Any:
+    if isinstance(place, (list, tuple)):
+        named = {item.get("name"): item for item in place if isinstance(item, dict)}
+        if part not in named:
+            raise _unknown(key, part, sorted(map(str, named)))
+        return named[part]
+    if not isinstance(place, dict) or part not in place:
+        raise _unknown(key, part, sorted(place) if isinstance(place, dict) else [])
+    return place[part]
+
+
+def _unknown(key: str, part: str, known: list[str]) -> InputError:
+    return InputError(
+        "E-CASE-006",
+        f"the case has no {part!r} to vary",
+        where=f"key {key}",
+        why="the dotted key does not lead to a setting",
+        remedy=f"use one of: {', '.join(known)}" if known else "see docs/case.md for the keys",
+    )

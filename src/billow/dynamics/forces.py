@@ -1,0 +1,69 @@
+"""All forces, in the order they act. Who wants to know what pushes on the fabric reads this file.
+
+Contact is solved over the drift of a step (`push_apart`); everything else is evaluated at its end (`evaluate_forces`).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from billow.contact.rigid_contact import push
+from billow.dynamics.model import Model, State
+from billow.dynamics.nodes import gather
+from billow.fabric.linear_law import add_linear_forces
+from billow.fabric.straps import add_strap_forces
+from billow.gas.gas_model import Bag
+from billow.impactor import rigid_body
+from billow.impactor.rigid_body import spin
+
+
+def evaluate_forces(model: Model, state: State, time: float, dt: float) -> None:
+    """Forces at the new positions of a step from `time` to `time + dt` [s]; velocities are those of its middle."""
+    state.corner_force.fill(0.0)
+    model.gas.advance(state.gas, Bag(model.surface, state.positions, state.velocities), time, dt, state.corner_force)
+    add_membrane_forces(model, state, dt)
+    gather(
+        model.surface.corner_start, model.surface.corners, state.corner_force,
+        model.mass, model.gravity, 2.0 * model.mass_damping, state.velocities, state.nodal_force,
+    )  # fmt: skip
+    add_straps(model, state, dt)
+
+
+def add_membrane_forces(model: Model, state: State, dt: float) -> None:
+    """Fabric stress on the corners; books strain energy, damping and the largest stretch."""
+    state.ledger.strain = 0.0
+    largest = 0.0
+    for membrane, sums in zip(model.membranes, state.membrane_sums, strict=True):
+        add_linear_forces(
+            membrane, model.surface.triangles, state.positions, state.velocities, state.corner_force, sums
+        )
+        energy, power, _ = sums.sum(axis=0)
+        state.ledger.strain += float(energy)
+        state.ledger.damping += float(power) * dt
+        largest = max(largest, float(sums[:, 2].max()))
+    state.largest_stretch = float(np.sqrt(largest))
+
+
+def add_straps(model: Model, state: State, dt: float) -> None:
+    """Strap tensions on the nodes; books their energy and damping."""
+    add_strap_forces(model.straps, state.positions, state.velocities, state.nodal_force, state.bar)
+    if len(state.bar):
+        state.ledger.strap = float(state.bar[:, 1].sum())
+        state.ledger.damping += float(state.bar[:, 2].sum()) * dt
+
+
+def push_apart(model: Model, state: State, dt: float) -> None:
+    """Contact with every obstacle over the coming drift: half of each impulse on the nodes, all of it on the bodies.
+
+    Books the energy in the contact springs, and what friction and contact damping take.
+    """
+    state.ledger.contact = 0.0
+    for obstacle, body, contact in zip(model.obstacles, state.bodies, state.contacts, strict=True):
+        body.force, body.torque = push(
+            obstacle.shape, obstacle.law, model.contact_area, state.inverse_mass,
+            body.centre, body.rotation, body.velocity, spin(obstacle.body, body),
+            state.positions, state.velocities, dt, contact,
+        )  # fmt: skip
+        rigid_body.advance(obstacle.body, body, model.gravity, dt)
+        state.ledger.contact += contact.stored
+        state.ledger.friction += contact.dissipated

@@ -1,0 +1,64 @@
+"""Where the energy is and where it went.
+
+The balance closed every step is
+
+    kinetic + strain + straps + contact springs + dissipated = start + work of gas + work of gravity,
+
+with every term computed on its own: kinetic from velocities, strain from the fabric law, work from the gas' own books.
+Its residual is a property of the whole solver; a wrong sign anywhere shows up in it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass
+class Ledger:
+    """Energies [J] at the current time; dissipated ones and works are sums since the start.
+
+    kinetic: fabric. body_kinetic: rigid bodies. strain: fabric. strap. contact: springs of the penalty contact.
+    damping: fabric, straps and mass damping together. friction: contact damping and friction.
+    gas_work: net work of the gas on the fabric. gravity_work. start: total at time zero.
+    residual: left minus right side of the balance. largest_gain, largest_loss: its extremes so far.
+    largest_energy: largest of kinetic, internal and gas work so far, the denominator for relative errors.
+    """
+
+    kinetic: float = 0.0
+    body_kinetic: float = 0.0
+    strain: float = 0.0
+    strap: float = 0.0
+    contact: float = 0.0
+    damping: float = 0.0
+    friction: float = 0.0
+    gas_work: float = 0.0
+    gravity_work: float = 0.0
+    start: float | None = None
+    residual: float = 0.0
+    largest_gain: float = 0.0
+    largest_loss: float = 0.0
+    largest_energy: float = 0.0
+
+    @property
+    def internal(self) -> float:
+        """Recoverable energy in fabric, straps and contact springs [J]."""
+        return self.strain + self.strap + self.contact
+
+    def close(self) -> None:
+        """Balance the books of a step."""
+        stored = self.kinetic + self.body_kinetic + self.internal
+        if self.start is None:
+            self.start = stored
+        self.residual = stored + self.damping + self.friction - self.start - self.gas_work - self.gravity_work
+        self.largest_gain = max(self.largest_gain, self.residual)
+        self.largest_loss = min(self.largest_loss, self.residual)
+        self.largest_energy = max(
+            self.largest_energy, self.kinetic + self.body_kinetic, self.internal, abs(self.gas_work), self.start
+        )
+
+    @property
+    def relative_error(self) -> float:
+        """Largest absolute residual over the largest energy so far [-]."""
+        if self.largest_energy == 0.0:
+            return 0.0
+        return max(self.largest_gain, -self.largest_loss) / self.largest_energy

@@ -1,0 +1,113 @@
+"""What a run is made of: `Model` never changes, `State` is everything that does.
+
+Copying a state and continuing from the copy gives the same bits as not stopping.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from billow.compiled import CHUNK
+from billow.contact.rigid_contact import ContactState, Plate, SuperEllipsoid, SurfaceLaw
+from billow.dynamics.ledger import Ledger
+from billow.fabric.membrane import Membrane
+from billow.fabric.straps import Straps
+from billow.gas.gas_model import Bag, GasModel
+from billow.geometry.surface import Surface
+from billow.impactor.rigid_body import RigidBody, RigidState
+
+
+@dataclass(frozen=True)
+class Obstacle:
+    """Something rigid the fabric can touch."""
+
+    name: str
+    shape: Plate | SuperEllipsoid
+    law: SurfaceLaw
+    body: RigidBody
+    start: RigidState
+
+
+@dataclass(frozen=True)
+class Model:
+    """Everything constant during a run.
+
+    start: positions at time zero, [m], (nodes, 3). mass: [kg], (nodes,). contact_area: tributary reference area, [m^2],
+    (nodes,). fixed: (nodes,) bool. gravity: [m/s^2], (3,). mass_damping: rate alpha of -2 alpha m v, [1/s], used to
+    find equilibria and off in deployments.
+    """
+
+    surface: Surface
+    start: np.ndarray
+    membranes: tuple[Membrane, ...]
+    straps: Straps
+    gas: GasModel
+    obstacles: tuple[Obstacle, ...]
+    mass: np.ndarray
+    contact_area: np.ndarray
+    fixed: np.ndarray
+    gravity: np.ndarray
+    mass_damping: float = 0.0
+
+    @property
+    def inverse_mass(self) -> np.ndarray:
+        """[1/kg], (nodes,); zero for fixed nodes and nodes without fabric."""
+        free = ~self.fixed & (self.mass > 0.0)
+        return np.where(free, 1.0 / np.where(free, self.mass, 1.0), 0.0)
+
+
+@dataclass
+class State:
+    """Everything that changes.
+
+    positions [m], velocities [m/s], nodal_force [N]: (nodes, 3) at `time` [s]. corner_force: [N], (triangles, 3, 3),
+    of the last evaluation. gas: the gas model's own state. bodies, contacts: one per obstacle. step: number of steps
+    taken.
+    """
+
+    time: float
+    step: int
+    positions: np.ndarray
+    velocities: np.ndarray
+    nodal_force: np.ndarray
+    corner_force: np.ndarray
+    inverse_mass: np.ndarray
+    bar: np.ndarray
+    membrane_sums: tuple[np.ndarray, ...]
+    gas: object
+    bodies: tuple[RigidState, ...]
+    contacts: tuple[ContactState, ...]
+    ledger: Ledger
+    largest_stretch: float = 1.0
+
+
+def start_state(model: Model) -> State:
+    """State at time zero, at rest; forces are not evaluated yet."""
+    n = len(model.start)
+    positions = model.start.copy()
+    velocities = np.zeros((n, 3))
+    return State(
+        time=0.0,
+        step=0,
+        positions=positions,
+        velocities=velocities,
+        nodal_force=np.zeros((n, 3)),
+        corner_force=np.zeros((model.surface.triangle_count, 3, 3)),
+        inverse_mass=model.inverse_mass,
+        bar=np.zeros((len(model.straps.bars), 3)),
+        membrane_sums=tuple(np.zeros((-(-len(m.elements) // CHUNK), 3)) for m in model.membranes),
+        gas=model.gas.start(Bag(model.surface, positions, velocities)),
+        bodies=tuple(
+            RigidState(
+                o.start.centre.copy(),
+                o.start.quaternion.copy(),
+                o.start.velocity.copy(),
+                o.start.angular_momentum.copy(),
+            )
+            for o in model.obstacles
+        ),
+        contacts=tuple(ContactState(np.zeros((n, 3)), np.zeros((n, 3))) for _ in model.obstacles),
+        ledger=Ledger(),
+    )

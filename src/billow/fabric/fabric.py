@@ -1,0 +1,46 @@
+"""What a fabric is made of, independent of any mesh."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class LinearFabric:
+    """Orthotropic linear fabric (FORM 0): second Piola-Kirchhoff stress linear in Green strain, plane stress.
+
+    density [kg/m^3], thickness [m], young_warp and young_weft [Pa], poisson (nu_ab, warp strain under weft stress
+    follows from symmetry) [-], shear [Pa], compression: whether the fabric carries compression, damping: fraction of
+    critical damping of an element's highest mode [-].
+    """
+
+    density: float
+    thickness: float
+    young_warp: float
+    young_weft: float
+    poisson: float
+    shear: float
+    compression: bool
+    damping: float
+
+    @property
+    def is_isotropic(self) -> bool:
+        return bool(
+            np.isclose(self.young_warp, self.young_weft)
+            and np.isclose(self.shear, 0.5 * self.young_warp / (1.0 + self.poisson))
+        )
+
+    @property
+    def stiffness(self) -> np.ndarray:
+        """Plane-stress moduli (c11, c22, c12, c66) [Pa], (4,)."""
+        reverse_poisson = self.poisson * self.young_weft / self.young_warp
+        d = 1.0 - self.poisson * reverse_poisson
+        return np.array([self.young_warp / d, self.young_weft / d, self.poisson * self.young_weft / d, self.shear])
+
+    @property
+    def wave_speed(self) -> float:
+        """Fastest membrane wave [m/s]: sqrt(Emax / (rho (1 - nu^2))) (physics notes, section 4)."""
+        young = max(self.young_warp, self.young_weft)
+        return float(np.sqrt(young / (self.density * (1.0 - self.poisson**2))))

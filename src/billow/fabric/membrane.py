@@ -1,0 +1,71 @@
+"""Three-node membrane triangles, total Lagrangian from the flat cut geometry.
+
+The deformation gradient of a triangle is F = [x1 - x0, x2 - x0] Dm^-1 (3 x 2), where Dm holds the flat edges in warp
+and weft direction. Whatever shape the bag starts from, strain is measured against the flat cut: this is what LS-DYNA
+calls AIRBAG_REFERENCE_GEOMETRY. One point per element, no hourglass modes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from billow.errors import InputError
+from billow.fabric.fabric import LinearFabric
+
+
+@dataclass(frozen=True)
+class Membrane:
+    """Elements that share one fabric.
+
+    elements: (n,) int64, indices of their triangles in the surface. reference_inverse: Dm^-1 row by row, [1/m], (4, n).
+    volume: reference area times thickness, [m^3], (n,). viscosity: damping modulus, [Pa s], (n,).
+    altitude: smallest reference altitude, [m], (n,).
+    """
+
+    fabric: LinearFabric
+    elements: np.ndarray
+    reference_inverse: np.ndarray
+    volume: np.ndarray
+    viscosity: np.ndarray
+    altitude: np.ndarray
+
+    @classmethod
+    def build(cls, fabric: LinearFabric, elements: np.ndarray, reference: np.ndarray) -> Membrane:
+        """Elements from flat corner coordinates, reference: [m], (n, 3, 2), warp first.
+
+        Raises InputError E-GEO-004 if a reference triangle has no area.
+        """
+        edge1, edge2 = reference[:, 1] - reference[:, 0], reference[:, 2] - reference[:, 0]
+        determinant = edge1[:, 0] * edge2[:, 1] - edge1[:, 1] * edge2[:, 0]
+        longest = np.max([np.sum(e**2, axis=1) for e in (edge1, edge2, edge2 - edge1)], axis=0)
+        if (np.abs(determinant) < 1e-8 * longest).any():
+            bad = int(np.argmax(np.abs(determinant) < 1e-8 * longest))
+            raise InputError(
+                "E-GEO-004",
+                "a triangle of the flat reference shape has no area",
+                where=f"triangle {elements[bad]}",
+                why="its strain could not be defined",
+                remedy="check the reference coordinates of its nodes",
+            )
+        inverse = np.array([edge2[:, 1], -edge2[:, 0], -edge1[:, 1], edge1[:, 0]]) / determinant
+        area = 0.5 * np.abs(determinant)
+        altitude = 2.0 * area / np.sqrt(longest)
+        viscosity = fabric.damping * fabric.density * fabric.wave_speed * altitude
+        return cls(fabric, np.asarray(elements, np.int64), inverse, area * fabric.thickness, viscosity, altitude)
+
+    @property
+    def mass(self) -> np.ndarray:
+        """Mass of each element [kg], (n,)."""
+        return self.fabric.density * self.volume
+
+    def stable_dt(self, largest_stretch: float = 1.0) -> float:
+        """Stable step [s] of the most critical element: h/c (sqrt(1 + xi^2) - xi) / stretch, without a safety factor.
+
+        h is the smallest altitude and xi the damping fraction (physics notes, section 4). In a total Lagrangian element
+        the tangent grows with the square of the stretch, so the step shrinks with the stretch.
+        """
+        xi = self.fabric.damping
+        factor = (np.sqrt(1.0 + xi**2) - xi) / max(1.0, largest_stretch)
+        return float(self.altitude.min() / self.fabric.wave_speed * factor)

@@ -1,0 +1,85 @@
+"""Straps (tethers): tension-only bars between nodes, F = EA max(0, strain), with damping while taut."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from billow.compiled import kernel
+
+
+@dataclass(frozen=True)
+class Straps:
+    """All bars of all straps.
+
+    bars: (bars, 2) int64 node pairs. length: unstretched [m], (bars,). stiffness: EA [N], (bars,).
+    viscosity: force per rate of strain [N s], (bars,). strap: (bars,) int64, which strap a bar belongs to.
+    mass: of each bar [kg], (bars,), lumped half to each end.
+    """
+
+    bars: np.ndarray
+    length: np.ndarray
+    stiffness: np.ndarray
+    viscosity: np.ndarray
+    mass: np.ndarray
+    strap: np.ndarray
+
+    @property
+    def strap_count(self) -> int:
+        return int(self.strap.max()) + 1 if len(self.strap) else 0
+
+    def nodal_stiffness(self, node_count: int) -> np.ndarray:
+        """Sum of EA/L of the bars at each node [N/m], (nodes,)."""
+        return np.bincount(self.bars.ravel(), np.repeat(self.stiffness / self.length, 2), node_count)
+
+
+NO_STRAPS = Straps(
+    np.empty((0, 2), np.int64), np.empty(0), np.empty(0), np.empty(0), np.empty(0), np.empty(0, np.int64)
+)
+
+
+def add_strap_forces(
+    straps: Straps, positions: np.ndarray, velocities: np.ndarray, nodal_force: np.ndarray, bar_out: np.ndarray
+) -> None:
+    """Add bar forces [N] to nodal_force (nodes, 3).
+
+    bar_out: (bars, 3), receives tension [N], stored energy [J] and damping power [W] of each bar.
+    """
+    if len(straps.bars):
+        _strap_forces(
+            len(straps.bars), straps.bars, straps.length, straps.stiffness, straps.viscosity, positions, velocities,
+            nodal_force, bar_out,
+        )  # fmt: skip
+
+
+@kernel
+def _strap_forces(n, bars, length, stiffness, viscosity, positions, velocities, nodal_force, bar_out):
+    for i in range(n):  # few bars share nodes, so this loop stays serial
+        a, b = bars[i, 0], bars[i, 1]
+        dx, dy, dz = (
+            positions[b, 0] - positions[a, 0], positions[b, 1] - positions[a, 1], positions[b, 2] - positions[a, 2],
+        )  # fmt: skip
+        now = np.sqrt(dx * dx + dy * dy + dz * dz)
+        strain = now / length[i] - 1.0
+        bar_out[i, 0] = bar_out[i, 1] = bar_out[i, 2] = 0.0
+        if strain <= 0.0:
+            continue
+        dx, dy, dz = dx / now, dy / now, dz / now
+        rate = (
+            (velocities[b, 0] - velocities[a, 0]) * dx
+            + (velocities[b, 1] - velocities[a, 1]) * dy
+            + (velocities[b, 2] - velocities[a, 2]) * dz
+        ) / length[i]
+        elastic = stiffness[i] * strain
+        viscous = max(viscosity[i] * rate, -elastic)  # a strap never pushes
+        tension = elastic + viscous
+        bar_out[i, 0] = tension
+        bar_out[i, 1] = 0.5 * elastic * strain * length[i]
+        bar_out[i, 2] = viscous * rate * length[i]
+        nodal_force[a, 0] += tension * dx
+        nodal_force[a, 1] += tension * dy
+        nodal_force[a, 2] += tension * dz
+        nodal_force[b, 0] -= tension * dx
+        nodal_force[b, 1] -= tension * dy
+        nodal_force[b, 2] -= tension * dz

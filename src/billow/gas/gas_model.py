@@ -1,0 +1,94 @@
+"""The contract every gas fulfils.
+
+A gas fills the bag and pushes on it. It sees the bag's surface and how it moved (`Bag`), and answers with forces on
+corners: it adds to `corner_force` (triangles, 3, 3) [N] and to nothing else. It promises, and
+tests/contracts/test_gas_contract.py checks for every implementation:
+
+1. mass closes: injected = inside + vented + leaked - what was there at the start, to rounding;
+2. energy closes: U - U0 = enthalpy in - enthalpy out - work, to rounding;
+3. a sealed rigid bag obeys p V = m R T;
+4. gas at rest puts no net force on a closed bag;
+5. a scene moving at constant velocity changes nothing beyond the scheme's order;
+6. work given equals work received: what the gas books as p dV is what the nodal forces do, to the scheme's order;
+7. same seed, same bits, for any number of threads.
+
+`NoGas` is an ordinary implementation.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from billow.geometry.surface import Surface
+
+
+@dataclass
+class Bag:
+    """All a gas may see.
+
+    positions: [m] at the end of the step, velocities: [m/s] at its middle, both (nodes, 3).
+    """
+
+    surface: Surface
+    positions: np.ndarray
+    velocities: np.ndarray
+
+
+@dataclass(frozen=True)
+class GasTotals:
+    """State of the whole gas.
+
+    pressure [Pa] absolute, temperature [K], volume [m^3], mass_by_species [kg] (species,), energy [J], and running sums
+    since the start: injected, vented, leaked, drawn_in [kg]; enthalpy_in, enthalpy_out [J]; work [J] done on the fabric
+    including against the ambient; ambient_work [J] = p_amb (V - V0); jet_work [J]; jet_impulse_in, jet_impulse_out [N
+    s]: thrust of all jets over time, and the part of it that found fabric in line of sight; mass_error, energy_error:
+    largest relative ledger error of any step so far [-].
+    """
+
+    pressure: float
+    temperature: float
+    volume: float
+    mass_by_species: np.ndarray
+    energy: float
+    injected: float
+    vented: float
+    leaked: float
+    drawn_in: float
+    enthalpy_in: float
+    enthalpy_out: float
+    work: float
+    ambient_work: float
+    jet_work: float
+    jet_impulse_in: float
+    jet_impulse_out: float
+    mass_error: float
+    energy_error: float
+
+    @property
+    def mass(self) -> float:
+        """Mass inside [kg]."""
+        return float(self.mass_by_species.sum())
+
+    @property
+    def work_on_fabric(self) -> float:
+        """Net work on the fabric [J]: pressure against ambient, plus jets."""
+        return self.work - self.ambient_work + self.jet_work
+
+
+class GasModel(Protocol):
+    """A gas: parameters only; everything that changes is in the state it hands out."""
+
+    def start(self, bag: Bag) -> object:
+        """State at time zero for the bag's start shape."""
+
+    def advance(self, gas: object, bag: Bag, time: float, dt: float, corner_force: np.ndarray) -> None:
+        """From `time` to `time + dt` [s]; the bag has already moved. Changes `gas`, adds to `corner_force`."""
+
+    def totals(self, gas: object) -> GasTotals:
+        """Totals of the state."""
+
+    def fields(self, gas: object) -> dict[str, np.ndarray]:
+        """What users want to see on the fabric, for example {"pressure": gauge [Pa], (triangles,)}."""

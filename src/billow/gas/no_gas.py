@@ -1,0 +1,38 @@
+"""No gas: fabric in still air of ambient pressure. An ordinary implementation of the contract."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from billow.gas.gas_model import Bag, GasTotals
+
+
+@dataclass
+class EmptyState:
+    triangle_count: int
+    volume: float
+
+
+@dataclass(frozen=True)
+class NoGas:
+    """ambient_pressure [Pa] and ambient_temperature [K] are only reported."""
+
+    ambient_pressure: float = 101325.0
+    ambient_temperature: float = 295.0
+
+    def start(self, bag: Bag) -> EmptyState:
+        return EmptyState(bag.surface.triangle_count, bag.surface.volume(bag.positions))
+
+    def advance(self, gas: EmptyState, bag: Bag, time: float, dt: float, corner_force: np.ndarray) -> None:
+        gas.volume = bag.surface.volume(bag.positions)
+
+    def totals(self, gas: EmptyState) -> GasTotals:
+        return GasTotals(
+            self.ambient_pressure, self.ambient_temperature, gas.volume, np.zeros(0),
+            *[0.0] * 14,
+        )  # fmt: skip
+
+    def fields(self, gas: EmptyState) -> dict[str, np.ndarray]:
+        return {"pressure": np.zeros(gas.triangle_count)}

@@ -1,0 +1,50 @@
+"""Flow through an orifice and through porous fabric, from the side of higher pressure.
+
+Near equal pressures the square root has infinite slope and would chatter; both laws are made linear in the pressure
+difference below LINEAR_BELOW, continuous at that point.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from billow.compiled import scalar
+
+LINEAR_BELOW = 50.0
+"""Pressure difference [Pa] below which flow is linear in it."""
+
+
+@scalar
+def orifice_flux(upstream, downstream, gamma, gas_constant_times_temperature):
+    """Isentropic mass flow per effective area [kg/(s m^2)] from upstream [Pa] to downstream [Pa] <= upstream.
+
+    mdot/(Cd A) = p_u sqrt(2g/((g-1) R T) (Q^(2/g) - Q^((g+1)/g))), Q = max(p_d/p_u, (2/(g+1))^(g/(g-1))): de Saint-
+    Venant and Wantzel; choked below the critical ratio.
+    """
+    difference = upstream - downstream
+    if difference <= 0.0:
+        return 0.0
+    slope = 1.0
+    if difference < LINEAR_BELOW:
+        slope = difference / LINEAR_BELOW
+        downstream = upstream - LINEAR_BELOW
+    critical = (2.0 / (gamma + 1.0)) ** (gamma / (gamma - 1.0))
+    ratio = max(downstream / upstream, critical)
+    shape = ratio ** (2.0 / gamma) - ratio ** ((gamma + 1.0) / gamma)
+    return slope * upstream * np.sqrt(2.0 * gamma / ((gamma - 1.0) * gas_constant_times_temperature) * shape)
+
+
+@scalar
+def porous_flux(difference, density, permeability, reference_speed, reference_difference):
+    """Mass flow per fabric area [kg/(s m^2)] at a pressure difference [Pa] >= 0 and upstream density [kg/m^3].
+
+    Leak speed = permeability * reference_speed * sqrt(difference / reference_difference): the velocity-curve family
+    (MAT_FABRIC FVOPT 7) with the standard test at 500 Pa as reference; see docs/theory.md for why.
+    """
+    if difference <= 0.0:
+        return 0.0
+    if difference < LINEAR_BELOW:
+        ratio = difference / np.sqrt(LINEAR_BELOW * reference_difference)
+    else:
+        ratio = np.sqrt(difference / reference_difference)
+    return permeability * reference_speed * ratio * density

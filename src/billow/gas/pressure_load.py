@@ -1,0 +1,36 @@
+"""Uniform gauge pressure on a surface: a third of p times the area vector on each corner.
+
+For a closed surface these corner forces sum to p dV/dx exactly, so that the work of the forces is p dV.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import prange
+
+from billow.compiled import kernel
+
+
+def add_pressure(triangles: np.ndarray, positions: np.ndarray, pressure: float, corner_force: np.ndarray) -> None:
+    """Add the forces [N] of a gauge pressure [Pa] to corner_force (triangles, 3, 3)."""
+    _add_pressure(len(triangles), triangles, positions, pressure, corner_force)
+
+
+@kernel
+def _add_pressure(n, triangles, positions, pressure, corner_force):
+    third = pressure / 6.0
+    for i in prange(n):
+        a, b, c = triangles[i, 0], triangles[i, 1], triangles[i, 2]
+        ux, uy, uz = (
+            positions[b, 0] - positions[a, 0], positions[b, 1] - positions[a, 1], positions[b, 2] - positions[a, 2],
+        )  # fmt: skip
+        wx, wy, wz = (
+            positions[c, 0] - positions[a, 0], positions[c, 1] - positions[a, 1], positions[c, 2] - positions[a, 2],
+        )  # fmt: skip
+        fx = third * (uy * wz - uz * wy)
+        fy = third * (uz * wx - ux * wz)
+        fz = third * (ux * wy - uy * wx)
+        for k in range(3):
+            corner_force[i, k, 0] += fx
+            corner_force[i, k, 1] += fy
+            corner_force[i, k, 2] += fz

@@ -1,0 +1,122 @@
+"""Triangulation of a flat disc with round holes, close to equilateral and the same on every machine.
+
+Points sit on concentric rings (6k points on ring k give nearly equilateral triangles), on the holes' rims and at their
+required radii; a few smoothing sweeps even out the neighbourhood of the holes; Delaunay triangulation joins them.
+"""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import Delaunay
+
+
+@dataclass(frozen=True)
+class Hole:
+    """A circular patch cut out of a disc: centre [m] (x, y), radius [m]."""
+
+    x: float
+    y: float
+    radius: float
+
+
+def circle(radius: float, count: int, x: float = 0.0, y: float = 0.0, phase: float = 0.0) -> np.ndarray:
+    """`count` points [m] on a circle, (count, 2)."""
+    angle = 2.0 * np.pi * (np.arange(count) + phase) / count
+    return np.column_stack([x + radius * np.cos(angle), y + radius * np.sin(angle)])
+
+
+def mesh_disc(
+    radius: float, size: float, ring_radii: tuple[float, ...] = (), holes: tuple[Hole, ...] = ()
+) -> tuple[np.ndarray, np.ndarray, list[np.ndarray]]:
+    """Mesh a disc of `radius` [m] with edges of about `size` [m].
+
+    ring_radii: radii [m] on which a ring of nodes must lie (stitch lines, retainer ring).
+    holes: patches with nodes on their rim and none inside; they are meshed too (a vent is closed by virtual triangles).
+
+    Returns points (n, 2) [m], triangles (m, 3) counter-clockwise, and for each hole the indices of its triangles.
+    The outer rim's points come first, `rim_count(radius, size)` of them, equally spaced from angle 0.
+    """
+    fixed = [circle(radius, rim_count(radius, size))]
+    rings = _rings(radius, size, ring_radii)
+    free = []
+    for ring in rings:
+        points = _ring_points(ring, size, required=ring in ring_radii)
+        clear = np.ones(len(points), dtype=bool)
+        for hole in holes:
+            clear &= np.hypot(points[:, 0] - hole.x, points[:, 1] - hole.y) > hole.radius + 0.55 * size
+        (fixed if ring in ring_radii else free).append(points[clear])
+    rims = []
+    for hole in holes:
+        count = max(6, round(2.0 * np.pi * hole.radius / size))
+        start = sum(map(len, fixed))
+        # A polygon of the same area as the hole, so that the outflow does not depend on the mesh.
+        polygon = hole.radius * np.sqrt(2.0 * np.pi / (count * np.sin(2.0 * np.pi / count)))
+        fixed.append(circle(polygon, count, hole.x, hole.y))
+        rims.append(np.arange(start, start + count))
+    anchored = np.concatenate(fixed)
+    points = np.concatenate([anchored, *free])
+    if holes:
+        points = _smooth(points, len(anchored), size, holes)
+    triangles = _triangulate(points)
+    patches = [np.flatnonzero(np.isin(triangles, rim).all(axis=1)) for rim in rims]
+    return points, triangles, patches
+
+
+def rim_count(radius: float, size: float) -> int:
+    """Number of nodes on the outer rim."""
+    return 6 * max(2, round(radius / size))
+
+
+def _rings(radius: float, size: float, required: tuple[float, ...]) -> list[float]:
+    """Ring radii from the centre outwards (rim excluded): required ones exactly, the gaps filled evenly."""
+    stops = [0.0, *sorted(required), radius]
+    rings = []
+    for inner, outer in itertools.pairwise(stops):
+        count = max(1, round((outer - inner) / size))
+        rings += [inner] + [inner + (outer - inner) * k / count for k in range(1, count)]
+    return rings
+
+
+def _ring_points(ring: float, size: float, required: bool) -> np.ndarray:
+    if ring == 0.0:
+        return np.zeros((1, 2))
+    if required:  # a multiple of 12, so that 2, 3, 4 or 6 straps meet the same pattern of nodes
+        return circle(ring, 12 * max(1, round(ring / (2.0 * size))))
+    return circle(ring, max(6, 6 * round(ring / size)))
+
+
+def _triangulate(points: np.ndarray) -> np.ndarray:
+    triangles = Delaunay(points).simplices.astype(np.int64)
+    a, b, c = (points[triangles[:, k]] for k in range(3))
+    twice = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
+    flipped = twice < 0.0
+    triangles[flipped] = triangles[flipped][:, [0, 2, 1]]
+    longest = np.max([np.sum((p - q) ** 2, axis=1) for p, q in ((a, b), (b, c), (c, a))], axis=0)
+    triangles = triangles[np.abs(twice) > 1e-6 * longest]  # slivers on the convex rim
+    return triangles[np.lexsort(triangles.T[::-1])]
+
+
+def _smooth(points: np.ndarray, anchored: int, size: float, holes: tuple[Hole, ...]) -> np.ndarray:
+    """Move free points near holes to the mean of their neighbours, a few sweeps (Laplacian smoothing)."""
+    near = np.zeros(len(points), dtype=bool)
+    for hole in holes:
+        near |= np.hypot(points[:, 0] - hole.x, points[:, 1] - hole.y) < hole.radius + 3.5 * size
+    near[:anchored] = False
+    for _ in range(8):
+        triangles = _triangulate(points)
+        edges = np.unique(
+            np.sort(np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]), axis=1), axis=0
+        )
+        both = np.concatenate([edges, edges[:, ::-1]])
+        degree = np.bincount(both[:, 0], minlength=len(points))
+        mean = np.column_stack(
+            [
+                np.bincount(both[:, 0], weights=points[both[:, 1], k], minlength=len(points)) / np.maximum(degree, 1)
+                for k in range(2)
+            ]
+        )
+        points = np.where(near[:, None], 0.5 * points + 0.5 * mean, points)
+    return points

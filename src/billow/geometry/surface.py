@@ -1,0 +1,128 @@
+"""A triangulated surface: connectivity, node-to-corner lists, volume, areas, closedness.
+
+A *corner* is one vertex of one triangle; corner `3*t + c` is vertex `c` of triangle `t`. Loads are written per corner
+and gathered per node, in the fixed order of the corner list, so that the result does not depend on threads.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import prange
+
+from billow.compiled import CHUNK, kernel
+from billow.errors import InputError
+
+
+@dataclass(frozen=True)
+class Surface:
+    """Connectivity of a surface; positions live elsewhere.
+
+    triangles: (triangles, 3) uint32, counter-clockwise seen from outside, so that normals point outwards.
+    part: (triangles,) int32, index into part_names. part_names: for example ("front", "rear", "mouth", "vent").
+    corner_start: (nodes + 1,) int64 and corners: (3 * triangles,) int64, the corners of each node in ascending order.
+    """
+
+    triangles: np.ndarray
+    part: np.ndarray
+    part_names: tuple[str, ...]
+    node_count: int
+    corner_start: np.ndarray
+    corners: np.ndarray
+
+    @classmethod
+    def build(cls, triangles: np.ndarray, part: np.ndarray, part_names: tuple[str, ...], node_count: int) -> Surface:
+        """Surface from (triangles, 3) node indices and (triangles,) part indices."""
+        triangles = np.ascontiguousarray(triangles, dtype=np.uint32)
+        flat = triangles.ravel().astype(np.int64)
+        corners = np.argsort(flat, kind="stable").astype(np.int64)
+        start = np.zeros(node_count + 1, dtype=np.int64)
+        np.cumsum(np.bincount(flat, minlength=node_count), out=start[1:])
+        return cls(triangles, np.ascontiguousarray(part, dtype=np.int32), part_names, node_count, start, corners)
+
+    @property
+    def triangle_count(self) -> int:
+        return len(self.triangles)
+
+    def triangles_of(self, part_name: str) -> np.ndarray:
+        """Indices (n,) int64 of the triangles of a part; empty if there is no such part."""
+        if part_name not in self.part_names:
+            return np.empty(0, dtype=np.int64)
+        return np.flatnonzero(self.part == self.part_names.index(part_name))
+
+    def volume(self, positions: np.ndarray) -> float:
+        """Enclosed volume [m^3] by Gauss' theorem; positions: [m], (nodes, 3)."""
+        n = self.triangle_count
+        partial = np.empty(-(-n // CHUNK))
+        _signed_volume(n, self.triangles, positions, partial)
+        return float(partial.sum())
+
+
+def area_vectors(triangles: np.ndarray, positions: np.ndarray) -> np.ndarray:
+    """Area vector (normal times area) of each triangle: [m^2], (triangles, 3)."""
+    a, b, c = (positions[triangles[:, k]] for k in range(3))
+    return 0.5 * np.cross(b - a, c - a)
+
+
+def nodal_share(triangles: np.ndarray, per_triangle: np.ndarray, node_count: int) -> np.ndarray:
+    """A third of each triangle's value on each of its nodes: (nodes,)."""
+    return np.bincount(triangles.ravel(), weights=np.repeat(per_triangle / 3.0, 3), minlength=node_count)
+
+
+def check_closed(surface: Surface, positions: np.ndarray, where: str) -> None:
+    """Require every edge to be used exactly twice, in opposite directions, and outward normals.
+
+    Raises InputError E-GEO-001 (open or not manifold), E-GEO-002 (mixed orientation), E-GEO-003 (normals point
+    inwards).
+    """
+    t = surface.triangles.astype(np.int64)
+    edges = np.concatenate([t[:, [0, 1]], t[:, [1, 2]], t[:, [2, 0]]])
+    undirected = np.sort(edges, axis=1)
+    _, first, count = np.unique(
+        undirected[:, 0] * surface.node_count + undirected[:, 1], return_index=True, return_counts=True
+    )
+    if (count != 2).any():
+        edge = undirected[first[np.argmax(count != 2)]]
+        place = ", ".join(f"{v:.4g}" for v in positions[edge].mean(axis=0))
+        raise InputError(
+            "E-GEO-001",
+            f"the bag is not closed: {int((count == 1).sum())} free edges, "
+            f"{int((count > 2).sum())} edges shared by more than two triangles",
+            where=f"{where}, near node {edge[0]} at ({place}) m",
+            why="gas would escape through the gap; every edge must join exactly two triangles",
+            remedy="merge the nodes along the seam, or close the opening with a vent or mouth part",
+        )
+    directed = edges[:, 0] * surface.node_count + edges[:, 1]
+    if len(np.unique(directed)) != len(directed):
+        raise InputError(
+            "E-GEO-002",
+            "neighbouring triangles are oriented in opposite senses",
+            where=where,
+            why="inside and outside cannot be told apart, so pressure would push both ways",
+            remedy="reverse the node order of the flipped triangles",
+        )
+    if surface.volume(positions) < 0.0:
+        raise InputError(
+            "E-GEO-003",
+            "all normals point inwards (the enclosed volume is negative)",
+            where=where,
+            why="pressure would crush the bag instead of inflating it",
+            remedy="reverse the node order of every triangle",
+        )
+
+
+@kernel
+def _signed_volume(n, triangles, positions, partial_out):
+    chunks = (n + CHUNK - 1) // CHUNK
+    # Measured from a point of the surface itself, so that far-away bags lose no digits.
+    ox, oy, oz = positions[0, 0], positions[0, 1], positions[0, 2]
+    for chunk in prange(chunks):
+        total = 0.0
+        for i in range(chunk * CHUNK, min(n, (chunk + 1) * CHUNK)):
+            a, b, c = triangles[i, 0], triangles[i, 1], triangles[i, 2]
+            ax, ay, az = positions[a, 0] - ox, positions[a, 1] - oy, positions[a, 2] - oz
+            bx, by, bz = positions[b, 0] - ox, positions[b, 1] - oy, positions[b, 2] - oz
+            cx, cy, cz = positions[c, 0] - ox, positions[c, 1] - oy, positions[c, 2] - oz
+            total += ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)
+        partial_out[chunk] = total / 6.0

@@ -1,0 +1,188 @@
+"""A folder of runs that differ only in their design: the one place where solver and reduced-order model meet."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+
+from billow.errors import BillowError, InputError, IntegrityError
+from billow.results.dataset_files import (
+    DatasetRecord,
+    Parameter,
+    mesh_sha256,
+    read_dataset_file,
+    read_design,
+    read_split,
+    same_times,
+)
+from billow.results.result import Result
+from billow.results.run_file import read_run_file
+
+SNAPSHOT_FIELDS = ("displacement", "contact_force")
+
+
+class Dataset:
+    """Runs on one mesh at the same times, with the design values that made them differ.
+
+        dataset = Dataset.open("my_study")
+        dataset.design(dataset.train)                      # (runs, parameters)
+        dataset.snapshots("displacement", dataset.train)   # [m], (runs, times, nodes, 3)
+
+    parameters: the axes of the design space; times: [s], (times,) float64, without the start; reference_length: [m];
+    title; seed; train, test: runs that exist, completed and verify, in the order drawn; missing: the other runs ->
+    why.
+    """
+
+    def __init__(
+        self,
+        folder: Path,
+        shared: DatasetRecord,
+        design: dict[str, tuple[float, ...]],
+        split: tuple[tuple[str, ...], tuple[str, ...]],
+    ):
+        self.folder, self._shared, self._design = folder, shared, design
+        self.title, self.seed, self.reference_length = shared.title, shared.seed, shared.reference_length
+        self.parameters: tuple[Parameter, ...] = shared.parameters
+        # The start shape is the same in every run: nothing to learn from it, and it would flatter every mean error.
+        self.times = np.array([time for time in shared.times if time > 0.0])
+        self._records: dict[str, dict] = {}
+        self.missing: dict[str, str] = {}
+        for run in (*split[0], *split[1]):
+            self._look_up(run)
+        self.train, self.test = (tuple(run for run in part if run in self._records) for part in split)
+
+    @classmethod
+    def open(cls, folder: str | Path) -> Dataset:
+        """Open a dataset; every file of every run is verified.
+
+        InputError E-RES-010 if no run is in yet; IntegrityError E-RES-011 if dataset.toml, design.csv or split.toml
+        is damaged. Runs that are absent, failed or damaged are no error: they are listed in `missing`.
+        """
+        folder = Path(folder)
+        return cls(folder, read_dataset_file(folder), read_design(folder), read_split(folder))
+
+    def __repr__(self) -> str:
+        counts = f"{len(self.train)} train, {len(self.test)} test, {len(self.missing)} missing"
+        return f"Dataset({str(self.folder)!r}, {counts})"
+
+    @cached_property
+    def _mesh(self) -> tuple[np.ndarray, np.ndarray]:
+        run = next(iter(self._records), None)
+        if run is None:
+            raise InputError(
+                "E-RES-010",
+                "the dataset has no completed run",
+                where=str(self.folder),
+                why=f"{len(self.missing)} runs are missing; the first: {next(iter(self.missing.values()), 'no run')}",
+                remedy="make its runs first: billow study STUDY.toml",
+            )
+        result = self._checked(run)
+        return result.reference, result.triangles
+
+    @property
+    def reference(self) -> np.ndarray:
+        """[m], (nodes, 3) float32: the start shape, the same in every run. InputError E-RES-010 without any run."""
+        return self._mesh[0]
+
+    @property
+    def triangles(self) -> np.ndarray:
+        """(triangles, 3) int64: nodes of each triangle."""
+        return self._mesh[1]
+
+    def design(self, runs: Sequence[str]) -> np.ndarray:
+        """(runs, parameters) float64: design values, in each parameter's unit. InputError E-RES-014: unknown run."""
+        rows = [self._design[run] for run in map(self._known, runs)]
+        return np.array(rows, dtype=np.float64).reshape(len(rows), len(self.parameters))
+
+    def snapshots(self, field: str, runs: Sequence[str]) -> np.ndarray:
+        """One field of several runs: "displacement" [m] or "contact_force" [N], (runs, times, nodes, 3) float32.
+
+        InputError E-RES-013: no such field, E-RES-014: no such run; IntegrityError E-RES-012: a run has another mesh
+        or other times than the dataset.
+        """
+        if field not in SNAPSHOT_FIELDS:
+            raise InputError(
+                "E-RES-013",
+                f"there is no field {field!r}",
+                where=str(self.folder),
+                why=f"a dataset offers {' and '.join(SNAPSHOT_FIELDS)}",
+                remedy=f"ask for {SNAPSHOT_FIELDS[0]!r}",
+            )
+        snapshots = np.empty((len(runs), len(self.times), len(self.reference), 3), dtype=np.float32)
+        for row, run in enumerate(runs):
+            snapshots[row] = self._checked(run).fabric.point_data(field)[-len(self.times) :]
+        return snapshots
+
+    def wall_seconds(self, runs: Sequence[str]) -> np.ndarray:
+        """[s], (runs,) float64: how long each simulation took."""
+        return np.array([self.result(run).wall_seconds for run in runs], dtype=np.float64)
+
+    def result(self, run: str) -> Result:
+        """One run, everything it recorded. InputError E-RES-014 if it is not among train and test."""
+        self._known(run)
+        return Result(self.folder / "runs" / run, self._records[run])
+
+    def _look_up(self, run: str) -> None:
+        folder, failure = self.folder / "runs" / run, self.folder / "failed" / f"{run}.json"
+        if run not in self._design:
+            self.missing[run] = "split.toml names it, design.csv does not"
+        elif folder.is_dir():
+            try:
+                record = read_run_file(folder)
+            except BillowError as error:
+                self.missing[run] = f"{error.code}: {error.what}; {error.why}"
+                return
+            if record["status"] == "completed":
+                self._records[run] = record
+            else:
+                self.missing[run] = f"{record['status']}: {record.get('reason')}"
+        elif failure.is_file():
+            self.missing[run] = _reason(failure)
+        else:
+            self.missing[run] = "not run yet"
+
+    def _known(self, run: str) -> str:
+        if run not in self._records:
+            raise InputError(
+                "E-RES-014",
+                f"run {run!r} is not available",
+                where=str(self.folder),
+                why=self.missing.get(run, "the dataset has no such run"),
+                remedy="use runs listed in Dataset.train and Dataset.test",
+            )
+        return run
+
+    def _checked(self, run: str) -> Result:
+        """A run that has this dataset's mesh and times."""
+        result = self.result(run)
+        check_alike(self._shared, run, result)
+        return result
+
+
+def check_alike(shared: DatasetRecord, run: str, result: Result) -> None:
+    """IntegrityError E-RES-012 if a run has another mesh or other times than its dataset."""
+    if mesh_sha256(result.reference, result.triangles) != shared.mesh_sha256:
+        difference = "its start mesh is not the one in dataset.toml"
+    elif not same_times(result.times, shared.times):
+        difference = f"it recorded {len(result.times)} times up to {result.times[-1:]} s, not those in dataset.toml"
+    else:
+        return
+    raise IntegrityError(
+        "E-RES-012",
+        f"run {run} does not fit its dataset",
+        where=str(result.folder),
+        why=difference,
+        remedy="vary only parameters that keep the mesh and the recorded times; use one dataset for each mesh",
+    )
+
+
+def _reason(failure: Path) -> str:
+    try:
+        record = json.loads(failure.read_text(encoding="utf-8"))
+        return f"{record['code']}: {record['what']}; {record['why']}"
+    except (ValueError, TypeError, KeyError):
+        return f"failed; {failure.name} cannot be read"

@@ -1,0 +1,152 @@
+"""The three small files that turn a folder of runs into a dataset.
+
+    design.csv    run,permeability [-],...   one row a run: the values of its parameters
+    split.toml    train = [...], test = [...]
+    dataset.toml  what all runs share: parameters and their ranges, times, the mesh (by its SHA-256)
+
+Any program that writes these and run folders has made a dataset that the reduced-order model can learn from.
+"""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import io
+import math
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import numpy as np
+import tomli_w
+
+from billow.errors import InputError, IntegrityError
+from billow.results.atomic import write_atomically
+
+FORMAT = 1
+DATASET_FILE, DESIGN_FILE, SPLIT_FILE = "dataset.toml", "design.csv", "split.toml"
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One axis of the design space; low and high are in `unit`."""
+
+    name: str
+    label: str
+    unit: str
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class DatasetRecord:
+    """What dataset.toml holds. reference_length: [m]; times: [s], (times,)."""
+
+    title: str
+    reference_length: float
+    seed: int
+    mesh_sha256: str
+    times: tuple[float, ...]
+    parameters: tuple[Parameter, ...]
+
+
+def mesh_sha256(reference: np.ndarray, triangles: np.ndarray) -> str:
+    """Fingerprint of a mesh. reference: [m], (nodes, 3); triangles: (triangles, 3) int.
+
+    Positions count as float32, as they are stored: the last bits of a double may differ between machines.
+    """
+    digest = hashlib.sha256()
+    for array in (np.asarray(reference, dtype="<f4"), np.asarray(triangles, dtype="<i8")):
+        digest.update(f"{array.shape}".encode() + np.ascontiguousarray(array).tobytes())
+    return digest.hexdigest()
+
+
+def same_times(one: np.ndarray, other: np.ndarray) -> bool:
+    """True if two runs recorded the same times, rounding aside. one, other: [s], (times,)."""
+    one, other = np.asarray(one), np.asarray(other)
+    return one.shape == other.shape and np.allclose(one, other, rtol=1e-9, atol=1e-12)
+
+
+def write_dataset_file(folder: str | Path, record: DatasetRecord) -> None:
+    """Write `folder`/dataset.toml, atomically."""
+    content = {"format": FORMAT, **asdict(record)}
+    content["times"] = [float(time) for time in record.times]
+    content["parameters"] = list(content["parameters"])
+    write_atomically(Path(folder, DATASET_FILE), tomli_w.dumps(content))
+
+
+def read_dataset_file(folder: str | Path) -> DatasetRecord:
+    """Content of `folder`/dataset.toml. InputError E-RES-010 if there is none, IntegrityError E-RES-011 if damaged."""
+    path = Path(folder, DATASET_FILE)
+    if not path.is_file():
+        raise InputError(
+            "E-RES-010",
+            "the folder holds no dataset with a completed run",
+            where=str(folder),
+            why=f"{DATASET_FILE}, written when the first run is in, is missing",
+            remedy="make its runs first: billow study STUDY.toml",
+        )
+    try:
+        content = tomllib.loads(path.read_text(encoding="utf-8"))
+        if content.pop("format") != FORMAT:
+            raise ValueError(f"this version of Billow reads format {FORMAT}")
+        times = tuple(float(time) for time in content.pop("times"))
+        parameters = tuple(Parameter(**entry) for entry in content.pop("parameters"))
+        return DatasetRecord(times=times, parameters=parameters, **content)
+    except (ValueError, TypeError, KeyError, UnicodeDecodeError) as error:
+        raise _damaged(path, error) from error
+
+
+def write_design(folder: str | Path, parameters: Sequence[Parameter], design: Mapping[str, Sequence[float]]) -> None:
+    """Write `folder`/design.csv, atomically. design: run -> value of each parameter, in its unit."""
+    text = io.StringIO()
+    table = csv.writer(text, lineterminator="\n")
+    table.writerow(["run", *(f"{p.name} [{p.unit}]" for p in parameters)])
+    table.writerows([run, *map(float, values)] for run, values in design.items())
+    write_atomically(Path(folder, DESIGN_FILE), text.getvalue())
+
+
+def read_design(folder: str | Path) -> dict[str, tuple[float, ...]]:
+    """Content of `folder`/design.csv: run -> value of each parameter. IntegrityError E-RES-011 if it cannot be read."""
+    path = Path(folder, DESIGN_FILE)
+    try:
+        with open(path, newline="", encoding="utf-8") as file:
+            header, *rows = csv.reader(file)
+        design = {run: tuple(float(value) for value in values) for run, *values in rows}
+        if header[0] != "run" or len(design) != len(rows):
+            raise ValueError("the first column must be 'run', each run once")
+        if any(len(values) != len(header) - 1 or not all(map(math.isfinite, values)) for values in design.values()):
+            raise ValueError("a row has a missing or a non-finite value")
+        return design
+    except (OSError, ValueError, IndexError) as error:
+        raise _damaged(path, error) from error
+
+
+def write_split(folder: str | Path, train: Sequence[str], test: Sequence[str]) -> None:
+    """Write `folder`/split.toml, atomically. train, test: runs; the first n of train are a valid smaller dataset."""
+    write_atomically(Path(folder, SPLIT_FILE), tomli_w.dumps({"train": list(train), "test": list(test)}))
+
+
+def read_split(folder: str | Path) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Content of `folder`/split.toml: (train, test). IntegrityError E-RES-011 if it cannot be read or they overlap."""
+    path = Path(folder, SPLIT_FILE)
+    try:
+        content = tomllib.loads(path.read_text(encoding="utf-8"))
+        train, test = tuple(content["train"]), tuple(content["test"])
+        if set(train) & set(test):
+            raise ValueError(f"runs used both to train and to test: {sorted(set(train) & set(test))}")
+        return train, test
+    except (OSError, ValueError, TypeError, KeyError) as error:
+        raise _damaged(path, error) from error
+
+
+def _damaged(path: Path, error: Exception) -> IntegrityError:
+    missing = "a key is missing: " if isinstance(error, KeyError) else ""
+    return IntegrityError(
+        "E-RES-011",
+        "a file of the dataset cannot be read",
+        where=str(path),
+        why=f"{missing}{error}",
+        remedy="restore the file, or make the study again in a new folder: billow study STUDY.toml",
+    )

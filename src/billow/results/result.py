@@ -1,0 +1,95 @@
+"""A run on disk, read piece by piece as it is asked for."""
+
+from __future__ import annotations
+
+import tomllib
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+
+from billow.results.histories import read_histories
+from billow.results.run_file import read_run_file
+from billow.results.vtkhdf import FabricFile
+
+
+class Result:
+    """What one run left behind.
+
+        result = Result.open("runs/driver")
+        result.histories["pressure [Pa]"].max()
+        result.reference + result.displacement[-1]      # last shape [m]
+
+    folder: where it is; record: everything in run.json. Arrays are read from disk on first use and kept.
+    """
+
+    def __init__(self, folder: str | Path, record: dict):
+        self.folder, self.record = Path(folder), record
+
+    @classmethod
+    def open(cls, folder: str | Path) -> Result:
+        """Open a finished run whose files all verify; errors as `read_run_file`."""
+        return cls(folder, read_run_file(folder))
+
+    def __repr__(self) -> str:
+        return f"Result({str(self.folder)!r}, status={self.status!r})"
+
+    @property
+    def status(self) -> str:
+        """ "completed"; "stopped" (for `record["reason"]`); or "interrupted" by the user."""
+        return self.record["status"]
+
+    @property
+    def ledger(self) -> dict[str, float]:
+        """Mass and energy balance at the end of the run."""
+        return self.record["ledger"]
+
+    @property
+    def wall_seconds(self) -> float:
+        """[s] the run took."""
+        return self.record["wall_seconds"]
+
+    @cached_property
+    def fabric(self) -> FabricFile:
+        """The moving mesh with all its fields."""
+        return FabricFile(self.folder / "fabric.vtkhdf")
+
+    @property
+    def times(self) -> np.ndarray:
+        """[s], (times,) float64: times of the frames."""
+        return self.fabric.times
+
+    @property
+    def reference(self) -> np.ndarray:
+        """[m], (nodes, 3) float32: the start shape."""
+        return self.fabric.reference
+
+    @property
+    def triangles(self) -> np.ndarray:
+        """(triangles, 3) int64: nodes of each triangle."""
+        return self.fabric.triangles
+
+    @cached_property
+    def displacement(self) -> np.ndarray:
+        """[m], (times, nodes, 3) float32: from the start shape."""
+        return self.fabric.point_data("displacement")
+
+    @cached_property
+    def contact_force(self) -> np.ndarray:
+        """[N], (times, nodes, 3) float32: what obstacles do to each node."""
+        return self.fabric.point_data("contact_force")
+
+    @cached_property
+    def pressure(self) -> np.ndarray:
+        """[Pa], (times, triangles) float32: above ambient, on each triangle."""
+        return self.fabric.cell_data("pressure")
+
+    @cached_property
+    def histories(self) -> dict[str, np.ndarray]:
+        """Curves of histories.csv: "name [unit]" -> (n,) float64."""
+        return read_histories(self.folder / "histories.csv")
+
+    @cached_property
+    def case_toml(self) -> dict:
+        """The effective case, every default filled in."""
+        return tomllib.loads((self.folder / "case.toml").read_text(encoding="utf-8"))

@@ -1,0 +1,125 @@
+"""run.json: what a run was, how it ended, and the SHA-256 of every file beside it.
+
+A run exists only when its run.json verifies: each file listed is there with the contents it had when the run was
+published, and run.json itself is unchanged (`record_sha256`, over its other entries).
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from billow.errors import InputError, IntegrityError
+from billow.results.atomic import write_atomically
+
+FORMAT = 1
+RUN_FILE = "run.json"
+FILES = ("case.toml", "fabric.vtkhdf", "histories.csv")
+"""Files that every run has."""
+
+
+def file_sha256(path: Path) -> str:
+    """SHA-256 of a file's contents, hexadecimal."""
+    with open(path, "rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def _plain(value):
+    """JSON's own types; a number that is not finite becomes null, which JSON can say."""
+    if isinstance(value, np.generic):
+        value = value.item()
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    if isinstance(value, Mapping):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    return value
+
+
+def _record_sha256(record: dict) -> str:
+    text = json.dumps({k: v for k, v in record.items() if k != "record_sha256"}, sort_keys=True, ensure_ascii=True)
+    return hashlib.sha256(text.encode("ascii")).hexdigest()
+
+
+def write_run_file(folder: str | Path, record: dict) -> None:
+    """Write `folder`/run.json, atomically, as the last file of a run.
+
+    record: at least "status" ("completed", "stopped", "interrupted"), "reason" (text or None), "case_digest" (SHA-256,
+    hexadecimal), "wall_seconds" [s] and "ledger" (name -> float). Added are "format", "files" (name -> SHA-256 of every
+    file now in the folder) and "record_sha256".
+    FileNotFoundError if one of `FILES` is missing.
+    """
+    folder = Path(folder)
+    present = {path.name for path in folder.iterdir() if path.is_file() and path.name != RUN_FILE}
+    names = sorted(present | set(FILES))
+    record = _plain({"format": FORMAT, **record, "files": {name: file_sha256(folder / name) for name in names}})
+    record["record_sha256"] = _record_sha256(record)
+    write_atomically(folder / RUN_FILE, json.dumps(record, indent=2, allow_nan=False) + "\n")
+
+
+def read_run_file(folder: str | Path, verify: bool = True) -> dict:
+    """The record of a run.
+
+    verify: also hash every file listed (reads the whole run; False leaves only run.json itself checked).
+    InputError E-RES-001: no such folder. IntegrityError E-RES-002: no run.json; -003: run.json is damaged;
+    -004: a file changed since the run was published; -005: a file is missing; -006: written by a newer Billow.
+    """
+    folder = Path(folder)
+    path = folder / RUN_FILE
+    if not folder.is_dir():
+        raise InputError(
+            "E-RES-001",
+            "there is no such run",
+            where=str(folder),
+            why="the folder does not exist",
+            remedy="give the folder that `billow run` wrote",
+        )
+    if not path.is_file():
+        raise IntegrityError(
+            "E-RES-002",
+            "the folder holds no finished run",
+            where=str(folder),
+            why="run.json, written when a run ends, is missing",
+            remedy="give the folder of a finished run, or run the case again: billow run CASE.toml",
+        )
+    try:
+        record = json.loads(path.read_bytes())
+        intact = record["record_sha256"] == _record_sha256(record) and set(FILES) <= set(record["files"])
+        files, version = dict(record["files"]), record["format"]
+    except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
+        intact = False
+    if not intact:
+        raise _damaged("E-RES-003", path, "its contents do not match the checksum it carries")
+    if version != FORMAT:
+        raise IntegrityError(
+            "E-RES-006",
+            f"run format {version} is not known",
+            where=str(path),
+            why=f"this version of Billow reads format {FORMAT}",
+            remedy="install the version of Billow named in the file: pip install billow",
+        )
+    if verify:
+        for name, expected in files.items():
+            if not (folder / name).is_file():
+                raise _damaged("E-RES-005", folder / name, "run.json lists this file, and it is missing")
+            measured = file_sha256(folder / name)
+            if measured != expected:
+                why = f"its SHA-256 begins {measured[:8]}, run.json says {expected[:8]}"
+                raise _damaged("E-RES-004", folder / name, why)
+    return record
+
+
+def _damaged(code: str, path: Path, why: str) -> IntegrityError:
+    return IntegrityError(
+        code,
+        "a run is damaged",
+        where=str(path),
+        why=why,
+        remedy="copy the folder again from its source, or run the case again: billow run CASE.toml",
+    )

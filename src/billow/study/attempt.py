@@ -1,0 +1,134 @@
+"""One attempt at one run, wherever it is made: in this process, in a local worker, in a worker of a cluster."""
+
+from __future__ import annotations
+
+import errno
+import time
+import tomllib
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from billow.errors import BillowError, NumericalStop, ResourceError
+from billow.results.run_file import read_run_file
+from billow.study.store import RunStore
+
+Runner = Callable[..., Any]
+"""`runner(case, folder, *, threads)`: simulates and publishes a run folder, as `billow.simulate.simulate` does."""
+
+
+@dataclass(frozen=True)
+class Task:
+    """A run to be made, as it travels to a worker process: the case as text, which every process reads alike.
+
+    case_toml: the effective case; rebuild: makes a `billow.Case` of its nested dictionaries.
+    """
+
+    run: str
+    case_toml: str
+    rebuild: Callable[[dict[str, Any]], Any]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How an attempt ended.
+
+    status: "completed"; "failed" for `error`; "interrupted" by the user; "repeated": it died and is tried again.
+    seconds: [s] it took; attempts: how many were begun, this one included.
+    """
+
+    run: str
+    status: str
+    seconds: float = 0.0
+    attempts: int = 1
+    error: BillowError | None = None
+
+
+def attempt_run(folder: str, task: Task, runner: Runner | None = None) -> Outcome:
+    """Make a run of the study in `folder` and publish it. Every failure comes back as an outcome.
+
+    Making a run twice, at once or one after the other, leaves one run.
+    """
+    store = RunStore(folder)
+    if not (store.folder / "study.toml").is_file():
+        return Outcome(task.run, "failed", error=_not_visible(store.folder))
+    started = time.perf_counter()
+    if store.is_published(task.run):
+        return Outcome(task.run, "completed")
+    attempts, workplace = store.dead_attempts(task.run) + 1, None
+    try:
+        workplace = store.begin(task.run)
+        status, error = _simulate(store, task, workplace / task.run, runner)
+    except OSError as problem:
+        status, error = "failed", out_of_space(problem, store.folder) or _unexpected(task.run, problem)
+    except BillowError as problem:
+        status, error = "failed", problem
+    except Exception as problem:
+        status, error = "failed", _unexpected(task.run, problem)
+    if workplace is not None:
+        store.end(workplace)
+    return Outcome(task.run, status, time.perf_counter() - started, attempts, error)
+
+
+def _simulate(store: RunStore, task: Task, place: Path, runner: Runner | None) -> tuple[str, BillowError | None]:
+    if runner is None:
+        from billow.simulate import simulate as runner
+    case, error = task.rebuild(tomllib.loads(task.case_toml)), None
+    try:
+        runner(case, place, threads=1)
+    except NumericalStop as stop:  # what it left is still worth a look
+        error = stop
+    if not place.is_dir():
+        raise error or RuntimeError("the simulation ended without publishing its run")
+    record = read_run_file(place, verify=False)
+    if error is None and record["status"] == "completed":
+        store.publish(task.run, place)
+        return "completed", None
+    if record["status"] == "interrupted":
+        return "interrupted", None
+    store.keep_stopped(task.run, place)
+    return "failed", error or NumericalStop(
+        "E-STU-014",
+        f"the run was {record['status']}",
+        where=f"run {task.run}",
+        why=str(record.get("reason") or "no reason was recorded"),
+        remedy=f"look at its last frames in failed/{task.run}/fabric.vtkhdf, then narrow the parameter ranges",
+    )
+
+
+def out_of_space(problem: OSError, place: Path) -> ResourceError | None:
+    """ResourceError E-STU-012 if that is what the operating system complains about, else None."""
+    if problem.errno not in (errno.ENOSPC, errno.EDQUOT):
+        return None
+    return ResourceError(
+        "E-STU-012",
+        "the disk is full",
+        where=str(place),
+        why=f"{problem.strerror}; nothing partial was kept",
+        remedy="free space, then give the same command again: finished runs are kept",
+    )
+
+
+def _unexpected(run: str, problem: Exception) -> BillowError:
+    trace = problem.__traceback__
+    while trace and trace.tb_next:
+        trace = trace.tb_next
+    place = f"{Path(trace.tb_frame.f_code.co_filename).name}:{trace.tb_lineno}" if trace else "unknown"
+    return BillowError(
+        "E-STU-016",
+        f"the simulation ended with {type(problem).__name__}",
+        where=f"run {run}, {place}",
+        why=str(problem) or "no message",
+        remedy=f"make the run by itself: billow run on a case with the values of run {run} in design.csv",
+    )
+
+
+def _not_visible(folder: Path) -> ResourceError:
+    return ResourceError(
+        "E-STU-018",
+        "a worker cannot see the study folder",
+        where=str(folder),
+        why="there is no study.toml at that path on the worker's machine",
+        remedy="put the study on a file system that all workers share, and give it by its full path",
+    )

@@ -1,0 +1,178 @@
+"""One drive through a study: find out which runs are missing, have them made, check and count what comes in."""
+
+from __future__ import annotations
+
+import contextlib
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from billow.errors import IntegrityError, ResourceError
+from billow.results.dataset import check_alike
+from billow.results.dataset_files import (
+    DATASET_FILE,
+    DatasetRecord,
+    mesh_sha256,
+    read_dataset_file,
+    write_dataset_file,
+)
+from billow.results.result import Result
+from billow.study.attempt import Outcome, Runner, Task, out_of_space
+from billow.study.execute import WORKER_DIED, available_cores, dask_client, run_here, run_on_dask
+
+if TYPE_CHECKING:
+    from billow.study.study import Study
+
+
+@dataclass(frozen=True)
+class ProgressEvent:
+    """Something that happened in `Study.run`.
+
+    status: "started", "completed", "failed", "repeated" (its worker died), "set aside" (damaged, is made again),
+    "finished"; run: which, or "" for the study; done: runs completed or failed so far, of `total`; seconds: [s] the
+    run took, for "finished" the whole call; message: one line for people.
+    """
+
+    status: str
+    run: str
+    done: int
+    total: int
+    seconds: float
+    message: str
+
+
+@dataclass(frozen=True)
+class StudySummary:
+    """Where a study stands. completed: runs; failed: run -> reason; seconds: [s] the call took."""
+
+    completed: tuple[str, ...]
+    failed: dict[str, str]
+    seconds: float
+
+
+class Drive:
+    """One call of `Study.run`."""
+
+    def __init__(self, study: Study, report: Callable[[ProgressEvent], None], retry_failed: bool):
+        self.study, self.store, self.report, self.retry_failed = study, study.store, report, retry_failed
+        self.started = time.perf_counter()
+        self.completed: set[str] = set()
+        self.failed: dict[str, str] = {}
+
+    def go(self, workers: int | None, scheduler: str | None, runner: Runner | None) -> StudySummary:
+        """Make what is missing; errors as `Study.run`."""
+        try:
+            return self._go(workers, scheduler, runner)
+        except OSError as problem:  # of this process; those of workers come as outcomes
+            full = out_of_space(problem, self.study.folder)
+            if full is None:
+                raise
+            raise full from problem
+
+    def _go(self, workers: int | None, scheduler: str | None, runner: Runner | None) -> StudySummary:
+        tasks = self._survey()
+        # never more processes than runs: starting one costs seconds
+        workers = min(workers or available_cores(), max(len(tasks), 1))
+        place = f"the cluster at {scheduler}" if scheduler else f"{workers} worker{'s' if workers > 1 else ''}"
+        self._tell("started", "", 0.0, f"{len(tasks)} of {len(self.study.runs)} runs to make, by {place}")
+        with contextlib.closing(self._outcomes(tasks, workers, scheduler, runner)) as outcomes:
+            for outcome in outcomes:
+                self._take(outcome)
+        seconds = time.perf_counter() - self.started
+        self._tell("finished", "", seconds, f"{len(self.completed)} runs completed, {len(self.failed)} failed")
+        completed = tuple(run for run in self.study.runs if run in self.completed)
+        return StudySummary(completed, dict(sorted(self.failed.items())), seconds)
+
+    def _outcomes(self, tasks, workers, scheduler, runner) -> Iterator[Outcome]:
+        if not tasks:
+            return
+        if scheduler is None and workers == 1:
+            yield from run_here(self.store, tasks, runner)
+            return
+        with dask_client(workers, scheduler) as client:
+            yield from run_on_dask(client, self.store, tasks, runner)
+
+    def _survey(self) -> list[Task]:
+        """Look at what is on disk; returns what is missing."""
+        tasks = []
+        for run in self.study.runs:
+            case = self.study.case(run)
+            if self.store.is_published(run) and self._admit(run, case.digest()):
+                continue
+            failure = self.store.failure(run)
+            if failure and not self.retry_failed:
+                self.failed[run] = f"{failure['code']}: {failure['what']}; {failure['why']}"
+            else:
+                tasks.append(Task(run, case.to_toml(), type(case).from_dict))
+        return tasks
+
+    def _admit(self, run: str, digest: str) -> bool:
+        """Check a published run and count it; False if it was damaged and has been set aside."""
+        try:
+            result = Result.open(self.store.runs / run)
+        except IntegrityError as error:
+            place = self.store.set_aside(run)
+            self._tell("set aside", run, 0.0, f"{error.code}: {error.what}; {error.why}; moved to {place}")
+            return False
+        if result.record["case_digest"] != digest or result.status != "completed":
+            raise IntegrityError(
+                "E-STU-010",
+                f"run {run} on disk is not the run of this design",
+                where=str(result.folder),
+                why="it was made from another case, or the study's files were changed since",
+                remedy=f"restore study.toml, case.toml and design.csv; or move {result.folder} away to make it again",
+            )
+        self._check_alike(run, result)
+        self.completed.add(run)
+        self.store.forget_failure(run)
+        return True
+
+    def _check_alike(self, run: str, result: Result) -> None:
+        """The first run in sets mesh and times in dataset.toml; the others must have the same."""
+        folder, definition = self.study.folder, self.study.definition
+        if not (folder / DATASET_FILE).is_file():
+            shared = DatasetRecord(
+                title=definition.title,
+                reference_length=definition.reference_length,
+                seed=definition.seed,
+                mesh_sha256=mesh_sha256(result.reference, result.triangles),
+                times=tuple(result.times.tolist()),
+                parameters=definition.axes,
+            )
+            write_dataset_file(folder, shared)
+            return
+        try:
+            check_alike(read_dataset_file(folder), run, result)
+        except IntegrityError as error:
+            raise IntegrityError(
+                "E-STU-011",
+                f"run {run} has another mesh or other times than the runs before it",
+                where=str(result.folder),
+                why=f"{error.why}; a surrogate needs all runs on one mesh at the same times",
+                remedy="vary only parameters that change neither; start anew in another folder",
+            ) from error
+
+    def _take(self, outcome: Outcome) -> None:
+        run, error = outcome.run, outcome.error
+        if outcome.status == "interrupted":
+            raise KeyboardInterrupt
+        if (
+            isinstance(error, ResourceError) and error.code != WORKER_DIED
+        ):  # no fault of this run: others fare no better
+            counts = f"after {len(self.completed)} of {len(self.study.runs)} runs"
+            raise ResourceError(
+                error.code, f"{error.what} {counts}", where=error.where, why=error.why, remedy=error.remedy
+            )
+        if outcome.status == "repeated":
+            self._tell("repeated", run, 0.0, f"its worker died; {outcome.attempts} attempts so far")
+        elif error is not None:
+            self.store.record_failure(run, error, outcome.attempts)
+            self.failed[run] = f"{error.code}: {error.what}; {error.why}"
+            self._tell("failed", run, outcome.seconds, self.failed[run])
+        elif self._admit(run, self.study.case(run).digest()):
+            self._tell("completed", run, outcome.seconds, "")
+
+    def _tell(self, status: str, run: str, seconds: float, message: str) -> None:
+        done = len(self.completed) + len(self.failed)
+        self.report(ProgressEvent(status, run, done, len(self.study.runs), seconds, message))

@@ -1,0 +1,180 @@
+"""Where runs are made: one after the other in this process, or by the worker processes of a Dask cluster.
+
+Both ways yield an `Outcome` for each run as it ends, and one more for each attempt that died and is repeated.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+import os
+import signal
+import tempfile
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from billow.errors import BillowError, InputError, ResourceError
+from billow.study.attempt import Outcome, Runner, Task, attempt_run
+from billow.study.store import RunStore
+
+MAX_ATTEMPTS = 3
+"""Attempts at a run whose worker process dies, before the run counts as failed."""
+
+_MAX_SUBMISSIONS = 12
+"""Hand-overs of one run to the cluster. A run waiting in a worker that another run kills has not been attempted, but
+a cluster whose workers die before they begin anything must come to an end too."""
+
+WORKER_DIED = "E-STU-019"
+"""Code of the one error of the cluster that is the run's own."""
+
+ANSWER_SECONDS = 10.0
+"""[s] a scheduler has to answer."""
+
+_ONE_THREAD = ("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS")
+
+
+def available_cores() -> int:
+    """Processor cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def run_here(store: RunStore, tasks: Sequence[Task], runner: Runner | None) -> Iterator[Outcome]:
+    """Make runs one after the other in this process."""
+    for task in tasks:
+        yield attempt_run(str(store.folder), task, runner)
+
+
+@contextlib.contextmanager
+def dask_client(workers: int, scheduler: str | None) -> Iterator:
+    """A Dask client: of `workers` new local processes, or of the cluster at the address `scheduler`.
+
+    InputError E-STU-015 if no scheduler answers there. Local workers end with the block; a cluster stays as it was.
+    """
+    import dask
+    from distributed import Client, LocalCluster
+
+    if scheduler is not None:
+        try:
+            client = Client(scheduler, timeout=ANSWER_SECONDS)
+        except (OSError, ValueError, ImportError) as error:  # no answer, no address, a protocol not installed
+            raise InputError(
+                "E-STU-015",
+                "the scheduler does not answer",
+                where=scheduler,
+                why=str(error) or type(error).__name__,
+                remedy="give an address such as tcp://host:8786, as `dask scheduler` prints it when it starts",
+            ) from error
+        with client:
+            yield client
+        return
+    settings = {
+        # A dead worker is this module's business: it knows which of the worker's runs had been begun.
+        "distributed.scheduler.allowed-failures": 0,
+        "distributed.scheduler.worker-saturation": 1.0,  # runs wait in the scheduler, not in a worker
+        **{f"distributed.nanny.pre-spawn-environ.{name}": "1" for name in _ONE_THREAD},
+    }
+    with contextlib.ExitStack() as stack:
+        scratch = stack.enter_context(tempfile.TemporaryDirectory(prefix="billow-workers-"))
+        stack.enter_context(dask.config.set(settings))
+        try:
+            cluster = LocalCluster(
+                n_workers=workers,
+                threads_per_worker=1,
+                processes=True,
+                host="127.0.0.1",
+                dashboard_address=None,
+                memory_limit=0,  # runs are small; pausing one helps nobody
+                local_directory=scratch,
+                silence_logs=logging.CRITICAL,
+            )
+        except RuntimeError as error:
+            raise ResourceError(
+                "E-STU-022",
+                "worker processes could not be started",
+                where=f"{workers} local workers",
+                why=str(error),
+                remedy='in a script, call run() under `if __name__ == "__main__":`; or give workers=1',
+            ) from error
+        stack.enter_context(cluster)
+        client = stack.enter_context(Client(cluster))
+        _leave_interrupts_to_this_process(client)
+        yield client
+
+
+def _leave_interrupts_to_this_process(client) -> None:
+    """A terminal sends Ctrl-C to every process; workers, which this one ends, would each print a traceback."""
+    from distributed import WorkerPlugin
+
+    class IgnoreInterrupts(WorkerPlugin):
+        def setup(self, worker):
+            signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+    client.register_plugin(IgnoreInterrupts())
+
+
+def run_on_dask(client, store: RunStore, tasks: Sequence[Task], runner: Runner | None) -> Iterator[Outcome]:
+    """Make runs in the workers of a Dask client, in any order.
+
+    A run whose worker dies is repeated, `MAX_ATTEMPTS` times at most. ResourceError E-STU-017: the scheduler was lost;
+    -018: workers cannot run Billow or do not see the study folder.
+    """
+    from distributed import KilledWorker, as_completed
+
+    folder = str(Path(store.folder).resolve())
+    submissions = dict.fromkeys((task.run for task in tasks), 0)
+
+    def submit(task: Task, order: int):
+        submissions[task.run] += 1
+        key = f"billow-run-{task.run}-{submissions[task.run]}-{os.urandom(4).hex()}"
+        # earlier runs first: an unfinished study then holds the first runs of the training sequence
+        return client.submit(attempt_run, folder, task, runner, key=key, pure=False, priority=-order)
+
+    waiting = {submit(task, order): (task, order) for order, task in enumerate(tasks)}
+    ended = as_completed(list(waiting))
+    try:
+        for future in ended:
+            task, order = waiting.pop(future)
+            if future.status == "finished":
+                yield future.result()
+                continue
+            problem = future.exception() if future.status == "error" else None
+            if not isinstance(problem, KilledWorker):
+                raise _cannot_go_on(future, problem)
+            attempts = store.dead_attempts(task.run)
+            if attempts >= MAX_ATTEMPTS or submissions[task.run] >= _MAX_SUBMISSIONS:
+                yield Outcome(task.run, "failed", attempts=attempts, error=_workers_died(task.run, attempts))
+                continue
+            yield Outcome(task.run, "repeated", attempts=attempts)
+            again = submit(task, order)
+            waiting[again] = (task, order)
+            ended.add(again)
+    finally:
+        client.cancel(list(waiting))
+
+
+def _cannot_go_on(future, problem: BaseException | None) -> BillowError:
+    if problem is None:
+        return ResourceError(
+            "E-STU-017",
+            "the connection to the scheduler was lost",
+            where="Dask scheduler",
+            why=f"a run under way was reported as {future.status}",
+            remedy="give the same command again: finished runs are kept",
+        )
+    return ResourceError(
+        "E-STU-018",
+        "a worker cannot make runs",
+        where="Dask worker",
+        why=f"{type(problem).__name__}: {problem}",
+        remedy="install the same version of Billow and its dependencies on every worker",
+    )
+
+
+def _workers_died(run: str, attempts: int) -> ResourceError:
+    return ResourceError(
+        WORKER_DIED,
+        "the worker process died",
+        where=f"run {run}",
+        why=f"it died in each of {attempts} attempts: killed from outside, out of memory, or a crash in compiled code",
+        remedy="check the memory of the machine, then repeat failed runs: billow study STUDY.toml --retry-failed",
+    )

@@ -1,0 +1,123 @@
+"""Run folders of a study, kept so that whatever drives or runs it may die at any moment.
+
+    runs/<run>/            published runs: there only if complete, never overwritten
+    failed/<run>.json      why a run failed; failed/<run>/ is what a stopped run left, for a look at its last frames
+    set_aside/<run>-<n>/   published runs that no longer verified
+    work/<run>-<token>/    one folder for each attempt under way; its content moves to runs/ in one step
+    study.lock             held by the process that drives the study
+
+Two attempts at one run, as a cluster may make, have a folder each, and the first to finish is kept.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import fcntl
+import json
+import os
+import shutil
+import socket
+import uuid
+from collections.abc import Iterator
+from pathlib import Path
+
+from billow.errors import BillowError, InputError
+from billow.results.atomic import publish_folder, sync_folder, write_atomically
+
+
+class RunStore:
+    """The run folders under one study folder."""
+
+    def __init__(self, folder: str | Path):
+        self.folder = Path(folder)
+        self.runs, self.failed, self.work = (self.folder / name for name in ("runs", "failed", "work"))
+
+    @contextlib.contextmanager
+    def driving(self) -> Iterator[None]:
+        """Be the only process that drives this study, and clear away what a dead one left half-done.
+
+        InputError E-STU-013 if another process drives it. The lock ends with the process, however that ends.
+        """
+        with open(self.folder / "study.lock", "a+", encoding="utf-8") as lock:
+            try:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError as error:
+                lock.seek(0)
+                raise InputError(
+                    "E-STU-013",
+                    "another process is running this study",
+                    where=str(self.folder),
+                    why=f"study.lock is held by {lock.read().strip() or 'it'}",
+                    remedy="wait for it, or stop it; the study can then be continued",
+                ) from error
+            lock.truncate(0)
+            lock.write(f"process {os.getpid()} on {socket.gethostname()}")
+            lock.flush()
+            self._clear()
+            yield
+
+    def _clear(self) -> None:
+        shutil.rmtree(self.work, ignore_errors=True)
+        for leftover in self.runs.glob("*.partial"):
+            shutil.rmtree(leftover, ignore_errors=True)
+        for folder in (self.runs, self.failed, self.work):
+            folder.mkdir(exist_ok=True)
+
+    def begin(self, run: str) -> Path:
+        """A new folder for one attempt at `run`; it stays behind if the attempt dies."""
+        attempt = self.work / f"{run}-{uuid.uuid4().hex[:12]}"
+        attempt.mkdir()
+        return attempt
+
+    def dead_attempts(self, run: str) -> int:
+        """How many attempts at `run` were begun and ended in neither a run nor an error."""
+        return sum(1 for _ in self.work.glob(f"{run}-*"))
+
+    def end(self, attempt: Path) -> None:
+        """Forget an attempt that has been dealt with."""
+        shutil.rmtree(attempt, ignore_errors=True)
+
+    def is_published(self, run: str) -> bool:
+        """True if `run` has a folder in runs/; says nothing about whether it verifies."""
+        return (self.runs / run).is_dir()
+
+    def publish(self, run: str, finished: Path) -> None:
+        """Make `finished` the folder of `run`; if an attempt was quicker, that one stays."""
+        with contextlib.suppress(InputError):
+            publish_folder(finished, self.runs / run)
+
+    def keep_stopped(self, run: str, stopped: Path) -> None:
+        """Keep what a stopped run left, in place of what an earlier one left."""
+        shutil.rmtree(self.failed / run, ignore_errors=True)
+        with contextlib.suppress(InputError):
+            publish_folder(stopped, self.failed / run)
+
+    def set_aside(self, run: str) -> Path:
+        """Move a published run that no longer verifies out of the way; returns where it went."""
+        shelf = self.folder / "set_aside"
+        shelf.mkdir(exist_ok=True)
+        number = 1
+        while (place := shelf / f"{run}-{number}").exists():
+            number += 1
+        os.rename(self.runs / run, place)
+        sync_folder(shelf)
+        return place
+
+    def record_failure(self, run: str, error: BillowError, attempts: int) -> None:
+        """Write failed/<run>.json, atomically."""
+        parts = {name: getattr(error, name) for name in ("code", "what", "where", "why", "remedy")}
+        text = json.dumps({"run": run, **parts, "attempts": attempts}, indent=2)
+        write_atomically(self.failed / f"{run}.json", text + "\n")
+
+    def failure(self, run: str) -> dict | None:
+        """What failed/<run>.json says, or None; a record that cannot be read is as good as none."""
+        try:
+            record = json.loads((self.failed / f"{run}.json").read_text(encoding="utf-8"))
+        except (OSError, ValueError):
+            return None
+        return record if isinstance(record, dict) and {"code", "what", "why"} <= set(record) else None
+
+    def forget_failure(self, run: str) -> None:
+        """Remove the record of a failure that a completed run has overtaken."""
+        (self.failed / f"{run}.json").unlink(missing_ok=True)
+        shutil.rmtree(self.failed / run, ignore_errors=True)

@@ -1,0 +1,188 @@
+"""A study: many runs of one case that differ in the values of a few parameters."""
+
+from __future__ import annotations
+
+import itertools
+import shutil
+import uuid
+from collections.abc import Callable
+from pathlib import Path
+
+from billow.errors import InputError, IntegrityError
+from billow.results.atomic import publish_folder, write_atomically
+from billow.results.dataset import Dataset
+from billow.results.dataset_files import read_design, read_split, write_design, write_split
+from billow.study.attempt import Runner
+from billow.study.definition import StudyDefinition
+from billow.study.design import Design, draw
+from billow.study.drive import Drive, ProgressEvent, StudySummary
+from billow.study.store import RunStore
+
+STUDY_FILE, CASE_FILE = "study.toml", "case.toml"
+
+
+class Study:
+    """Runs around one case, drawn, made and kept in one folder.
+
+        study = Study.create("study.toml", "my_study")
+        study.run()
+        dataset = study.dataset()
+
+    A script that calls `run` with more than one worker needs `if __name__ == "__main__":` around it, because worker
+    processes import the script.
+
+    folder; definition; train, test: run -> value of each parameter in its unit; runs: both.
+    """
+
+    def __init__(self, folder: Path, definition: StudyDefinition, design: Design, case):
+        self.folder, self.definition, self._case = folder, definition, case
+        self.train, self.test, self.runs = design.train, design.test, design.runs
+        self.store = RunStore(folder)
+
+    @classmethod
+    def create(cls, definition_file: str | Path, folder: str | Path) -> Study:
+        """Draw the designs of a study and write them to `folder`; if it holds this very study already, open it.
+
+        Every design is tried on the case before anything is written. InputError E-STU-001 to -006: the definition;
+        -007: the case does not accept a value; -008: `folder` holds something else.
+        """
+        definition_file, folder = Path(definition_file), Path(folder)
+        given = StudyDefinition.load(definition_file)
+        case = _load_case(definition_file.parent / given.case)
+        _try_ranges(definition_file, given, case)
+        definition, design = given.model_copy(update={"case": CASE_FILE}), draw(given)
+        for run, values in design.runs.items():
+            _vary(case, definition, values, f"{definition_file}: run {run} of its design")
+        files = {STUDY_FILE: definition.to_toml(), CASE_FILE: case.to_toml()}
+        if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+            _refuse_another(folder, files)
+            return cls.open(folder)
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        partial = folder.with_name(f"{folder.name}.{uuid.uuid4().hex[:12]}.partial")
+        partial.mkdir()
+        try:
+            for name, text in files.items():
+                write_atomically(partial / name, text)
+            write_design(partial, definition.axes, design.runs)
+            write_split(partial, list(design.train), list(design.test))
+            for name in ("runs", "failed"):
+                (partial / name).mkdir()
+            publish_folder(partial, folder)
+        finally:
+            shutil.rmtree(partial, ignore_errors=True)
+        return cls.open(folder)
+
+    @classmethod
+    def open(cls, folder: str | Path) -> Study:
+        """Open a study that was created before. InputError E-STU-009 if `folder` holds none."""
+        folder = Path(folder)
+        if not (folder / STUDY_FILE).is_file():
+            raise InputError(
+                "E-STU-009",
+                "the folder holds no study",
+                where=str(folder),
+                why=f"{STUDY_FILE} is missing",
+                remedy="make it: billow study STUDY.toml",
+            )
+        definition = StudyDefinition.load(folder / STUDY_FILE)
+        runs, (train, test) = read_design(folder), read_split(folder)
+        unknown = sorted({*train, *test} - set(runs))
+        if unknown or any(len(values) != len(definition.parameters) for values in runs.values()):
+            raise IntegrityError(
+                "E-STU-020",
+                "the files of the study contradict each other",
+                where=str(folder),
+                why=f"design.csv does not give every run of split.toml one value a parameter; {unknown[:3]}",
+                remedy="restore design.csv and split.toml, or make the study again in a new folder",
+            )
+        design = Design({run: runs[run] for run in train}, {run: runs[run] for run in test})
+        return cls(folder, definition, design, _load_case(folder / CASE_FILE))
+
+    def __repr__(self) -> str:
+        return f"Study({str(self.folder)!r}, train={len(self.train)}, test={len(self.test)})"
+
+    def case(self, run: str):
+        """The `billow.Case` of one run."""
+        return _vary(self._case, self.definition, self.runs[run], f"{self.folder}: run {run}")
+
+    def dataset(self) -> Dataset:
+        """The runs made so far, as what a surrogate learns from; errors as `Dataset.open`."""
+        return Dataset.open(self.folder)
+
+    def run(
+        self,
+        workers: int | None = None,
+        scheduler: str | None = None,
+        progress: Callable[[ProgressEvent], None] | None = None,
+        *,
+        retry_failed: bool = False,
+        runner: Runner | None = None,
+    ) -> StudySummary:
+        """Make the runs that are missing. May be interrupted in any way at any moment, and called again.
+
+        workers: local processes, each making one run at a time on one core; all cores by default, 1 is this process
+        itself. scheduler: address of a Dask cluster to use instead. progress: called with each `ProgressEvent`.
+        retry_failed: make runs again that failed before. runner: what makes a run, `billow.simulate` by default.
+
+        A run that fails is recorded in failed/ and the others go on. InputError E-STU-013: another process runs this
+        study; -015: no scheduler answers; -021: workers. IntegrityError E-STU-010: a run on disk belongs to another
+        case; -011: runs differ in mesh or times. ResourceError E-STU-012: disk full; -017, -018: the cluster.
+        """
+        if (workers is not None and workers < 1) or (workers is not None and scheduler is not None):
+            raise InputError(
+                "E-STU-021",
+                f"workers = {workers} cannot be used" + (" together with a scheduler" if scheduler else ""),
+                where="Study.run",
+                why="workers counts local processes, at least 1; a cluster brings its own",
+                remedy="give workers or a scheduler address, or neither for one worker on each core",
+            )
+        with self.store.driving():
+            return Drive(self, progress or (lambda event: None), retry_failed).go(workers, scheduler, runner)
+
+
+def _load_case(path: Path):
+    from billow.case.schema import Case
+
+    return Case.load(path)
+
+
+def _vary(case, definition: StudyDefinition, values: tuple[float, ...], where: str):
+    """The case with a value for each parameter. InputError E-STU-007 if it does not accept them."""
+    entries = {key: v for p, v in zip(definition.parameters, values, strict=True) for key in p.keys}
+    try:
+        return case.vary(entries)
+    except InputError as error:
+        raise InputError(
+            "E-STU-007",
+            f"the case does not accept a design: {error.what}",
+            where=where,
+            why=f"{error.why}; tried were {', '.join(f'{key} = {value:g}' for key, value in entries.items())}",
+            remedy=error.remedy,
+        ) from error
+
+
+def _try_ranges(path: Path, definition: StudyDefinition, case) -> None:
+    """Try each end of each range by itself, so that an error names the one parameter that is wrong."""
+    for number, parameter in enumerate(definition.parameters, start=1):
+        one = definition.model_copy(update={"parameters": (parameter,)})
+        for value in (parameter.low, parameter.high):
+            _vary(case, one, (value,), f"{path}: [[parameters]] number {number} ({parameter.name})")
+    for corner in itertools.islice(itertools.product(*((p.low, p.high) for p in definition.parameters)), 256):
+        _vary(case, definition, corner, f"{path}: a corner of the design space")
+
+
+def _refuse_another(folder: Path, files: dict[str, str]) -> None:
+    """InputError E-STU-008 unless `folder` holds the study made of `files`."""
+    for name, text in files.items():
+        try:
+            found = (folder / name).read_text(encoding="utf-8")
+        except (OSError, ValueError):
+            found = None
+        if found != text:
+            raise InputError(
+                "E-STU-008",
+                "the folder holds something else than this study",
+                where=str(folder),
+                why=f"{name} is missing there" if found is None else f"its {name} differs from the study asked for",
+                remedy="choose another folder, or delete this one; to continue the study in it, open that one",
+            )

@@ -1,0 +1,54 @@
+"""Units at the edges: everything inside is SI; a text such as "0.3 mm" is converted where it enters.
+
+A number without a unit is taken as SI. A text with a unit must be of the right dimension.
+"""
+
+from __future__ import annotations
+
+import re
+
+CONVERSIONS: dict[str, dict[str, float]] = {
+    "m": {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "in": 0.0254},
+    "m^2": {"m^2": 1.0, "cm^2": 1e-4, "mm^2": 1e-6},
+    "s": {"s": 1.0, "ms": 1e-3, "us": 1e-6},
+    "kg": {"kg": 1.0, "g": 1e-3},
+    "kg/s": {"kg/s": 1.0, "g/s": 1e-3, "g/ms": 1.0},
+    "kg/m^3": {"kg/m^3": 1.0, "g/cm^3": 1e3},
+    "Pa": {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9, "bar": 1e5, "mbar": 1e2},
+    "K": {"K": 1.0},
+    "N/m": {"N/m": 1.0, "kN/m": 1e3, "N/mm": 1e3},
+    "m/s": {"m/s": 1.0, "mm/ms": 1.0, "km/h": 1.0 / 3.6},
+    "m/s^2": {"m/s^2": 1.0, "g": 9.80665},
+    "deg": {"deg": 1.0, "rad": 57.29577951308232},
+    "-": {"-": 1.0, "%": 1e-2},
+}
+"""Accepted unit texts by the unit a field is kept in, and their factors."""
+
+_TEXT = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?)\s*([^\s\d].{0,15})?\s*")
+
+
+def to_si(value: float | int | str, unit: str) -> float:
+    """Number in `unit` from a number or a text such as "0.3 mm".
+
+    Raises ValueError with a sentence for the user if the text is no number or its unit does not fit.
+    """
+    if isinstance(value, bool) or not isinstance(value, (int, float, str)):
+        raise ValueError(f"expected a number in {unit}")
+    if not isinstance(value, str):
+        return float(value)
+    match = _TEXT.fullmatch(value)
+    if match is None:
+        raise ValueError(f'expected a number in {unit} or a text such as "1.5 {unit}"')
+    text = (match.group(2) or unit).strip()
+    factors = CONVERSIONS[unit]
+    if text not in factors:
+        raise ValueError(f"unit {text!r} does not fit here; expected one of {', '.join(factors)}")
+    return float(match.group(1)) * factors[text]
+
+
+def other_scale(value: float, unit: str, low: float, high: float) -> str | None:
+    """A reading of the number in another unit that would be plausible, for example "0.3 mm", or None."""
+    for text, factor in CONVERSIONS[unit].items():
+        if factor != 1.0 and low <= value * factor <= high:
+            return f"{value:g} {text}"
+    return None

@@ -1,0 +1,93 @@
+import json
+
+import numpy as np
+import pytest
+from small_run import POINTS, TIMES, TRIANGLES, displacement, write_small_run
+
+from billow.errors import InputError, IntegrityError
+from billow.results.dataset import Dataset
+from billow.results.dataset_files import (
+    DatasetRecord,
+    Parameter,
+    mesh_sha256,
+    write_dataset_file,
+    write_design,
+    write_split,
+)
+
+PARAMETERS = (Parameter("amount", "Rise", "m", 0.0, 10.0), Parameter("idle", "Nothing", "-", 0.0, 1.0))
+DESIGN = {"0000": (1.0, 0.5), "0001": (2.0, 0.25), "0002": (3.0, 0.75), "0003": (4.0, 0.125)}
+
+
+@pytest.fixture
+def folder(tmp_path):
+    for run, (amount, _) in DESIGN.items():
+        write_small_run(tmp_path / "runs" / run, amount)
+    write_design(tmp_path, PARAMETERS, DESIGN)
+    write_split(tmp_path, ["0000", "0001", "0002"], ["0003"])
+    mesh = mesh_sha256(POINTS, TRIANGLES)
+    write_dataset_file(tmp_path, DatasetRecord("Small", 0.28, 7, mesh, tuple(TIMES), PARAMETERS))
+    return tmp_path
+
+
+def test_a_dataset_gives_designs_and_snapshots_in_the_order_asked(folder):
+    dataset = Dataset.open(folder)
+    assert (dataset.train, dataset.test, dataset.missing) == (("0000", "0001", "0002"), ("0003",), {})
+    assert (dataset.title, dataset.reference_length, dataset.seed) == ("Small", 0.28, 7)
+    assert dataset.parameters == PARAMETERS
+    np.testing.assert_array_equal(dataset.times, TIMES)
+    np.testing.assert_array_equal(dataset.reference, POINTS)
+    np.testing.assert_array_equal(dataset.triangles, TRIANGLES)
+    np.testing.assert_array_equal(dataset.design(["0002", "0000"]), [[3.0, 0.75], [1.0, 0.5]])
+    snapshots = dataset.snapshots("displacement", ["0002", "0000"])
+    assert (snapshots.dtype, snapshots.shape) == (np.float32, (2, 3, 4, 3))
+    np.testing.assert_array_equal(snapshots, [displacement(3.0), displacement(1.0)])
+    np.testing.assert_array_equal(dataset.snapshots("contact_force", ["0003"])[0, 2, 0], np.float32([0.02, 0, 4]))
+    np.testing.assert_array_equal(dataset.wall_seconds(dataset.train), [2.5, 2.5, 2.5])
+    assert dataset.design([]).shape == (0, 2)
+
+
+def test_runs_that_are_not_there_are_listed_with_the_reason(folder):
+    (folder / "runs/0000").rename(folder / "elsewhere")
+    (folder / "runs/0001/histories.csv").write_text("time [s]\n0.0\n")
+    (folder / "runs/0003").rename(folder / "elsewhere3")
+    (folder / "failed").mkdir()
+    (folder / "failed/0003.json").write_text(json.dumps({"code": "E-NUM-007", "what": "NaN", "why": "element 3"}))
+    dataset = Dataset.open(folder)
+    assert (dataset.train, dataset.test) == (("0002",), ())
+    assert dataset.missing["0000"] == "not run yet"
+    assert "E-RES-004" in dataset.missing["0001"]
+    assert dataset.missing["0003"] == "E-NUM-007: NaN; element 3"
+    with pytest.raises(InputError, match="element 3"):
+        dataset.snapshots("displacement", ["0003"])
+
+
+@pytest.mark.parametrize("change", [{"points": 1.001 * POINTS}, {"times": TIMES * 1.001}])
+def test_a_run_on_another_mesh_or_at_other_times_is_refused(folder, change):
+    (folder / "runs/0001").rename(folder / "elsewhere")
+    write_small_run(folder / "runs/0001", 2.0, **change)
+    dataset = Dataset.open(folder)
+    dataset.snapshots("displacement", ["0000"])
+    with pytest.raises(IntegrityError, match="E-RES-012"):
+        dataset.snapshots("displacement", ["0000", "0001"])
+
+
+def test_unknown_names_and_damaged_files_get_a_clear_error(folder, tmp_path):
+    dataset = Dataset.open(folder)
+    with pytest.raises(InputError, match="E-RES-013"):
+        dataset.snapshots("velocity", ["0000"])
+    with pytest.raises(InputError, match="E-RES-014"):
+        dataset.design(["9999"])
+    for name, text in (
+        ("split.toml", 'train = ["0000"]\ntest = ["0000"]\n'),
+        ("design.csv", "run,amount [m],idle [-]\n0000,1.0\n"),
+        ("dataset.toml", "format = 2\n"),
+    ):
+        original = (folder / name).read_text()
+        (folder / name).write_text(text)
+        with pytest.raises(IntegrityError, match="E-RES-011"):
+            Dataset.open(folder)
+        (folder / name).write_text(original)
+    (folder / "dataset.toml").unlink()
+    with pytest.raises(InputError, match="E-RES-010"):
+        Dataset.open(folder)
