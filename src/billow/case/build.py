@@ -141,7 +141,7 @@ def build_gas(case: schema.Case, shape: BagShape, porous_area: float) -> GasMode
         temperature_time, temperature_value = [0.0, 1.0], [temperature, temperature]
     else:
         temperature_time, temperature_value = temperature.time, temperature.value
-    ring = case.inflator.jets and JetRing(
+    ring = JetRing(
         case.inflator.jets.count,
         case.inflator.jets.ring_radius,
         case.inflator.jets.hole_diameter,
@@ -153,7 +153,6 @@ def build_gas(case: schema.Case, shape: BagShape, porous_area: float) -> GasMode
         temperature_time=np.array(temperature_time),
         temperature=np.array(temperature_value),
         mass_fractions=in_order(case.inflator.gas),
-        jets=ring,
     )
     mouth = np.unique(shape.surface.triangles[shape.surface.triangles_of("mouth")]).astype(np.int64)
     return UniformPressure(
@@ -163,7 +162,7 @@ def build_gas(case: schema.Case, shape: BagShape, porous_area: float) -> GasMode
         ambient=Ambient(case.ambient.pressure, case.ambient.temperature, in_order(AIR)),
         vents=build_vents(case.bag.vents, shape),
         porosity=Porosity(case.fabric.permeability, porous_area),
-        jets=Jets(ring, mouth, shape.mouth_axis) if ring else None,
+        jets=Jets(ring, mouth, shape.mouth_axis) if ring.count else None,
     )
 
 

@@ -122,7 +122,7 @@ class Jets(Strict):
     """Ring of jets the inflator blows through. Uniform pressure alone cannot see their direction."""
 
     count: int = 12
-    """Number of holes."""
+    """Number of holes; 0 for a diffuse source without jets."""
     ring_radius: quantity("m", 1e-3, 0.5) = 0.038
     """Radius of the ring of holes."""
     hole_diameter: quantity("m", 1e-4, 0.05) = 0.005
@@ -133,8 +133,8 @@ class Jets(Strict):
     @field_validator("count")
     @classmethod
     def _few(cls, value):
-        if not 1 <= value <= 64:
-            raise PydanticCustomError("range", "{reason}", {"reason": f"{value} jets; expected 1 to 64"})
+        if not 0 <= value <= 64:
+            raise PydanticCustomError("range", "{reason}", {"reason": f"{value} jets; expected 0 to 64"})
         return value
 
 
@@ -147,7 +147,7 @@ class Inflator(Strict):
     """Mass flow against time, piecewise linear, zero outside."""
     temperature: quantity("K", 200.0, 3000.0) | curve("K", 200.0, 3000.0) = 650.0
     """Total temperature of the gas: one number, or a curve against time."""
-    jets: Jets | None = Jets()
+    jets: Jets = Jets()
 
     @field_validator("gas")
     @classmethod
@@ -289,8 +289,8 @@ class Case(Strict):
         return validate(data, where)
 
     def to_dict(self) -> dict[str, Any]:
-        """Every key with its effective value, defaults filled in; None is left out."""
-        return self.model_dump(mode="python", exclude_none=True)
+        """Every key with its effective value, defaults filled in."""
+        return self.model_dump(mode="python")
 
     def to_toml(self) -> str:
         """The effective case as TOML."""

@@ -69,8 +69,9 @@ def contact_force(depth, nx, ny, nz, vx, vy, vz, stiffness, inverse_mass, dampin
     speed = vx * nx + vy * ny + vz * nz
     normal, after = normal_contact(depth, -speed, stiffness, inverse_mass, damping, dt)
     old = 0.5 * stiffness * (max(0.0, depth) ** 2 + sx * sx + sy * sy + sz * sz)
-    if normal == 0.0:
-        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, old, after
+    if normal == 0.0:  # outside, or damping keeps a leaving node from being held back while its spring still relaxes
+        left = 0.5 * stiffness * max(0.0, after) ** 2
+        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, left, old - left, after
 
     # Tangential: the stick spring by the implicit midpoint rule, cut back to the Coulomb limit.
     along = sx * nx + sy * ny + sz * nz  # the normal turns as the node travels
@@ -88,10 +89,11 @@ def contact_force(depth, nx, ny, nz, vx, vy, vz, stiffness, inverse_mass, dampin
     if slips:
         fx, fy, fz = fx * limit / size, fy * limit / size, fz * limit / size
     mx, my, mz = tx + kick * fx, ty + kick * fy, tz + kick * fz  # tangential velocity at the middle
-    if slips:
-        sx, sy, sz = -fx / stiffness, -fy / stiffness, -fz / stiffness
-    else:
-        sx, sy, sz = sx + dt * mx, sy + dt * my, sz + dt * mz
+    sx, sy, sz = sx + dt * mx, sy + dt * my, sz + dt * mz
+    if slips:  # the sticking point is dragged along; it is never farther than the travel put it
+        longest, stretch = limit / stiffness, np.sqrt(sx * sx + sy * sy + sz * sz)
+        if stretch > longest:
+            sx, sy, sz = sx * longest / stretch, sy * longest / stretch, sz * longest / stretch
     if after <= 0.0:  # it left
         sx, sy, sz = 0.0, 0.0, 0.0
     stored = 0.5 * stiffness * (max(0.0, after) ** 2 + sx * sx + sy * sy + sz * sz)

@@ -127,6 +127,7 @@ def _super_ellipsoid_contact(
 ):  # fmt: skip
     a, b, c = radii[0], radii[1], radii[2]
     smallest = min(a, b, c)
+    flattest = 3.0 ** (1.0 / degree - 0.5)
     for chunk in prange((n + CHUNK - 1) // CHUNK):
         fx, fy, fz, tx, ty, tz, stored, lost, deepest = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         for i in range(chunk * CHUNK, min(n, (chunk + 1) * CHUNK)):
@@ -138,11 +139,15 @@ def _super_ellipsoid_contact(
             x = rotation[0, 0] * rx + rotation[1, 0] * ry + rotation[2, 0] * rz
             y = rotation[0, 1] * rx + rotation[1, 1] * ry + rotation[2, 1] * rz
             z = rotation[0, 2] * rx + rotation[1, 2] * ry + rotation[2, 2] * rz
-            # The bounding box costs three comparisons, powers only where it is entered. G is convex with slope at most
-            # 1/smallest, so (G - 1) smallest is a lower bound of the distance.
-            outside = abs(x) >= a + reach or abs(y) >= b + reach or abs(z) >= c + reach or area[i] == 0.0
+            # G is convex with slope at most 1/smallest, so (G - 1) smallest is a lower bound of the distance. Powers
+            # are spared where the box or the enclosing and enclosed ellipsoids (norm inequalities, n >= 2) decide.
+            near = 1.0 + reach / smallest
+            outside = abs(x) >= near * a or abs(y) >= near * b or abs(z) >= near * c or area[i] == 0.0
             if not outside:
-                outside = (radial_measure(x, y, z, a, b, c, degree) - 1.0) * smallest >= reach
+                ellipsoid = np.sqrt((x / a) ** 2 + (y / b) ** 2 + (z / c) ** 2)
+                outside = flattest * ellipsoid >= near
+                if not outside and ellipsoid > 1.0:
+                    outside = radial_measure(x, y, z, a, b, c, degree) >= near
             if outside:
                 for k in range(3):
                     force_out[i, k] = 0.0

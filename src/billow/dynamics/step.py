@@ -36,8 +36,9 @@ def book_motion(model: Model, state: State, dt: float) -> None:
         momentum = model.mass @ (state.velocities * (state.inverse_mass > 0.0)[:, None])
         ledger.gravity_work += float(model.gravity @ momentum) * dt
         for obstacle, body in zip(model.obstacles, state.bodies, strict=True):
-            if not obstacle.body.locked:
-                ledger.gravity_work += float(obstacle.body.mass * model.gravity @ body.velocity) * dt
+            if not obstacle.body.locked:  # the body has its new velocity already
+                middle = body.velocity - 0.5 * dt * (body.force / obstacle.body.mass + model.gravity)
+                ledger.gravity_work += float(obstacle.body.mass * model.gravity @ middle) * dt
     if model.mass_damping:
         ledger.damping += 4.0 * model.mass_damping * kinetic_energy(model.mass, state.velocities) * dt
 

@@ -41,6 +41,12 @@ class LinearFabric:
 
     @property
     def wave_speed(self) -> float:
-        """Fastest membrane wave [m/s]: sqrt(Emax / (rho (1 - nu^2))) (physics notes, section 4)."""
+        """Fastest membrane wave [m/s]: sqrt(Emax / (rho (1 - nu^2))) (physics notes, section 4), or the fastest plane
+        wave in any direction where weft or shear make that faster."""
         young = max(self.young_warp, self.young_weft)
-        return float(np.sqrt(young / (self.density * (1.0 - self.poisson**2))))
+        c11, c22, c12, c66 = self.stiffness
+        angle = np.linspace(0.0, 0.5 * np.pi, 91)
+        c, s = np.cos(angle) ** 2, np.sin(angle) ** 2
+        warp, weft, both = c11 * c + c66 * s, c66 * c + c22 * s, (c12 + c66) ** 2 * c * s
+        plane = 0.5 * (warp + weft) + np.sqrt(0.25 * (warp - weft) ** 2 + both)  # of the acoustic tensor
+        return float(np.sqrt(max(young / (1.0 - self.poisson**2), plane.max()) / self.density))

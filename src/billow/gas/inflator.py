@@ -28,7 +28,6 @@ class Inflator:
 
     flow_time [s], mass_flow [kg/s]: piecewise linear, zero outside. temperature_time [s], temperature [K]: total
     (stagnation) temperature, piecewise linear, constant outside. mass_fractions: (species,) in the order of the gas.
-    jets: None for a diffuse source.
     """
 
     flow_time: np.ndarray
@@ -36,7 +35,6 @@ class Inflator:
     temperature_time: np.ndarray
     temperature: np.ndarray
     mass_fractions: np.ndarray
-    jets: JetRing | None = None
 
     @property
     def cumulative(self) -> np.ndarray:

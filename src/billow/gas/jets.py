@@ -21,8 +21,12 @@ from billow.gas.inflator import JetRing
 UPDATE_INTERVAL = 1e-4
 """Time [s] between two searches for what the jets hit."""
 
-REACH = 2.0
-"""Footprint radius considered, in radii of the Gaussian; the momentum flux beyond is e^-8 of that on the axis."""
+REACH = 1.5
+"""Footprint radius considered, in radii of the Gaussian; 99 % of the momentum flux lies within (1 - e^-4.5)."""
+
+
+STRIPS, WIDEST = 32, 0.4
+"""Strips into which directions of -WIDEST to WIDEST (lateral over axial distance) are sorted."""
 
 
 @dataclass(frozen=True)
@@ -37,17 +41,22 @@ class Jets:
     axis: np.ndarray
 
     def nozzles(self, positions: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Hole positions [m] (jets, 3), jet directions (jets, 3), and (3, 3) rows: axis, first and second radial
-        vector."""
+        """Where the jets start and point.
+
+        Returns hole positions [m] (jets, 3); frames (jets, 3, 3), rows: jet direction, tangent to the ring, and the
+        vector perpendicular to both; (3, 3) rows: axis, first and second radial vector of the ring.
+        """
         seed = np.array([1.0, 0.0, 0.0]) if abs(self.axis[0]) < 0.9 else np.array([0.0, 1.0, 0.0])
         first = seed - seed.dot(self.axis) * self.axis
         first /= np.linalg.norm(first)
-        frame = np.array([self.axis, first, np.cross(self.axis, first)])
-        angle = 2.0 * np.pi * np.arange(self.ring.count) / self.ring.count
-        radial = np.cos(angle)[:, None] * frame[1] + np.sin(angle)[:, None] * frame[2]
+        second = np.cross(self.axis, first)
+        azimuth = 2.0 * np.pi * np.arange(self.ring.count)[:, None] / self.ring.count
+        radial = np.cos(azimuth) * first + np.sin(azimuth) * second
+        tangent = np.cos(azimuth) * second - np.sin(azimuth) * first
+        lean, rise = np.sin(self.ring.angle), np.cos(self.ring.angle)
+        frames = np.stack([lean * radial + rise * self.axis, tangent, rise * radial - lean * self.axis], axis=1)
         centre = positions[self.mouth_nodes].mean(axis=0)
-        direction = np.sin(self.ring.angle) * radial + np.cos(self.ring.angle) * self.axis
-        return centre + self.ring.ring_radius * radial, direction, frame
+        return centre + self.ring.ring_radius * radial, frames, np.array([self.axis, first, second])
 
 
 @dataclass
@@ -62,12 +71,12 @@ class JetPattern:
 
 def aim(jets: Jets, triangles: np.ndarray, positions: np.ndarray) -> JetPattern:
     """Find the fabric in line of sight of each jet. triangles (n, 3), positions [m] (nodes, 3)."""
-    holes, directions, frame = jets.nozzles(positions)
+    holes, frames, ring = jets.nozzles(positions)
     centre = holes.mean(axis=0)
     n = len(triangles)
     weight, jet = np.zeros(n), np.zeros(n, dtype=np.int64)
     along = np.zeros(len(holes))
-    _aim(n, triangles, positions, holes, directions, centre, frame, jets.ring.hole_diameter, weight, jet, along)
+    _aim(n, triangles, positions, holes, frames, centre, ring, jets.ring.hole_diameter, weight, jet, along)
     lit = np.flatnonzero(weight > 0.0)
     return JetPattern(lit, weight[lit] / along[jet[lit]], int(np.count_nonzero(along > 0.0)))
 
@@ -98,63 +107,101 @@ def _corner_vectors(triangles, positions, i, ox, oy, oz):
 
 
 @scalar
-def _blocks(ax, ay, az, bx, by, bz, cx, cy, cz, dx, dy, dz):
-    """Whether triangle a, b, c crosses the segment from the origin to d (Moeller-Trumbore)."""
-    ux, uy, uz = bx - ax, by - ay, bz - az
-    wx, wy, wz = cx - ax, cy - ay, cz - az
-    hx, hy, hz = dy * wz - dz * wy, dz * wx - dx * wz, dx * wy - dy * wx
-    determinant = ux * hx + uy * hy + uz * hz
-    if determinant == 0.0:
+def _covers(outline, i, u, v, nearness):
+    """Whether blocker i hides what is seen in direction (u, v) at 1/distance `nearness`.
+
+    outline: projected corners and their nearness, (triangles, 9). Nearness is linear over a triangle as it is seen.
+    """
+    au, av, an = outline[i, 0], outline[i, 1], outline[i, 2]
+    bu, bv, bn = outline[i, 3], outline[i, 4], outline[i, 5]
+    cu, cv, cn = outline[i, 6], outline[i, 7], outline[i, 8]
+    whole = (bu - au) * (cv - av) - (bv - av) * (cu - au)
+    if whole == 0.0:
         return False
-    first = -(ax * hx + ay * hy + az * hz) / determinant
-    if first < 0.0 or first > 1.0:
+    if (u < au and u < bu and u < cu) or (v < av and v < bv and v < cv) or (v > av and v > bv and v > cv):
         return False
-    qx, qy, qz = az * uy - ay * uz, ax * uz - az * ux, ay * ux - ax * uy
-    second = (dx * qx + dy * qy + dz * qz) / determinant
-    if second < 0.0 or first + second > 1.0:
+    second = ((u - au) * (cv - av) - (v - av) * (cu - au)) / whole
+    third = ((bu - au) * (v - av) - (bv - av) * (u - au)) / whole
+    if second < 0.0 or third < 0.0 or second + third > 1.0:
         return False
-    return 0.0 < (wx * qx + wy * qy + wz * qz) / determinant < 1.0 - 1e-6
+    return an + second * (bn - an) + third * (cn - an) > nearness * (1.0 + 1e-6)
+
+
+@scalar
+def _strip(u):
+    """Strip of the lateral direction u; the outermost ones take all that lies beyond."""
+    return int(min(max(0.5 * STRIPS * (1.0 + u / WIDEST), 0.0), STRIPS - 1.0))
 
 
 @kernel
-def _aim(n, triangles, positions, holes, directions, centre, frame, diameter, weight, jet, along):
+def _aim(n, triangles, positions, holes, frames, centre, ring, diameter, weight, jet, along):
     jets = len(holes)
     pitch = 2.0 * np.pi / jets
-    blockers = np.empty((jets, n), dtype=np.int32)
-    blocker_count = np.zeros(jets, dtype=np.int64)
-    sphere = np.empty((n, 4))  # centroid seen from the hole, squared radius: most pairs are ruled out by it
+    ox, oy, oz = holes[0, 0] - centre[0], holes[0, 1] - centre[1], holes[0, 2] - centre[2]
+    radius_of_ring = np.sqrt(ox * ox + oy * oy + oz * oz)
+    rise = frames[0, 0, 0] * ring[0, 0] + frames[0, 0, 1] * ring[0, 1] + frames[0, 0, 2] * ring[0, 2]
+    lean = np.sqrt(max(0.0, 1.0 - rise * rise))
+    # Seen from its hole, a point has lateral over axial coordinates (u, v) and nearness 1/axial. A line of sight is one
+    # point (u, v), so hiding is a matter of plane triangles, listed by strips of u.
+    sight = np.empty((n, 3))
+    outline = np.empty((n, 9))
+    first = np.full((jets, STRIPS), -1, dtype=np.int64)
+    entry_triangle, entry_next = np.empty(4 * n, dtype=np.int64), np.empty(4 * n, dtype=np.int64)
+    entries = 0
     for i in range(n):
         ax, ay, az, bx, by, bz, cx, cy, cz = _corner_vectors(triangles, positions, i, centre[0], centre[1], centre[2])
         gx, gy, gz = (ax + bx + cx) / 3.0, (ay + by + cy) / 3.0, (az + bz + cz) / 3.0
-        # The nearest jet by azimuth is the only one that matters: neighbours' footprints do not overlap.
-        azimuth = np.arctan2(
-            gx * frame[2, 0] + gy * frame[2, 1] + gz * frame[2, 2],
-            gx * frame[1, 0] + gy * frame[1, 1] + gz * frame[1, 2],
-        )
-        k = int(np.floor(azimuth / pitch + 0.5)) % jets
-        jet[i] = k
-        rx, ry, rz = gx + centre[0] - holes[k, 0], gy + centre[1] - holes[k, 1], gz + centre[2] - holes[k, 2]
-        s = rx * directions[k, 0] + ry * directions[k, 1] + rz * directions[k, 2]
-        if s <= 0.0:
-            continue
         ux, uy, uz, wx, wy, wz = bx - ax, by - ay, bz - az, cx - ax, cy - ay, cz - az
         nx, ny, nz = uy * wz - uz * wy, uz * wx - ux * wz, ux * wy - uy * wx
         double_area = np.sqrt(nx * nx + ny * ny + nz * nz)
         if double_area == 0.0:
             continue
+        # All jets lie on one cone; most fabric is too far from it to need to know which jet is nearest.
+        height = gx * ring[0, 0] + gy * ring[0, 1] + gz * ring[0, 2]
+        beyond = np.sqrt(max(0.0, gx * gx + gy * gy + gz * gz - height * height)) - radius_of_ring
+        axial = beyond * lean + height * rise
+        widest2 = (0.11 * axial) ** 2 + 0.25 * diameter * diameter + 0.25 * double_area
+        if axial <= 0.0 or (beyond * rise - height * lean) ** 2 > REACH * REACH * widest2 + 2.0 * double_area:
+            continue
+        azimuth = np.arctan2(
+            gx * ring[2, 0] + gy * ring[2, 1] + gz * ring[2, 2], gx * ring[1, 0] + gy * ring[1, 1] + gz * ring[1, 2]
+        )
+        k = int(np.floor(azimuth / pitch + 0.5)) % jets
+        jet[i] = k  # the only one that matters: neighbours' footprints hardly overlap
+        rx, ry, rz = gx + centre[0] - holes[k, 0], gy + centre[1] - holes[k, 1], gz + centre[2] - holes[k, 2]
+        s = rx * frames[k, 0, 0] + ry * frames[k, 0, 1] + rz * frames[k, 0, 2]
+        if s <= 0.0:
+            continue
+        u = (rx * frames[k, 1, 0] + ry * frames[k, 1, 1] + rz * frames[k, 1, 2]) / s
+        v = (rx * frames[k, 2, 0] + ry * frames[k, 2, 1] + rz * frames[k, 2, 2]) / s
+        sight[i, 0], sight[i, 1], sight[i, 2] = u, v, 1.0 / s
         distance2 = rx * rx + ry * ry + rz * rz
         spread2 = (0.11 * s) ** 2 + 0.25 * diameter * diameter + 0.25 * double_area
         across2 = max(0.0, distance2 - s * s)
         facing = (nx * rx + ny * ry + nz * rz) / (double_area * np.sqrt(distance2))
         if facing < 0.0 and across2 <= REACH * REACH * spread2 + 2.0 * double_area:
-            blockers[k, blocker_count[k]] = i
-            blocker_count[k] += 1
-            dx, dy, dz, ex, ey, ez = ax - gx, ay - gy, az - gz, bx - gx, by - gy, bz - gz
-            hx, hy, hz = cx - gx, cy - gy, cz - gz
-            sphere[i, 0], sphere[i, 1], sphere[i, 2] = rx, ry, rz
-            sphere[i, 3] = max(dx * dx + dy * dy + dz * dz, ex * ex + ey * ey + ez * ez, hx * hx + hy * hy + hz * hz)
+            behind = False
+            for c, (px, py, pz) in enumerate(((ax, ay, az), (bx, by, bz), (cx, cy, cz))):
+                px, py, pz = px + centre[0] - holes[k, 0], py + centre[1] - holes[k, 1], pz + centre[2] - holes[k, 2]
+                along_axis = px * frames[k, 0, 0] + py * frames[k, 0, 1] + pz * frames[k, 0, 2]
+                behind = behind or along_axis <= 0.0
+                near = 1.0 / along_axis
+                outline[i, 3 * c] = near * (px * frames[k, 1, 0] + py * frames[k, 1, 1] + pz * frames[k, 1, 2])
+                outline[i, 3 * c + 1] = near * (px * frames[k, 2, 0] + py * frames[k, 2, 1] + pz * frames[k, 2, 2])
+                outline[i, 3 * c + 2] = near
+            if behind:
+                continue
+            lowest = min(outline[i, 0], outline[i, 3], outline[i, 6])
+            highest = max(outline[i, 0], outline[i, 3], outline[i, 6])
+            for strip in range(_strip(lowest), _strip(highest) + 1):
+                if entries == len(entry_next):
+                    entry_triangle = np.concatenate((entry_triangle, np.empty_like(entry_triangle)))
+                    entry_next = np.concatenate((entry_next, np.empty_like(entry_next)))
+                entry_triangle[entries], entry_next[entries] = i, first[k, strip]
+                first[k, strip] = entries
+                entries += 1
         elif facing > 1e-6 and across2 <= REACH * REACH * spread2:
-            cosine = (nx * directions[k, 0] + ny * directions[k, 1] + nz * directions[k, 2]) / double_area
+            cosine = (nx * frames[k, 0, 0] + ny * frames[k, 0, 1] + nz * frames[k, 0, 2]) / double_area
             speed = min(1.0, 6.0 * diameter / s)
             if cosine > 0.0:
                 weight[i] = speed * speed * cosine * cosine * np.exp(-2.0 * across2 / spread2)
@@ -164,24 +211,17 @@ def _aim(n, triangles, positions, holes, directions, centre, frame, diameter, we
         if weight[i] == 0.0:
             continue
         k = jet[i]
-        ox, oy, oz = holes[k, 0], holes[k, 1], holes[k, 2]
-        ax, ay, az, bx, by, bz, cx, cy, cz = _corner_vectors(triangles, positions, i, ox, oy, oz)
-        gx, gy, gz = (ax + bx + cx) / 3.0, (ay + by + cy) / 3.0, (az + bz + cz) / 3.0
-        length2 = gx * gx + gy * gy + gz * gz
-        for m in range(blocker_count[k]):
-            j = blockers[k, m]
-            dx, dy, dz = sphere[j, 0], sphere[j, 1], sphere[j, 2]
-            ex, ey, ez = dy * gz - dz * gy, dz * gx - dx * gz, dx * gy - dy * gx
-            if ex * ex + ey * ey + ez * ez > sphere[j, 3] * length2:
-                continue
-            px, py, pz, qx, qy, qz, vx, vy, vz = _corner_vectors(triangles, positions, j, ox, oy, oz)
-            if _blocks(px, py, pz, qx, qy, qz, vx, vy, vz, gx, gy, gz):
+        entry = first[k, _strip(sight[i, 0])]
+        while entry >= 0:
+            if _covers(outline, entry_triangle[entry], sight[i, 0], sight[i, 1], sight[i, 2]):
                 weight[i] = 0.0
                 break
+            entry = entry_next[entry]
         if weight[i] > 0.0:
+            ax, ay, az, bx, by, bz, cx, cy, cz = _corner_vectors(triangles, positions, i, 0.0, 0.0, 0.0)
             ux, uy, uz, wx, wy, wz = bx - ax, by - ay, bz - az, cx - ax, cy - ay, cz - az
             nx, ny, nz = uy * wz - uz * wy, uz * wx - ux * wz, ux * wy - uy * wx
-            along[k] += 0.5 * weight[i] * (nx * directions[k, 0] + ny * directions[k, 1] + nz * directions[k, 2])
+            along[k] += 0.5 * weight[i] * (nx * frames[k, 0, 0] + ny * frames[k, 0, 1] + nz * frames[k, 0, 2])
 
 
 @kernel

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from billow.errors import InputError
-from billow.geometry.disc_mesh import Hole, mesh_disc, rim_count
+from billow.geometry.disc_mesh import CLEARANCE, Hole, hole_polygon, mesh_disc, rim_count
 from billow.geometry.surface import Surface
 
 
@@ -62,7 +62,10 @@ def driver_bag(
     Raises InputError E-GEO-010 if a vent or strap does not fit into its panel.
     """
     radius = 0.5 * diameter
-    _require_fit(radius, mouth_radius, vent_count, 0.5 * vent_diameter, vent_radius, strap_count, strap_stitch_radius)
+    _require_fit(
+        radius, element_size, mouth_radius, vent_count, 0.5 * vent_diameter, vent_radius, strap_count,
+        strap_stitch_radius,
+    )  # fmt: skip
     vents = tuple(
         Hole(vent_radius * np.cos(angle), vent_radius * np.sin(angle), 0.5 * vent_diameter)
         for angle in np.pi / 2 + 2.0 * np.pi * np.arange(vent_count) / max(vent_count, 1)
@@ -123,7 +126,7 @@ def _wrap(angle):
     return (angle + np.pi) % (2.0 * np.pi) - np.pi
 
 
-def _require_fit(radius, mouth_radius, vent_count, vent_half, vent_radius, strap_count, stitch_radius):
+def _require_fit(radius, element_size, mouth_radius, vent_count, vent_half, vent_radius, strap_count, stitch_radius):
     def refuse(what, key, why, remedy):
         raise InputError("E-GEO-010", what, where=f"bag.{key}", why=why, remedy=remedy)
 
@@ -143,13 +146,16 @@ def _require_fit(radius, mouth_radius, vent_count, vent_half, vent_radius, strap
         )
     if vent_count:
         apart = 2.0 * vent_radius * np.sin(np.pi / vent_count) if vent_count > 1 else np.inf
-        if vent_radius - vent_half <= mouth_radius or vent_radius + vent_half >= radius or apart <= 2.0 * vent_half:
+        _, reach = hole_polygon(vent_half, element_size)
+        inner = vent_radius - max(reach, vent_half + CLEARANCE * element_size)  # the retainer ring keeps all its nodes
+        outer = radius * np.cos(np.pi / rim_count(radius, element_size))  # the rim is a polygon too
+        if inner <= mouth_radius or vent_radius + reach >= outer or apart <= 2.0 * reach:
             refuse(
                 "a vent does not fit into the rear panel",
                 "vents",
-                f"a vent reaches from {vent_radius - vent_half:.3g} to {vent_radius + vent_half:.3g} m from the axis; "
-                f"the panel from {mouth_radius:.3g} to {radius:.3g} m",
-                "change bag.vents.diameter or bag.vents.distance",
+                f"a vent and the elements around it reach from {inner:.3g} to {vent_radius + reach:.3g} m from the "
+                f"axis; the panel from {mouth_radius:.3g} to {outer:.3g} m",
+                "change bag.vents.diameter or bag.vents.distance, or reduce bag.element_size",
             )
 
 

@@ -12,6 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import Delaunay
 
+CLEARANCE = 0.55
+"""Room kept between a hole and the nodes around it, in edges."""
+
 
 @dataclass(frozen=True)
 class Hole:
@@ -46,14 +49,12 @@ def mesh_disc(
         points = _ring_points(ring, size, required=ring in ring_radii)
         clear = np.ones(len(points), dtype=bool)
         for hole in holes:
-            clear &= np.hypot(points[:, 0] - hole.x, points[:, 1] - hole.y) > hole.radius + 0.55 * size
+            clear &= np.hypot(points[:, 0] - hole.x, points[:, 1] - hole.y) > hole.radius + CLEARANCE * size
         (fixed if ring in ring_radii else free).append(points[clear])
     rims = []
     for hole in holes:
-        count = max(6, round(2.0 * np.pi * hole.radius / size))
+        count, polygon = hole_polygon(hole.radius, size)
         start = sum(map(len, fixed))
-        # A polygon of the same area as the hole, so that the outflow does not depend on the mesh.
-        polygon = hole.radius * np.sqrt(2.0 * np.pi / (count * np.sin(2.0 * np.pi / count)))
         fixed.append(circle(polygon, count, hole.x, hole.y))
         rims.append(np.arange(start, start + count))
     anchored = np.concatenate(fixed)
@@ -68,6 +69,13 @@ def mesh_disc(
 def rim_count(radius: float, size: float) -> int:
     """Number of nodes on the outer rim."""
     return 6 * max(2, round(radius / size))
+
+
+def hole_polygon(radius: float, size: float) -> tuple[int, float]:
+    """Corners and circumradius [m] of the polygon that stands for a hole: of the hole's area, so that the outflow does
+    not depend on the mesh."""
+    count = max(6, round(2.0 * np.pi * radius / size))
+    return count, radius * np.sqrt(2.0 * np.pi / (count * np.sin(2.0 * np.pi / count)))
 
 
 def _rings(radius: float, size: float, required: tuple[float, ...]) -> list[float]:

@@ -46,14 +46,12 @@ def closest_point(x, y, z, a, b, c, degree):
     answer for a point so deep that "closest" means nothing (its curvature centre is nearer than itself).
     """
     px, py, pz = abs(x), abs(y), abs(z)
-    measure = radial_measure(px, py, pz, a, b, c, degree)
-    if measure < 1e-12:
-        px, py, pz, measure = 0.0, 0.0, c, 1.0
-    qx, qy, qz = px / measure, py / measure, pz / measure
-    wx, wy, wz = (qx / a) ** (degree - 2.0), (qy / b) ** (degree - 2.0), (qz / c) ** (degree - 2.0)
+    if px + py + pz < 1e-12 * max(a, b, c):
+        pz = 1e-12 * c
+    qx, qy, qz, wx, wy, wz = _onto_surface(px, py, pz, a, b, c, degree)
     gx, gy, gz = degree / (a * a) * wx * qx, degree / (b * b) * wy * qy, degree / (c * c) * wz * qz
     multiplier = ((px - qx) * gx + (py - qy) * gy + (pz - qz) * gz) / (gx * gx + gy * gy + gz * gz)
-    tolerance = 1e-8 * max(a, b, c)  # Newton: the step after this one would be far below rounding
+    tolerance = 1e-6 * max(a, b, c)  # Newton doubles its digits: the next step would be of the order of 1e-12
     for _ in range(NEWTON_STEPS):
         # Curvature terms are kept positive: inside, beyond a curvature centre, Newton would run to a farthest point.
         curvature = multiplier * degree * (degree - 1.0)
@@ -67,13 +65,7 @@ def closest_point(x, y, z, a, b, c, degree):
         step = abs(sx) + abs(sy) + abs(sz)
         shrink = min(1.0, 0.3 * min(a, b, c) / step) if step > 0.0 else 1.0
         qx, qy, qz = max(0.0, qx + shrink * sx), max(0.0, qy + shrink * sy), max(0.0, qz + shrink * sz)
-        # Back onto the surface along the radius; powers are the cost here, so each is taken once.
-        wx, wy, wz = (qx / a) ** (degree - 2.0), (qy / b) ** (degree - 2.0), (qz / c) ** (degree - 2.0)
-        value = wx * (qx / a) ** 2 + wy * (qy / b) ** 2 + wz * (qz / c) ** 2
-        back = value ** (-1.0 / degree)
-        power = back ** (degree - 2.0)
-        qx, qy, qz = back * qx, back * qy, back * qz
-        wx, wy, wz = power * wx, power * wy, power * wz
+        qx, qy, qz, wx, wy, wz = _onto_surface(qx, qy, qz, a, b, c, degree)
         gx, gy, gz = degree / (a * a) * wx * qx, degree / (b * b) * wy * qy, degree / (c * c) * wz * qz
         multiplier = ((px - qx) * gx + (py - qy) * gy + (pz - qz) * gz) / (gx * gx + gy * gy + gz * gz)
         if shrink == 1.0 and step < tolerance:
@@ -84,6 +76,20 @@ def closest_point(x, y, z, a, b, c, degree):
         flip_x * qx, flip_y * qy, flip_z * qz,
         flip_x * gx / length, flip_y * gy / length, flip_z * gz / length,
     )  # fmt: skip
+
+
+@scalar
+def _onto_surface(x, y, z, a, b, c, degree):
+    """Radial projection (x, y, z) of a point of the first octant, and (q/a)^(n-2) there for each axis.
+
+    Powers are what a closest point costs, so none is taken twice: slopes and curvatures follow from these three.
+    """
+    ux, uy, uz = x / a, y / b, z / c
+    wx, wy, wz = ux ** (degree - 2.0), uy ** (degree - 2.0), uz ** (degree - 2.0)
+    value = wx * ux * ux + wy * uy * uy + wz * uz * uz
+    back = value ** (-1.0 / degree)
+    scale = 1.0 / (value * back * back)
+    return back * x, back * y, back * z, scale * wx, scale * wy, scale * wz
 
 
 @scalar

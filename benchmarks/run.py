@@ -1,0 +1,200 @@
+"""The measurements quoted in the README: `make bench`.
+
+Everything is measured in this one process, one thread, medians; the machine is named beside the numbers. Ratios are
+what carries over to other machines, absolute times are not.
+"""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import os
+import subprocess
+import sys
+import tempfile
+import time
+import tomllib
+from pathlib import Path
+
+os.environ.setdefault("NUMBA_NUM_THREADS", "1")
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+import numpy as np
+
+from billow.case.build import build_model, build_schedule
+from billow.case.schema import Case
+from billow.demo import CASE
+from billow.dynamics import forces, nodes
+from billow.dynamics.model import Model, State, start_state
+from billow.dynamics.run import run
+from billow.dynamics.step import advance, close_ledger, stable_dt
+from billow.gas.jets import UPDATE_INTERVAL, aim
+from billow.results.dataset import Dataset
+from billow.rom.surrogate import Surrogate
+from billow.simulate import environment
+
+REPEATS = 200
+FULL_SIZE = 0.0092  # m; 20,000 triangles of a driver bag 0.70 m across
+
+
+class Silent:
+    """A recorder that keeps nothing."""
+
+    def history(self, model: Model, state: State, dt: float) -> None:
+        pass
+
+    def frame(self, model: Model, state: State) -> None:
+        pass
+
+
+def median_seconds(*calls, repeats: int = REPEATS) -> list[float]:
+    """Median time [s] of each call, taken in turn so that a slow phase of the machine hits all alike."""
+    times = np.empty((repeats, len(calls)))
+    for call in calls:
+        call()
+    for row in times:
+        for k, call in enumerate(calls):
+            begun = time.perf_counter()
+            call()
+            row[k] = time.perf_counter() - begun
+    return list(np.median(times, axis=0))
+
+
+def driver_case(element_size: float) -> Case:
+    """The demo's case on another mesh, with the middle of its design space."""
+    changes = {"bag.element_size": element_size, "fabric.permeability": 0.0275, "obstacles.impactor.slope": 5e5}
+    return Case.from_dict(tomllib.loads(CASE)).vary(changes)
+
+
+def step_cost() -> dict[str, str]:
+    """A whole step against the membrane kernel with its gather, at 20,000 triangles with the bag in contact."""
+    model = build_model(driver_case(FULL_SIZE))
+    state = start_state(model)
+    forces.evaluate_forces(model, state, 0.0, 0.0)
+    close_ledger(model, state)
+    while state.time < 0.012:
+        advance(model, state, stable_dt(model, state))
+    dt = 1e-9  # the state hardly moves while it is timed
+
+    def membrane() -> None:
+        forces.add_membrane_forces(model, state, 0.0)
+
+    def gather() -> None:
+        nodes.gather(
+            model.surface.corner_start, model.surface.corners, state.corner_force, model.mass, model.gravity, 0.0,
+            state.velocities, state.nodal_force,
+        )  # fmt: skip
+
+    whole, kernel, gathered = median_seconds(lambda: advance(model, state, dt), membrane, gather)
+    n = model.surface.triangle_count
+    # Finding what the jets hit happens every 0.1 ms, not every step; its share is added as an average.
+    (aiming,) = median_seconds(lambda: aim(model.gas.jets, model.surface.triangles, state.positions), repeats=20)
+    real_dt = stable_dt(model, state)
+    whole += aiming * real_dt / UPDATE_INTERVAL
+    return {
+        "triangles": f"{n}",
+        "membrane kernel": f"{1e9 * kernel / n:.1f} ns per triangle",
+        "membrane kernel with gather": f"{1e9 * (kernel + gathered) / n:.1f} ns per triangle",
+        "whole step, jets blowing, in contact": f"{1e9 * whole / n:.1f} ns per triangle",
+        "whole step / membrane kernel (aim: at most 2.5)": f"{whole / kernel:.2f}",
+        "whole step / membrane kernel with gather": f"{whole / (kernel + gathered):.2f}",
+    }
+
+
+def full_run() -> dict[str, str]:
+    """A run of 20,000 triangles, 50 ms, on one core."""
+    case = driver_case(FULL_SIZE)
+    model = build_model(case)
+    begun = time.perf_counter()
+    state = run(model, build_schedule(case.run), Silent())
+    seconds = time.perf_counter() - begun
+    return {"run of 50 ms, 20,000 triangles, one core": f"{seconds / 60:.1f} minutes, {state.step} steps"}
+
+
+def cold_compile() -> dict[str, str]:
+    """First deployment on a machine: a short run with an empty kernel cache, minus the same run with a full one."""
+    program = (
+        "import tomllib, sys, tempfile, billow; from billow.demo import CASE;"
+        "case = billow.Case.from_dict(tomllib.loads(CASE)).vary("
+        "{'bag.element_size': 0.05, 'run.end_time': 1e-3, 'run.frames': 1});"
+        "billow.simulate(case, tempfile.mkdtemp() + '/run')"
+    )
+    with tempfile.TemporaryDirectory() as cache:
+        seconds = []
+        for _ in range(2):
+            begun = time.perf_counter()
+            subprocess.run([sys.executable, "-c", program], check=True, env={**os.environ, "BILLOW_CACHE": cache})
+            seconds.append(time.perf_counter() - begun)
+    return {"cold compile": f"{seconds[0] - seconds[1]:.1f} s", "start of a later process": f"{seconds[1]:.1f} s"}
+
+
+def inference(study: Path) -> dict[str, str]:
+    """One deployment against copying its output, training time of both recipes, speed-up over the solver."""
+    dataset = Dataset.open(study)
+    begun = time.perf_counter()
+    surrogate = Surrogate.train(dataset)
+    trained = time.perf_counter() - begun
+    paper_epochs = 300
+    paper = Surrogate.train(dataset, "paper", epochs=paper_epochs)
+    paper_seconds = paper.training["network_seconds"] / paper_epochs * 15_000
+    design = np.array([0.5 * (p.low + p.high) for p in dataset.parameters])
+    output = surrogate.predict(design)
+    flat = np.ascontiguousarray(output)
+    copy = np.empty_like(flat)
+    big = _at_full_size(surrogate)
+    big_output = np.ascontiguousarray(big.predict(design))
+    big_copy = np.empty_like(big_output)
+    predict, copying, big_predict, big_copying = median_seconds(
+        lambda: surrogate.predict(design),
+        lambda: np.copyto(copy, flat),
+        lambda: big.predict(design),
+        lambda: np.copyto(big_copy, big_output),
+    )
+    solver = float(np.median(dataset.wall_seconds(dataset.train)))
+    return {
+        f"inference, {surrogate.nodes} nodes": f"{1e3 * predict:.2f} ms, {predict / copying:.1f} x copying its output",
+        f"inference, {big.nodes} nodes (aim: at most 4 x)": (
+            f"{1e3 * big_predict:.2f} ms, {big_predict / big_copying:.1f} x copying its output"
+        ),
+        f"training, default recipe, {len(dataset.train)} runs": f"{trained:.1f} s with POD",
+        "training, paper's recipe (15,000 epochs, extrapolated from 300)": f"{paper_seconds:.0f} s",
+        "default recipe's share of the paper's training time": f"1/{paper_seconds / trained:.0f}",
+        "solver / surrogate, one deployment": (
+            f"{solver / predict:,.0f} x ({solver:.1f} s against {1e3 * predict:.2f} ms)"
+        ),
+    }
+
+
+def _at_full_size(surrogate: Surrogate) -> Surrogate:
+    """The same networks with bases of 10,000 nodes; what the modes look like does not matter for time."""
+    nodes_wanted = 10_000
+    repeat = -(-nodes_wanted // surrogate.nodes)
+
+    def widen(basis):
+        modes = np.ascontiguousarray(np.tile(basis.modes, (1, repeat))[:, :nodes_wanted])
+        return dataclasses.replace(basis, modes=modes)
+
+    return dataclasses.replace(
+        surrogate,
+        bases=tuple(widen(basis) for basis in surrogate.bases),
+        reference=np.tile(surrogate.reference, (repeat, 1))[:nodes_wanted],
+    )
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--study", type=Path, default=Path("demo/study"), help="a finished study (default: the demo's)")
+    study = parser.parse_args().study
+    if not (study / "dataset.toml").exists():
+        sys.exit(f"{study} holds no finished study; run `make demo` first, or give one with --study")
+    machine = environment()
+    print(f"{machine['processor']}, {machine['cores']} cores, Python {machine['python']}, numba {machine['numba']}")
+    print("one process, one thread, medians\n\n| what | measured |\n|---|---|")
+    for measure in (step_cost, cold_compile, lambda: inference(study), full_run):
+        for what, value in measure().items():
+            print(f"| {what} | {value} |", flush=True)
+
+
+if __name__ == "__main__":
+    main()

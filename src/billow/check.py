@@ -1,0 +1,39 @@
+"""What can be said of a case before it runs."""
+
+from __future__ import annotations
+
+import math
+
+from billow.case.build import build_model, build_schedule, require_start_clear
+from billow.case.schema import Case
+from billow.dynamics.model import start_state
+from billow.dynamics.step import stable_dt
+
+NANOSECONDS_PER_TRIANGLE_STEP = 90.0
+"""Rough cost on one core of a 2020s processor; benchmarks/ measures it."""
+
+
+def describe(case: Case) -> str:
+    """A short text: size, masses, time step, expected run time.
+
+    Raises InputError for everything that would stop the run before its first step.
+    """
+    model = build_model(case)
+    require_start_clear(model)
+    state = start_state(model)
+    schedule = build_schedule(case.run)
+    dt = schedule.dt_scale * stable_dt(model, state)
+    steps = math.ceil(schedule.end / dt)
+    surface = model.surface
+    lines = [
+        f"{case.title}: ready to run",
+        f"  mesh      {surface.triangle_count} triangles, {surface.node_count} nodes",
+        f"  parts     {', '.join(surface.part_names)}",
+        f"  fabric    {model.mass.sum():.4f} kg; start volume {1e3 * surface.volume(model.start):.3f} l, closed",
+        f"  step      {1e6 * dt:.2f} us, about {steps} steps",
+        f"  run time  about {1e-9 * NANOSECONDS_PER_TRIANGLE_STEP * steps * surface.triangle_count:.0f} s on one core",
+    ]
+    if case.gas.model != "none":
+        mass = model.gas.inflator.cumulative[-1]
+        lines.append(f"  gas       {1e3 * mass:.1f} g of {' + '.join(case.inflator.gas)}, {case.gas.model}")
+    return "\n".join(lines)

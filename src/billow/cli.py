@@ -1,0 +1,270 @@
+"""The `billow` command. Each command is a few lines over the Python interface of the same name."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from billow import __version__
+from billow.errors import BillowError, InputError
+
+app = typer.Typer(
+    name="billow",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode="rich",
+    help="""Simulate airbag deployment, and learn a reduced-order model from it.
+
+A first round:
+
+\b
+  billow demo --out demo                the whole idea, ends with a report
+  billow check --example > bag.toml     a case to start from
+  billow run bag.toml --out runs/bag    one deployment
+""",
+)
+
+
+def main() -> None:
+    """Entry point: errors of the family become their message and exit code, without a traceback."""
+    try:
+        app()
+    except BillowError as error:
+        print(error, file=sys.stderr)
+        sys.exit(error.exit_code)
+    except KeyboardInterrupt:
+        print("interrupted: nothing is lost; the same command continues a study", file=sys.stderr)
+        sys.exit(130)
+
+
+def _console() -> Console:
+    return Console(highlight=False, soft_wrap=True)
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        print(__version__)
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: Annotated[bool, typer.Option("--version", callback=_version, is_eager=True, help="Print it.")] = False,
+) -> None:
+    pass
+
+
+def _assignments(texts: list[str] | None) -> dict[str, float | str]:
+    """{"key": value} from "key=value" texts."""
+    pairs = {}
+    for text in texts or []:
+        key, equals, value = text.partition("=")
+        if not equals or not key.strip():
+            raise InputError(
+                "E-CLI-001",
+                f"{text!r} is no assignment",
+                where="--set",
+                why="expected KEY=VALUE",
+                remedy="write for example --set fabric.permeability=0.03",
+            )
+        try:
+            pairs[key.strip()] = float(value)
+        except ValueError:
+            pairs[key.strip()] = value.strip()
+    return pairs
+
+
+CaseFile = Annotated[Path, typer.Argument(help="Case file (TOML). Keys, units and defaults: docs/case.md.")]
+Settings = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="KEY=VALUE", help="Change a key of the case; obstacles are addressed by name."),
+]
+
+
+@app.command()
+def check(
+    case_file: Annotated[Path | None, typer.Argument(help="Case file (TOML).")] = None,
+    settings: Settings = None,
+    example: Annotated[bool, typer.Option("--example", help="Print a commented case to start from.")] = False,
+) -> None:
+    """Read a case and build its model without running it: errors, size, mass, time step, amount of gas."""
+    if example:
+        from billow.demo import CASE
+
+        print(CASE, end="")
+        return
+    if case_file is None:
+        raise InputError(
+            "E-CLI-003",
+            "no case was given",
+            where="billow check",
+            why="it needs the path of a case file",
+            remedy="billow check CASE.toml, or billow check --example > bag.toml",
+        )
+    from billow.case.schema import Case
+    from billow.check import describe
+
+    print(describe(Case.load(case_file).vary(_assignments(settings))))
+
+
+@app.command()
+def run(
+    case_file: CaseFile,
+    out: Annotated[Path, typer.Option(help="Result folder; must not exist yet.")],
+    settings: Settings = None,
+    threads: Annotated[int | None, typer.Option(min=1, help="Threads; results do not depend on it.")] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", help="No solver log on the screen.")] = False,
+) -> None:
+    """Simulate one case.
+
+    Writes case.toml (every default filled in), fabric.vtkhdf (opens in ParaView), histories.csv, solver.log, run.json.
+    """
+    from billow.case.schema import Case
+    from billow.simulate import simulate
+
+    case = Case.load(case_file).vary(_assignments(settings))
+    show = None if quiet else lambda progress: print(progress.line, flush=True)
+    result = simulate(case, out, progress=show, threads=threads)
+    print(f"{result.folder}: {result.status}")
+
+
+@app.command()
+def study(
+    study_file: Annotated[Path, typer.Argument(help="Study file (TOML): a case, parameters and their ranges.")],
+    out: Annotated[Path, typer.Option(help="Study folder; the same command continues an interrupted study.")],
+    workers: Annotated[int | None, typer.Option(min=1, help="Local worker processes (default: one per core).")] = None,
+    scheduler: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="Use the Dask cluster at this address, e.g. tcp://host:8786.")
+    ] = None,
+    retry_failed: Annotated[bool, typer.Option("--retry-failed", help="Try failed runs again.")] = False,
+) -> None:
+    """Run a design of experiments: draw the designs, simulate each, keep what fails with its reason."""
+    from billow.study.progress import study_progress
+    from billow.study.study import Study
+
+    console = _console()
+    made = Study.create(study_file, out)
+    with study_progress(console) as report:
+        summary = made.run(workers, scheduler, report, retry_failed=retry_failed)
+    for name, reason in summary.failed.items():
+        console.print(f"run {name} failed: {reason}", markup=False)
+    raise typer.Exit(1 if summary.failed else 0)
+
+
+@app.command()
+def train(
+    folder: Annotated[Path, typer.Argument(help="Study folder.")],
+    out: Annotated[Path | None, typer.Option(help="Surrogate file (default: FOLDER/surrogate.safetensors).")] = None,
+    recipe: Annotated[str, typer.Option(help="shared: one network for all modes; paper: one per mode.")] = "shared",
+    modes: Annotated[int, typer.Option(min=1, help="Modes of each displacement component (K).")] = 12,
+    runs: Annotated[int | None, typer.Option(min=2, help="Use only the first so many training runs.")] = None,
+    epochs: Annotated[int | None, typer.Option(min=1, help="Epochs (default: the recipe's).")] = None,
+    seed: Annotated[int, typer.Option(help="Seed of basis and networks.")] = 0,
+) -> None:
+    """Learn a surrogate from the training runs of a study."""
+    from billow.results.dataset import Dataset
+    from billow.rom.surrogate import Surrogate
+    from billow.terminal import epochs as show_epochs
+
+    console = _console()
+    dataset = Dataset.open(folder)
+    with show_epochs(console, "training") as progress:
+        surrogate = Surrogate.train(
+            dataset, recipe, modes, dataset.train[:runs], seed, epochs=epochs, progress=progress
+        )
+    path = surrogate.save(out or folder / "surrogate.safetensors")
+    seconds = surrogate.training["pod_seconds"] + surrogate.training["network_seconds"]
+    console.print(f"{path}: learned {len(surrogate.training['runs'])} runs in {seconds:.1f} s", markup=False)
+
+
+@app.command()
+def evaluate(
+    folder: Annotated[Path, typer.Argument(help="Study folder.")],
+    surrogate_file: Annotated[
+        Path | None, typer.Option("--surrogate", help="Surrogate file (default: FOLDER/surrogate.safetensors).")
+    ] = None,
+    out: Annotated[Path | None, typer.Option(help="Report folder (default: FOLDER/report).")] = None,
+) -> None:
+    """Measure a surrogate on the unseen runs of its study and write report.html, metrics.json and figures."""
+    from billow.results.dataset import Dataset
+    from billow.rom.evaluate import evaluate as measure
+    from billow.rom.report import write_report
+    from billow.rom.surrogate import Surrogate
+
+    dataset = Dataset.open(folder)
+    surrogate = Surrogate.load(surrogate_file or folder / "surrogate.safetensors")
+    path = write_report(dataset, surrogate, measure(dataset, surrogate), out or folder / "report")
+    _console().print(f"report: {path}", markup=False)
+
+
+@app.command()
+def predict(
+    surrogate_file: Annotated[Path, typer.Argument(help="Surrogate file.")],
+    settings: Annotated[
+        list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="Value of a design parameter.")
+    ] = None,
+    out: Annotated[Path | None, typer.Option(help="Write the deployment as .vtkhdf (opens in ParaView).")] = None,
+    extrapolate: Annotated[
+        bool, typer.Option("--extrapolate", help="Allow values outside the trained ranges.")
+    ] = False,
+) -> None:
+    """Predict one deployment. Without --set it lists the parameters and their trained ranges."""
+    from billow.prediction import describe_surrogate, write_prediction
+    from billow.rom.surrogate import Surrogate
+
+    surrogate = Surrogate.load(surrogate_file)
+    if not settings:
+        print(describe_surrogate(surrogate))
+        return
+    print(write_prediction(surrogate, _assignments(settings), out, extrapolate))
+
+
+@app.command()
+def verify(
+    ids: Annotated[list[str] | None, typer.Argument(help="Cases to run, e.g. T1 S6 (default: all).")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print a JSON list.")] = False,
+) -> None:
+    """Run closed-form cases through the solver: measured, expected, tolerance. Exit code 1 if one fails."""
+    from billow.verification.cases import run_cases
+
+    if as_json:
+        checks = run_cases(ids)
+        print(json.dumps([check.record() for check in checks], indent=1))
+    else:
+        print(f"{'id':<4} {'measured':>14} {'expected':>14} {'tolerance':>10} {'':6} {'time':>7}  title")
+
+        def show(check) -> None:
+            verdict = "ok" if check.passed else "FAILED"
+            print(
+                f"{check.id:<4} {check.measured:>14.8g} {check.expected:>14.8g} {check.tolerance:>10.1e} {verdict:6}"
+                f" {check.seconds:>6.1f}s  {check.title}",
+                flush=True,
+            )
+
+        checks = run_cases(ids, progress=show)
+        passed = sum(check.passed for check in checks)
+        print(f"{passed} of {len(checks)} checks passed")
+    raise typer.Exit(0 if all(check.passed for check in checks) else 1)
+
+
+@app.command()
+def demo(
+    out: Annotated[Path, typer.Option(help="Folder; the same command continues an interrupted demo.")] = Path("demo"),
+    train: Annotated[int, typer.Option(min=8, help="Training designs.")] = 48,
+    test: Annotated[int, typer.Option(min=2, help="Unseen designs.")] = 12,
+    workers: Annotated[int | None, typer.Option(min=1, help="Worker processes (default: one per core).")] = None,
+) -> None:
+    """The whole idea at reduced size: 60 deployments, a surrogate learned from 48, judged on 12, and a report."""
+    from billow.demo import run_demo
+
+    run_demo(out, train, test, workers, _console())
+
+
+if __name__ == "__main__":
+    main()
