@@ -32,7 +32,7 @@ from billow.dynamics.step import advance, close_ledger, stable_dt
 from billow.gas.jets import UPDATE_INTERVAL, aim
 from billow.results.dataset import Dataset
 from billow.rom.surrogate import Surrogate
-from billow.simulate import environment
+from billow.recorder import environment
 
 REPEATS = 200
 FULL_SIZE = 0.0092  # m; 20,000 triangles of a driver bag 0.70 m across
@@ -41,10 +41,13 @@ FULL_SIZE = 0.0092  # m; 20,000 triangles of a driver bag 0.70 m across
 class Silent:
     """A recorder that keeps nothing."""
 
-    def history(self, model: Model, state: State, dt: float) -> None:
+    def history(self, model: Model, state: State) -> None:
         pass
 
     def frame(self, model: Model, state: State) -> None:
+        pass
+
+    def step(self, model: Model, state: State) -> None:
         pass
 
 

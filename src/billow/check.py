@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from billow.case.build import build_model, build_schedule, require_start_clear
+from billow.case.plausibility import warnings
 from billow.case.schema import Case
 from billow.dynamics.model import start_state
 from billow.dynamics.step import stable_dt
@@ -14,17 +15,20 @@ NANOSECONDS_PER_TRIANGLE_STEP = 90.0
 
 
 def describe(case: Case) -> str:
-    """A short text: size, masses, time step, expected run time.
+    """A short text: size, masses, time step, expected run time, memory and disk, and what looks unintended.
 
-    Raises InputError for everything that would stop the run before its first step.
+    Raises InputError for everything that would stop the run before its first step: a bag that is not closed, seams that
+    do not match, normals that point inwards, fabric inside an obstacle, values that cannot be.
     """
     model = build_model(case)
     require_start_clear(model)
-    state = start_state(model)
     schedule = build_schedule(case.run)
-    dt = schedule.dt_scale * stable_dt(model, state)
+    dt = schedule.dt_scale * stable_dt(model, start_state(model))
     steps = math.ceil(schedule.end / dt)
     surface = model.surface
+    # Forces, positions and contact per node; corner forces and element data per triangle; one frame in memory.
+    memory = surface.node_count * 8 * 3 * (6 + 2 * len(model.obstacles)) + surface.triangle_count * 8 * 24
+    disk = schedule.frames * (surface.node_count * 4 * 15 + surface.triangle_count * 4)
     lines = [
         f"{case.title}: ready to run",
         f"  mesh      {surface.triangle_count} triangles, {surface.node_count} nodes",
@@ -32,8 +36,9 @@ def describe(case: Case) -> str:
         f"  fabric    {model.mass.sum():.4f} kg; start volume {1e3 * surface.volume(model.start):.3f} l, closed",
         f"  step      {1e6 * dt:.2f} us, about {steps} steps",
         f"  run time  about {1e-9 * NANOSECONDS_PER_TRIANGLE_STEP * steps * surface.triangle_count:.0f} s on one core",
+        f"  needs     about {250 + memory / 1e6:.0f} MB of memory and up to {2 * disk / 1e6:.0f} MB of disk",
     ]
     if case.gas.model != "none":
         mass = model.gas.inflator.cumulative[-1]
         lines.append(f"  gas       {1e3 * mass:.1f} g of {' + '.join(case.inflator.gas)}, {case.gas.model}")
-    return "\n".join(lines)
+    return "\n".join([*lines, *map(str, warnings(case, model))])

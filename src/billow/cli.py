@@ -39,7 +39,7 @@ def main() -> None:
         print(error, file=sys.stderr)
         sys.exit(error.exit_code)
     except KeyboardInterrupt:
-        print("interrupted: nothing is lost; the same command continues a study", file=sys.stderr)
+        print("interrupted; billow resume RUN goes on with a run, the same command with a study", file=sys.stderr)
         sys.exit(130)
 
 
@@ -113,6 +113,10 @@ def check(
     print(describe(Case.load(case_file).vary(_assignments(settings))))
 
 
+def _show(progress) -> None:
+    print(progress.line, flush=True)
+
+
 @app.command()
 def run(
     case_file: CaseFile,
@@ -129,8 +133,24 @@ def run(
     from billow.simulate import simulate
 
     case = Case.load(case_file).vary(_assignments(settings))
-    show = None if quiet else lambda progress: print(progress.line, flush=True)
-    result = simulate(case, out, progress=show, threads=threads)
+    result = simulate(case, out, progress=None if quiet else _show, threads=threads)
+    print(f"{result.folder}: {result.status}")
+
+
+@app.command()
+def resume(
+    folder: Annotated[Path, typer.Argument(help="The --out folder of the interrupted run.")],
+    threads: Annotated[int | None, typer.Option(min=1, help="Threads; results do not depend on it.")] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", help="No solver log on the screen.")] = False,
+) -> None:
+    """Go on with an interrupted run from its newest checkpoint.
+
+    A run saves itself every 30 s, on SIGUSR2, and when it is asked to stop: Ctrl-C, SIGTERM, or a file named STOP in
+    its .partial folder. The results are the same bits as without interruption, whatever the number of threads.
+    """
+    from billow.simulate import resume as go_on
+
+    result = go_on(folder, progress=None if quiet else _show, threads=threads)
     print(f"{result.folder}: {result.status}")
 
 

@@ -44,9 +44,10 @@ class InputError(BillowError):
 
 
 class NumericalStop(BillowError):
-    """A run became meaningless and was stopped."""
+    """A run became meaningless and was stopped. nodes: indices of the first bad nodes, if it has a place."""
 
     exit_code = 3
+    nodes: tuple[int, ...] = ()
 
 
 class ResourceError(BillowError):

@@ -1,47 +1,24 @@
-"""`simulate(case, folder)`: the wiring of case, solver and result files."""
+"""`simulate(case, folder)` and `resume(folder)`: the wiring of case, solver, checkpoints and result files."""
 
 from __future__ import annotations
 
 import contextlib
-import os
-import platform
 import shutil
-import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from pathlib import Path
 
 import numba
-import numpy as np
 
-import billow
 from billow.case.build import build_model, build_schedule, require_start_clear
 from billow.case.schema import Case
-from billow.contact.rigid_contact import SuperEllipsoid
+from billow.checkpoint_file import newest_checkpoint
 from billow.dynamics.model import Model, State
 from billow.dynamics.run import run
-from billow.errors import InputError, NumericalStop, ResourceError
-from billow.gas.gas_model import GasTotals
-from billow.impactor import rigid_body
+from billow.errors import BillowError, InputError, NumericalStop, ResourceError
+from billow.interrupts import Interrupts
+from billow.recorder import Progress, RunRecorder
 from billow.results.atomic import publish_folder, write_atomically
-from billow.results.histories import write_histories
 from billow.results.result import Result
-from billow.results.run_file import write_run_file
-from billow.results.vtkhdf import FabricWriter
-
-LOG_HEADER = (
-    "    step    time[ms]   dt[us]  p_gauge[kPa]    T[K]     V[l]    m[g]"
-    "   E_kin[J]   E_int[J] E_diss[J]   W_gas[J]  error[%]   ETA[s]"
-)
-
-
-@dataclass(frozen=True)
-class Progress:
-    """How far a run is: time and end [s], one line of the solver log."""
-
-    time: float
-    end: float
-    line: str
 
 
 def simulate(
@@ -55,8 +32,9 @@ def simulate(
 
     progress: called at each output frame. threads: of the compiled kernels, all by default; results do not depend on
     it. While it runs, everything lies in `folder`.partial; it takes its name when complete. A run that had to be
-    stopped is published too, with status "stopped", before NumericalStop is raised. An interrupted run stays in
-    `folder`.partial.
+    stopped is published too, with status "stopped" and a post-mortem, before NumericalStop is raised. An interrupted
+    run (Ctrl-C, SIGTERM, a file STOP in `folder`.partial) leaves a checkpoint there; `resume(folder)` goes on from
+    it.
 
     Raises InputError (case, geometry, folder), NumericalStop, ResourceError E-RES-020 (disk).
     """
@@ -66,15 +44,60 @@ def simulate(
         model = build_model(case)
         require_start_clear(model)
         write_atomically(partial / "case.toml", case.to_toml())
-        with _threads(threads), _Recorder(case, model, partial, progress) as recorder:
+    except BillowError:
+        shutil.rmtree(partial, ignore_errors=True)
+        raise
+    return _run(case, model, folder, partial, None, 0, progress, threads)
+
+
+def resume(
+    folder: str | Path, *, progress: Callable[[Progress], None] | None = None, threads: int | None = None
+) -> Result:
+    """Go on with an interrupted run from its newest checkpoint; the results are the same bits as without interruption.
+
+    folder: the one given to `simulate`. Other arguments and errors as `simulate`; IntegrityError E-RES-030 to -032 if
+    there is no checkpoint or it cannot be used.
+    """
+    folder = Path(folder)
+    partial = _partial(folder)
+    if not partial.is_dir():
+        finished = folder.is_dir()
+        raise InputError(
+            "E-RES-021",
+            "there is no interrupted run to resume",
+            where=str(partial),
+            why="the run has finished" if finished else "no such folder",
+            remedy="give the --out folder of the interrupted run" if not finished else "open its results",
+        )
+    case = Case.load(partial / "case.toml")
+    model = build_model(case)
+    state, offset = newest_checkpoint(partial, model, case.digest())
+    return _run(case, model, folder, partial, state, offset, progress, threads)
+
+
+def _run(
+    case: Case,
+    model: Model,
+    folder: Path,
+    partial: Path,
+    state: State | None,
+    offset: int,
+    progress: Callable[[Progress], None] | None,
+    threads: int | None,
+) -> Result:
+    try:
+        with _threads(threads), Interrupts(partial) as interrupts:
+            recorder = RunRecorder(case, model, partial, interrupts, progress, offset)
+            recorder.greet(state)
             status, failure = "completed", None
             try:
-                run(model, build_schedule(case.run), recorder)
+                run(model, build_schedule(case.run), recorder, state)
             except NumericalStop as stop:
                 status, failure = "stopped", stop
+                recorder.post_mortem(stop)
             except KeyboardInterrupt as interrupt:
                 status, failure = "interrupted", interrupt
-        recorder.finish(status, None if failure is None else str(failure) or "interrupted by the user")
+            recorder.finish(status, None if failure is None else str(failure) or "interrupted by the user")
         if status == "interrupted":
             raise failure
         publish_folder(partial, folder)
@@ -86,12 +109,13 @@ def simulate(
             "the results could not be written",
             where=str(partial),
             why=error.strerror or str(error),
-            remedy="free space or choose another folder, then run again",
+            remedy="free space, then: billow resume RUN",
         ) from error
-    except InputError:
-        shutil.rmtree(partial, ignore_errors=True)
-        raise
     return Result.open(folder)
+
+
+def _partial(folder: Path) -> Path:
+    return folder.with_name(folder.name + ".partial")
 
 
 def _make_partial(folder: Path) -> Path:
@@ -103,8 +127,16 @@ def _make_partial(folder: Path) -> Path:
             why="a published result is never overwritten",
             remedy="choose another folder with --out, or delete this one",
         )
-    partial = folder.with_name(folder.name + ".partial")
-    shutil.rmtree(partial, ignore_errors=True)  # of an earlier, interrupted try
+    partial = _partial(folder)
+    if any((partial / name).exists() for name in ("checkpoint_a.safetensors", "checkpoint_b.safetensors")):
+        raise InputError(
+            "E-RES-022",
+            "an interrupted run is waiting there",
+            where=str(partial),
+            why="it has a checkpoint; starting over would lose it",
+            remedy=f"billow resume {folder}, or delete {partial.name}",
+        )
+    shutil.rmtree(partial, ignore_errors=True)  # of an earlier try that never reached a checkpoint
     partial.mkdir(parents=True)
     return partial
 
@@ -117,213 +149,3 @@ def _threads(count: int | None) -> Iterator[None]:
         yield
     finally:
         numba.set_num_threads(before)
-
-
-class _Recorder:
-    """Writes what a run tells: frames at once, histories and the record at the end, a line of log at each frame."""
-
-    def __init__(self, case: Case, model: Model, folder: Path, progress: Callable[[Progress], None] | None):
-        self.case, self.model, self.folder, self.progress = case, model, folder, progress
-        surface = model.surface
-        self.frames = FabricWriter(
-            folder / "fabric.vtkhdf",
-            model.start,
-            surface.triangles.astype(np.int64),
-            surface.part,
-            list(surface.part_names),
-        )
-        self.rows: list[dict[str, float]] = []
-        self.log: list[str] = []
-        self.begun = time.perf_counter()
-        self.state: State | None = None
-
-    def __enter__(self) -> _Recorder:
-        membrane = min(self.model.membranes, key=lambda m: m.altitude.min())
-        element = int(membrane.elements[membrane.altitude.argmin()])
-        part = self.model.surface.part_names[self.model.surface.part[element]]
-        self._say(f"Billow {billow.__version__}: {self.case.title}")
-        self._say(
-            f"{self.model.surface.triangle_count} triangles, {self.model.surface.node_count} nodes, fabric "
-            f"{self.model.mass.sum():.3f} kg; triangle {element} ({part}) limits the step"
-        )
-        self._say(LOG_HEADER)
-        return self
-
-    def __exit__(self, *_) -> None:
-        self.frames.close()
-
-    def history(self, model: Model, state: State, dt: float) -> None:
-        self.state = state
-        row = {"time [s]": state.time, "dt [s]": dt}
-        row |= _gas_columns(model.gas.totals(state.gas))
-        row |= _energy_columns(state)
-        for obstacle, body in zip(model.obstacles, state.bodies, strict=True):
-            row |= _body_columns(model, obstacle, body)
-        for k in range(model.straps.strap_count):
-            row[f"strap_{k + 1}_tension [N]"] = float(state.bar[model.straps.strap == k, 0].sum())
-        self.rows.append(row)
-
-    def frame(self, model: Model, state: State) -> None:
-        touching = {True: np.zeros_like(state.positions), False: np.zeros_like(state.positions)}
-        for obstacle, contact in zip(model.obstacles, state.contacts, strict=True):
-            touching[isinstance(obstacle.shape, SuperEllipsoid)] += contact.force
-        self.frames.append(
-            state.time,
-            state.positions,
-            point_data={
-                "displacement": state.positions - model.start,
-                "velocity": state.velocities,
-                "contact_force": touching[True],
-                "plate_force": touching[False],
-            },
-            cell_data=model.gas.fields(state.gas),
-        )
-        self._say(self._line(state))
-
-    def finish(self, status: str, reason: str | None) -> None:
-        """Write histories, log and the run's record."""
-        totals, ledger = self.model.gas.totals(self.state.gas), self.state.ledger
-        residual = max(ledger.largest_gain, -ledger.largest_loss)
-        injected = max(totals.enthalpy_in, 1e-300)
-        books = {
-            "gas_mass_error": totals.mass_error,
-            "gas_energy_error": totals.energy_error,
-            "energy_residual_joule": ledger.residual,
-            "energy_residual_of_injected": residual / injected if totals.enthalpy_in else 0.0,
-            "energy_residual_of_largest": ledger.relative_error,
-            "injected_mass_kg": totals.injected,
-            "injected_enthalpy_joule": totals.enthalpy_in,
-            "jet_impulse_delivered": totals.jet_impulse_out / totals.jet_impulse_in if totals.jet_impulse_in else 1.0,
-        }
-        self._say(
-            f"{status}: mass error {books['gas_mass_error']:.1e}, gas energy error {books['gas_energy_error']:.1e}, "
-            f"whole energy residual {100 * books['energy_residual_of_injected']:.4f} % of injected "
-            f"({100 * books['energy_residual_of_largest']:.2f} % of the largest energy)"
-        )
-        columns = {key: np.array([row[key] for row in self.rows]) for key in self.rows[0]}
-        write_histories(self.folder / "histories.csv", columns)
-        write_atomically(self.folder / "solver.log", "\n".join(self.log) + "\n")
-        write_run_file(
-            self.folder,
-            {
-                "status": status,
-                "reason": reason,
-                "title": self.case.title,
-                "billow_version": billow.__version__,
-                "case_digest": self.case.digest(),
-                "wall_seconds": time.perf_counter() - self.begun,
-                "steps": self.state.step,
-                "threads": numba.get_num_threads(),
-                "simulated_time": self.state.time,
-                "ledger": books,
-                "obstacles": [_describe(o) for o in self.model.obstacles],
-                "environment": environment(),
-            },
-        )
-
-    def _line(self, state: State) -> str:
-        totals, ledger = self.model.gas.totals(state.gas), state.ledger
-        spent = time.perf_counter() - self.begun
-        to_go = spent * (self.case.run.end_time / state.time - 1.0) if state.time > 0.0 else float("nan")
-        dt = self.rows[-1]["dt [s]"]
-        return (
-            f"{state.step:8d} {1e3 * state.time:11.3f} {1e6 * dt:8.3f}"
-            f" {1e-3 * (totals.pressure - self.case.ambient.pressure):13.3f} {totals.temperature:7.1f}"
-            f" {1e3 * totals.volume:8.3f} {1e3 * totals.mass:7.2f}"
-            f" {ledger.kinetic + ledger.body_kinetic:10.2f} {ledger.internal:10.2f}"
-            f" {ledger.damping + ledger.friction:9.2f} {ledger.gas_work:10.2f}"
-            f" {100 * ledger.relative_error:9.3f} {to_go:8.1f}"
-        )
-
-    def _say(self, line: str) -> None:
-        self.log.append(line)
-        if self.progress is not None:
-            now = self.state.time if self.state is not None else 0.0
-            self.progress(Progress(now, self.case.run.end_time, line))
-
-
-def _gas_columns(totals: GasTotals) -> dict[str, float]:
-    return {
-        "pressure [Pa]": totals.pressure,
-        "temperature [K]": totals.temperature,
-        "volume [m^3]": totals.volume,
-        "gas_mass [kg]": totals.mass,
-        "gas_energy [J]": totals.energy,
-        "injected [kg]": totals.injected,
-        "vented [kg]": totals.vented,
-        "leaked [kg]": totals.leaked,
-        "drawn_in [kg]": totals.drawn_in,
-        "enthalpy_in [J]": totals.enthalpy_in,
-        "enthalpy_out [J]": totals.enthalpy_out,
-        "pressure_work [J]": totals.work,
-        "jet_work [J]": totals.jet_work,
-        "jet_impulse_in [N s]": totals.jet_impulse_in,
-        "jet_impulse_out [N s]": totals.jet_impulse_out,
-    }
-
-
-def _energy_columns(state: State) -> dict[str, float]:
-    ledger = state.ledger
-    return {
-        "kinetic [J]": ledger.kinetic,
-        "body_kinetic [J]": ledger.body_kinetic,
-        "strain [J]": ledger.strain,
-        "strap [J]": ledger.strap,
-        "contact [J]": ledger.contact,
-        "damping [J]": ledger.damping,
-        "friction [J]": ledger.friction,
-        "gas_work [J]": ledger.gas_work,
-        "gravity_work [J]": ledger.gravity_work,
-        "energy_residual [J]": ledger.residual,
-    }
-
-
-def _body_columns(model: Model, obstacle, body: rigid_body.RigidState) -> dict[str, float]:
-    columns = {f"{obstacle.name}_force_{axis} [N]": float(body.force[k]) for k, axis in enumerate("xyz")}
-    if obstacle.body.locked:
-        return columns
-    acceleration = body.force / obstacle.body.mass + model.gravity
-    spin = rigid_body.spin(obstacle.body, body)
-    for k, axis in enumerate("xyz"):
-        columns[f"{obstacle.name}_centre_{axis} [m]"] = float(body.centre[k])
-        columns[f"{obstacle.name}_velocity_{axis} [m/s]"] = float(body.velocity[k])
-        columns[f"{obstacle.name}_acceleration_{axis} [m/s^2]"] = float(acceleration[k])
-        columns[f"{obstacle.name}_spin_{axis} [rad/s]"] = float(spin[k])
-    for k, part in enumerate("wxyz"):
-        columns[f"{obstacle.name}_quaternion_{part} [-]"] = float(body.quaternion[k])
-    return columns
-
-
-def _describe(obstacle) -> dict:
-    """What a picture of an obstacle needs, at the start."""
-    described = {"name": obstacle.name, "kind": "plate", "center": obstacle.start.centre.tolist()}
-    if isinstance(obstacle.shape, SuperEllipsoid):
-        described |= {
-            "kind": "super-ellipsoid",
-            "radii": obstacle.shape.radii.tolist(),
-            "degree": obstacle.shape.degree,
-            "rotation": obstacle.start.rotation.tolist(),
-            "locked": obstacle.body.locked,
-        }
-    return described
-
-
-def environment() -> dict[str, str | int]:
-    """What a timing or a last bit may depend on."""
-    return {
-        "python": platform.python_version(),
-        "numpy": np.__version__,
-        "numba": numba.__version__,
-        "machine": platform.machine(),
-        "system": platform.system(),
-        "processor": _processor(),
-        "cores": os.cpu_count() or 1,
-    }
-
-
-def _processor() -> str:
-    try:
-        with open("/proc/cpuinfo", encoding="utf-8") as file:
-            return next(line.split(":", 1)[1].strip() for line in file if line.startswith("model name"))
-    except (OSError, StopIteration):
-        return platform.processor() or "unknown"

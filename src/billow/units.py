@@ -35,7 +35,10 @@ def to_si(value: float | int | str, unit: str) -> float:
     if isinstance(value, bool) or not isinstance(value, (int, float, str)):
         raise ValueError(f"expected a number in {unit}")
     if not isinstance(value, str):
-        return float(value)
+        try:
+            return float(value)
+        except OverflowError:  # TOML integers have no bounds
+            raise ValueError("the number is too large") from None
     match = _TEXT.fullmatch(value)
     if match is None:
         raise ValueError(f'expected a number in {unit} or a text such as "1.5 {unit}"')

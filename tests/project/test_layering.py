@@ -20,7 +20,14 @@ MAY_IMPORT = {
     "results": {"errors", "units", "geometry"},
     "rom": {"errors", "units", "geometry", "results"},
     "study": {"errors", "units", "geometry", "results", "case", "simulate"},
-    "simulate": BASE | {"geometry", "fabric", "gas", "contact", "impactor", "dynamics", "case", "results"},
+    "checkpoint_file": {"errors", "dynamics", "results"},
+    "history_columns": {"dynamics", "gas", "impactor"},
+    "interrupts": set(),
+    "recorder": {
+        *("errors", "contact", "dynamics", "case", "results"),
+        *("checkpoint_file", "history_columns", "interrupts"),
+    },
+    "simulate": {"errors", "dynamics", "case", "results", "checkpoint_file", "interrupts", "recorder"},
     "verification": BASE
     | {"geometry", "fabric", "gas", "contact", "impactor", "dynamics", "case", "simulate", "results"},
 }

@@ -31,14 +31,6 @@ def load_case(path: str | Path) -> schema.Case:
                 remedy="give the path of a TOML case",
             )
         text = path.read_bytes().decode("utf-8")
-    except OSError as error:
-        raise InputError(
-            "E-CASE-001",
-            f"cannot read the case file {path}",
-            where=str(path),
-            why=error.strerror or str(error),
-            remedy="check the path; `billow check --example` prints a case to start from",
-        ) from None
     except UnicodeDecodeError as error:
         raise InputError(
             "E-CASE-002",
@@ -47,14 +39,22 @@ def load_case(path: str | Path) -> schema.Case:
             why="TOML is UTF-8 text",
             remedy="save the file as UTF-8",
         ) from None
+    except (OSError, ValueError) as error:  # ValueError: a path that no file can have
+        raise InputError(
+            "E-CASE-001",
+            f"cannot read the case file {str(path)!r}",
+            where=repr(str(path)),
+            why=getattr(error, "strerror", None) or str(error),
+            remedy="check the path; `billow check --example` prints a case to start from",
+        ) from None
     try:
         data = tomllib.loads(text)
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
+    except (ValueError, RecursionError) as error:  # TOMLDecodeError, or an integer of thousands of digits
         raise InputError(
             "E-CASE-002",
             f"{path.name} is not valid TOML",
             where=str(path),
-            why=str(error) if isinstance(error, tomllib.TOMLDecodeError) else "it is nested too deeply",
+            why=str(error) if isinstance(error, ValueError) else "it is nested too deeply",
             remedy="correct that line; see docs/case.md for an example",
         ) from None
     return validate(data, str(path))
@@ -75,7 +75,11 @@ def _explain(error: ValidationError, data: dict[str, Any], where: str) -> InputE
     problems = error.errors(include_url=False)
     # Of a union every branch complains; the branch that got furthest speaks for it.
     problem = max(problems, key=lambda p: (p["type"] in ("range", "unit", "curve"), len(p["loc"])))
-    keys = [str(k) for k in problem["loc"] if not _is_branch(str(k))]
+    *path, last = problem["loc"] or ("case",)
+    # A key of the user's may be called like a branch of a union; it stands last.
+    named = problem["type"] in ("extra_forbidden", "missing")
+    keys = [str(k) for k in path if not _is_branch(str(k))]
+    keys += [str(last)] if named or not _is_branch(str(last)) else []
     key = ".".join(keys) or "case"
     more = f" ({len(problems) - 1} more)" if len(problems) > 1 and len({p["loc"][:2] for p in problems}) > 1 else ""
     place = f"{where}, key {key}"
@@ -99,12 +103,13 @@ def _explain(error: ValidationError, data: dict[str, Any], where: str) -> InputE
         )
     context = problem.get("ctx") or {}
     given = problem["input"]
-    shown = repr(given) if isinstance(given, (int, float, str, bool)) else type(given).__name__
+    plain = isinstance(given, (float, str)) or (isinstance(given, int) and abs(given) < 10**80)
+    shown = repr(given) if plain else type(given).__name__
     return InputError(
         "E-CASE-005",
         f"{key} = {shown[:80]} cannot be used{more}",
         where=place,
-        why=problem["msg"],
+        why=problem["msg"][:400],
         remedy=context.get("try") or _remedy(problem, keys),
     )
 

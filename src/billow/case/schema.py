@@ -7,11 +7,12 @@ generated from this file.
 from __future__ import annotations
 
 import hashlib
+import re
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import tomli_w
-from pydantic import Field, field_validator, model_validator
+from pydantic import AfterValidator, Field, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
 from billow.case.quantity import Strict, curve, quantity
@@ -24,6 +25,22 @@ MassFlow = curve("kg/s", 0.0, 100.0)
 Radius = quantity("m", 5e-3, 5.0)
 Speed = quantity("m/s", -100.0, 100.0)
 Acceleration = quantity("m/s^2", -100.0, 100.0)
+
+
+def _plain_name(value: str) -> str:
+    if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_-]{0,39}", value):
+        raise PydanticCustomError(
+            "name",
+            "{reason}",
+            {
+                "reason": "names head columns of histories.csv and lead to settings",
+                "try": "use letters, digits, - and _ (at most 40), a letter first",
+            },
+        )
+    return value
+
+
+Name = Annotated[str, AfterValidator(_plain_name)]
 
 
 class Vents(Strict):
@@ -110,6 +127,21 @@ class Fabric(Strict):
     permeability: quantity("-", 0.0, 10.0) = 0.0
     """Leak speed in units of 1 m/s at 500 Pa; grows with the root of the pressure difference. 0 for coated fabric."""
 
+    @model_validator(mode="after")
+    def _resists(self):
+        largest = (self.young_warp / self.young_weft) ** 0.5
+        if self.poisson >= largest:
+            raise PydanticCustomError(
+                "poisson",
+                "{reason}",
+                {
+                    "reason": f"poisson = {self.poisson:g} with these moduli makes a fabric that gains energy when it is "
+                    f"stretched; it must stay below the root of young_warp / young_weft, {largest:.3g}",
+                    "try": "reduce poisson, or exchange young_warp and young_weft",
+                },
+            )
+        return self
+
 
 class Gas(Strict):
     """What fills the bag."""
@@ -185,7 +217,7 @@ class Plate(Strict):
 
     shape: Literal["plate"]
     """plate"""
-    name: str = "plate"
+    name: Name = "plate"
     """Name in results."""
     height: quantity("m", -10.0, 10.0) = 0.0
     """Height of its surface."""
@@ -202,7 +234,7 @@ class SuperEllipsoid(Strict):
 
     shape: Literal["super-ellipsoid"]
     """super-ellipsoid"""
-    name: str = "impactor"
+    name: Name = "impactor"
     """Name in results."""
     radii: Radius | tuple[Radius, Radius, Radius] = 0.15
     """Radii a, b, c along its own axes; one number for all three."""

@@ -10,19 +10,27 @@ import math
 
 import numpy as np
 
+from billow.contact.rigid_contact import Plate
 from billow.dynamics.model import Model, State
 from billow.errors import NumericalStop
+from billow.fabric.membrane import Membrane
 from billow.geometry.surface import area_vectors
 
 COLDEST, HOTTEST = 150.0, 3000.0  # K, gas temperatures outside mean a wrong input
 SMALLEST_STEP = 1e-4  # of the first step
+LARGEST_STRETCH = 3.0  # nylon tears at 1.3
+LARGEST_GAIN = 0.2  # of the largest energy so far
+DEEPEST = 0.5  # of an obstacle's smallest radius; for a plate, of PLATE_DEPTH
+PLATE_DEPTH = 0.1  # m
 
 
-def check_state(model: Model, state: State, dt: float) -> None:
-    """Raises NumericalStop E-NUM-001 (non-finite), E-NUM-002 (gas temperature) or E-NUM-003 (energy gain)."""
+def check_state(model: Model, state: State) -> None:
+    """Raises NumericalStop: E-NUM-001 non-finite, -002 gas temperature, -003 energy gain, -005 fabric stretched beyond
+    tearing, -006 penetration.
+    """
     ledger = state.ledger
     if not math.isfinite(ledger.residual):
-        _stop_non_finite(model, state, dt)
+        _stop_non_finite(model, state)
     totals = model.gas.totals(state.gas)
     if totals.mass > 0.0 and not COLDEST < totals.temperature < HOTTEST:
         raise NumericalStop(
@@ -32,22 +40,22 @@ def check_state(model: Model, state: State, dt: float) -> None:
             why=f"pressure {totals.pressure:.4g} Pa, volume {totals.volume:.4g} m^3, mass {totals.mass:.4g} kg",
             remedy="check inflator.mass_flow (kg/s, seconds) and inflator.temperature (K)",
         )
-    if ledger.residual > 0.2 * ledger.largest_energy and ledger.largest_energy > 1.0:
-        raise NumericalStop(
-            "E-NUM-003",
-            f"energy appeared from nowhere: {ledger.residual:.3g} J of {ledger.largest_energy:.3g} J",
-            where=_when(state),
-            why="the step is too large for the stiffest part, or a contact is too stiff",
-            remedy=f"reduce run.dt_scale (the step is {dt:.3g} s)",
-        )
+    if ledger.residual > LARGEST_GAIN * ledger.largest_energy and ledger.largest_energy > 1.0:
+        _stop_energy_gain(model, state)
+    if state.largest_stretch > LARGEST_STRETCH:
+        _stop_torn(model, state)
+    for obstacle, contact in zip(model.obstacles, state.contacts, strict=True):
+        radius = PLATE_DEPTH if isinstance(obstacle.shape, Plate) else float(obstacle.shape.radii.min())
+        if contact.deepest > DEEPEST * radius:
+            _stop_penetration(obstacle.name, contact.deepest, state)
 
 
-def check_step_size(state: State, limit: float, first: float) -> None:
+def check_step_size(state: State, limit: float) -> None:
     """Raises NumericalStop E-NUM-004 when the stable step collapses."""
-    if not limit > SMALLEST_STEP * first:
+    if not limit > SMALLEST_STEP * state.first_dt:
         raise NumericalStop(
             "E-NUM-004",
-            f"the stable step collapsed to {limit:.3g} s (it began at {first:.3g} s)",
+            f"the stable step collapsed to {limit:.3g} s (it began at {state.first_dt:.3g} s)",
             where=_when(state),
             why=f"the largest stretch of the fabric is {state.largest_stretch:.3g}",
             remedy="check the fabric's moduli and inflator.mass_flow",
@@ -58,21 +66,79 @@ def _when(state: State) -> str:
     return f"t = {1e3 * state.time:.4f} ms, step {state.step}"
 
 
-def _stop_non_finite(model: Model, state: State, dt: float) -> None:
+def _stop_energy_gain(model: Model, state: State) -> None:
+    ledger = state.ledger
+    fastest = int(np.argmax(model.mass * np.sum(state.velocities**2, axis=1)))
+    stop = NumericalStop(
+        "E-NUM-003",
+        f"energy appeared from nowhere: {ledger.residual:.3g} J of {ledger.largest_energy:.3g} J",
+        where=f"most of the motion is at node {fastest}, part {_parts(model, fastest)}, {_when(state)}",
+        why=f"the step ({state.dt:.3g} s) is too large for the stiffest part, or a load changed its sign",
+        remedy="reduce run.dt_scale",
+    )
+    stop.nodes = (fastest,)
+    raise stop
+
+
+def _stop_torn(model: Model, state: State) -> None:
+    membrane, element, stretch = max(
+        ((m, *_worst_stretch(m, model, state)) for m in model.membranes), key=lambda found: found[2]
+    )
+    triangle = int(membrane.elements[element])
+    nodes = tuple(int(n) for n in model.surface.triangles[triangle])
+    stop = NumericalStop(
+        "E-NUM-005",
+        f"fabric is stretched {stretch:.3g} times its length",
+        where=f"triangle {triangle} (nodes {nodes}), part {_parts(model, nodes[0])}, {_when(state)}",
+        why="real fabric tears at 1.3; the load is too high or the fabric too soft",
+        remedy="check fabric.young_warp, fabric.young_weft, fabric.thickness and inflator.mass_flow",
+    )
+    stop.nodes = nodes
+    raise stop
+
+
+def _worst_stretch(membrane: Membrane, model: Model, state: State) -> tuple[int, float]:
+    corners = state.positions[model.surface.triangles[membrane.elements]]
+    u, w = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    d = membrane.reference_inverse[:, :, None]
+    f1, f2 = u * d[0] + w * d[2], u * d[1] + w * d[3]
+    c1, c2, c12 = (np.einsum("ij,ij->i", a, b) for a, b in ((f1, f1), (f2, f2), (f1, f2)))
+    stretch = np.sqrt(0.5 * (c1 + c2) + np.sqrt((0.5 * (c1 - c2)) ** 2 + c12**2))
+    return int(stretch.argmax()), float(stretch.max())
+
+
+def _stop_penetration(name: str, depth: float, state: State) -> None:
+    raise NumericalStop(
+        "E-NUM-006",
+        f"fabric went {1e3 * depth:.3g} mm into {name}",
+        where=f"obstacle {name}, {_when(state)}",
+        why="the obstacle is too soft for the load, so its surface means nothing any more",
+        remedy=f"raise obstacles.{name}.slope (N/m per cm^2 of fabric)",
+    )
+
+
+def _parts(model: Model, node: int) -> str:
+    around = (model.surface.triangles == node).any(axis=1)
+    return ", ".join(sorted({model.surface.part_names[p] for p in model.surface.part[around]}))
+
+
+def _stop_non_finite(model: Model, state: State) -> None:
     bad = np.flatnonzero(~np.isfinite(state.velocities).all(axis=1) | ~np.isfinite(state.positions).all(axis=1))
     place, why = "gas or rigid body", "a state of the gas or of a rigid body is not finite"
     if len(bad):
         around = np.flatnonzero((model.surface.triangles == bad[0]).any(axis=1))
-        parts = {model.surface.part_names[p] for p in model.surface.part[around]}
         start_area = np.linalg.norm(area_vectors(model.surface.triangles[around], model.start), axis=1).min()
-        place = f"node {bad[0]} ({len(bad)} nodes in all), part {', '.join(sorted(parts))}"
+        place = f"node {bad[0]} ({len(bad)} nodes in all), part {_parts(model, int(bad[0]))}"
         why = (
-            f"the step of {dt:.3g} s was too large there, or its elements are too small (smallest {start_area:.3g} m^2)"
+            f"the step of {state.dt:.3g} s was too large there, or its elements are too small "
+            f"(smallest {start_area:.3g} m^2)"
         )
-    raise NumericalStop(
+    stop = NumericalStop(
         "E-NUM-001",
         "a position or velocity is not a finite number",
         where=f"{place}, {_when(state)}",
         why=why,
         remedy="reduce run.dt_scale, or check the moduli of the fabric and the slope of the obstacles",
     )
+    stop.nodes = tuple(int(node) for node in bad[:8])
+    raise stop

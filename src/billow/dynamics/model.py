@@ -81,6 +81,10 @@ class State:
     contacts: tuple[ContactState, ...]
     ledger: Ledger
     largest_stretch: float = 1.0
+    interval: int = 0
+    steps_left: int = 0
+    dt: float = 0.0
+    first_dt: float = 0.0
 
 
 def start_state(model: Model) -> State:

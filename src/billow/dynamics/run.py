@@ -26,37 +26,58 @@ class Schedule:
 class Recorder(Protocol):
     """Who listens to a run. `dynamics` knows no file formats."""
 
-    def history(self, model: Model, state: State, dt: float) -> None:
+    def history(self, model: Model, state: State) -> None:
         """Called at time zero and after every history interval."""
 
     def frame(self, model: Model, state: State) -> None:
         """Called at time zero and after every frame interval."""
 
+    def step(self, model: Model, state: State) -> None:
+        """Called after every step; may save the state, or raise to stop the run."""
 
-def run(model: Model, schedule: Schedule, recorder: Recorder) -> State:
-    """Run from the start to the end; returns the last state.
 
+def run(model: Model, schedule: Schedule, recorder: Recorder, state: State | None = None) -> State:
+    """Run from the start, or on from a state between two steps, to the end; returns the last state.
+
+    A run continued from a saved state gives the same bits as one that never stopped.
     Raises NumericalStop if the run becomes meaningless; the recorder then has everything up to that moment.
     """
+    if state is None:
+        state = begin(model, schedule)
+        recorder.history(model, state)
+        recorder.frame(model, state)
+    intervals = schedule.frames * schedule.histories_per_frame
+    while state.interval < intervals:
+        target = schedule.end * (state.interval + 1) / intervals
+        if state.steps_left == 0:
+            plan(model, schedule, state, target)
+        while state.steps_left > 0:
+            advance(model, state, state.dt)
+            state.steps_left -= 1
+            check_state(model, state)
+            if state.steps_left > 0:
+                recorder.step(model, state)
+        state.time = target  # the sum of the steps differs in the last digit
+        state.interval += 1
+        recorder.history(model, state)
+        if state.interval % schedule.histories_per_frame == 0:
+            recorder.frame(model, state)
+        recorder.step(model, state)
+    return state
+
+
+def begin(model: Model, schedule: Schedule) -> State:
+    """State at time zero with its forces and energies."""
     state = start_state(model)
     evaluate_forces(model, state, 0.0, 0.0)
     close_ledger(model, state)
-    intervals = schedule.frames * schedule.histories_per_frame
-    first_dt = schedule.dt_scale * stable_dt(model, state)
-    recorder.history(model, state, first_dt)
-    recorder.frame(model, state)
-    for k in range(intervals):
-        target = schedule.end * (k + 1) / intervals
-        span = target - state.time
-        limit = schedule.dt_scale * stable_dt(model, state)
-        check_step_size(state, limit, first_dt)
-        steps = math.ceil(span / limit)
-        dt = span / steps
-        for _ in range(steps):
-            advance(model, state, dt)
-            check_state(model, state, dt)
-        state.time = target
-        recorder.history(model, state, dt)
-        if (k + 1) % schedule.histories_per_frame == 0:
-            recorder.frame(model, state)
+    state.first_dt = state.dt = schedule.dt_scale * stable_dt(model, state)
     return state
+
+
+def plan(model: Model, schedule: Schedule, state: State, target: float) -> None:
+    """Split the way to `target` [s] into equal steps within the stable one."""
+    limit = schedule.dt_scale * stable_dt(model, state)
+    check_step_size(state, limit)
+    state.steps_left = math.ceil((target - state.time) / limit)
+    state.dt = (target - state.time) / state.steps_left

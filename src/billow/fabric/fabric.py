@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -25,14 +26,14 @@ class LinearFabric:
     compression: bool
     damping: float
 
-    @property
+    @cached_property
     def is_isotropic(self) -> bool:
         return bool(
             np.isclose(self.young_warp, self.young_weft)
             and np.isclose(self.shear, 0.5 * self.young_warp / (1.0 + self.poisson))
         )
 
-    @property
+    @cached_property
     def stiffness(self) -> np.ndarray:
         """Plane-stress moduli (c11, c22, c12, c66) [Pa], (4,)."""
         reverse_poisson = self.poisson * self.young_weft / self.young_warp

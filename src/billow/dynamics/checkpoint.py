@@ -1,0 +1,75 @@
+"""A state as arrays and numbers, and back: what a checkpoint file holds.
+
+A `State` is nested dataclasses, tuples, arrays and numbers. `flatten` names every leaf by its path; `restore` writes
+leaves into a state freshly made for the same model, so that a checkpoint cannot bring in anything a run would not have.
+Continuing from a restored state gives the same bits as never having stopped: every float goes through as it is.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from billow.dynamics.model import State
+
+Leaf = np.ndarray | float | int | bool | None
+
+
+def flatten(state: State) -> tuple[dict[str, np.ndarray], dict[str, float | int | bool | None]]:
+    """Arrays by path, for example "gas.masses", and numbers by path, for example "ledger.strain"."""
+    arrays, numbers = {}, {}
+    for path, leaf in _leaves("", state):
+        if isinstance(leaf, np.ndarray):
+            arrays[path] = leaf
+        else:
+            numbers[path] = leaf.item() if isinstance(leaf, np.generic) else leaf
+    return arrays, numbers
+
+
+def restore(fresh: State, arrays: dict[str, np.ndarray], numbers: dict[str, Any]) -> State:
+    """The saved state, written into `fresh`, a state at time zero of the same model.
+
+    Raises ValueError, with a sentence for the user, if the leaves do not fit the model.
+    """
+    expected = dict(_leaves("", fresh))
+    if set(expected) != set(arrays) | set(numbers):
+        odd = sorted(set(expected) ^ (set(arrays) | set(numbers)))
+        raise ValueError(f"it does not have the parts of this model; the first that differs is {odd[0]}")
+    for path, leaf in expected.items():
+        if isinstance(leaf, np.ndarray):
+            saved = arrays.get(path)
+            # What jets fall on grows and shrinks; everything else keeps its shape.
+            growing = path.startswith("gas.pattern.")
+            if saved is None or saved.dtype != leaf.dtype or (saved.shape != leaf.shape and not growing):
+                raise ValueError(f"{path} does not have the shape this model needs")
+            _assign(fresh, path, np.array(saved))
+        else:
+            if path not in numbers:
+                raise ValueError(f"{path} is not a number")
+            _assign(fresh, path, numbers[path])
+    return fresh
+
+
+def _leaves(path: str, value: Any) -> Iterator[tuple[str, Leaf]]:
+    if dataclasses.is_dataclass(value):
+        for field in dataclasses.fields(value):
+            yield from _leaves(f"{path}.{field.name}" if path else field.name, getattr(value, field.name))
+    elif isinstance(value, tuple):
+        for k, item in enumerate(value):
+            yield from _leaves(f"{path}.{k}", item)
+    else:
+        yield path, value
+
+
+def _assign(state: State, path: str, value: Leaf) -> None:
+    *way, last = path.split(".")
+    place: Any = state
+    for part in way:
+        place = place[int(part)] if isinstance(place, tuple) else getattr(place, part)
+    if isinstance(place, tuple):  # arrays inside a tuple are overwritten where they are
+        place[int(last)][...] = value
+    else:
+        setattr(place, last, value)

@@ -1,0 +1,80 @@
+"""What a row of histories.csv says: every quantity with its unit in the name."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from billow.dynamics.inspection import shooting_nodes
+from billow.dynamics.model import Model, Obstacle, State
+from billow.gas.gas_model import GasTotals
+from billow.impactor import rigid_body
+
+
+def history_row(model: Model, state: State) -> dict[str, float]:
+    """Column name -> value at the present time."""
+    row = {"time [s]": state.time, "dt [s]": state.dt}
+    row |= _gas(model.gas.totals(state.gas))
+    row |= _energy(state)
+    for obstacle, body, contact in zip(model.obstacles, state.bodies, state.contacts, strict=True):
+        row |= _body(model, obstacle, body)
+        row[f"{obstacle.name}_contact [J]"] = contact.stored
+        row[f"{obstacle.name}_penetration [m]"] = contact.deepest
+    for k in range(model.straps.strap_count):
+        row[f"strap_{k + 1}_tension [N]"] = float(state.bar[model.straps.strap == k, 0].sum())
+    row["largest_stretch [-]"] = state.largest_stretch
+    row["shooting_nodes [-]"] = float(shooting_nodes(model, state))
+    return row
+
+
+def _gas(totals: GasTotals) -> dict[str, float]:
+    return {
+        "pressure [Pa]": totals.pressure,
+        "temperature [K]": totals.temperature,
+        "volume [m^3]": totals.volume,
+        "gas_mass [kg]": totals.mass,
+        "gas_energy [J]": totals.energy,
+        "injected [kg]": totals.injected,
+        "vented [kg]": totals.vented,
+        "leaked [kg]": totals.leaked,
+        "drawn_in [kg]": totals.drawn_in,
+        "enthalpy_in [J]": totals.enthalpy_in,
+        "enthalpy_out [J]": totals.enthalpy_out,
+        "pressure_work [J]": totals.work,
+        "jet_work [J]": totals.jet_work,
+        "jet_impulse_in [N s]": totals.jet_impulse_in,
+        "jet_impulse_out [N s]": totals.jet_impulse_out,
+    }
+
+
+def _energy(state: State) -> dict[str, float]:
+    ledger = state.ledger
+    return {
+        "kinetic [J]": ledger.kinetic,
+        "body_kinetic [J]": ledger.body_kinetic,
+        "strain [J]": ledger.strain,
+        "strap [J]": ledger.strap,
+        "contact [J]": ledger.contact,
+        "damping [J]": ledger.damping,
+        "friction [J]": ledger.friction,
+        "gas_work [J]": ledger.gas_work,
+        "gravity_work [J]": ledger.gravity_work,
+        "energy_residual [J]": ledger.residual,
+    }
+
+
+def _body(model: Model, obstacle: Obstacle, body: rigid_body.RigidState) -> dict[str, float]:
+    columns = {f"{obstacle.name}_force_{axis} [N]": float(body.force[k]) for k, axis in enumerate("xyz")}
+    if obstacle.body.locked:
+        return columns
+    acceleration = body.force / obstacle.body.mass + model.gravity
+    spin = rigid_body.spin(obstacle.body, body)
+    vectors = (
+        ("centre", "m", body.centre),
+        ("velocity", "m/s", body.velocity),
+        ("acceleration", "m/s^2", acceleration),
+        ("spin", "rad/s", spin),
+    )
+    for name, unit, vector in vectors:
+        columns |= {f"{obstacle.name}_{name}_{a} [{unit}]": float(v) for a, v in zip("xyz", vector, strict=True)}
+    quaternion = zip("wxyz", np.asarray(body.quaternion), strict=True)
+    return columns | {f"{obstacle.name}_quaternion_{part} [-]": float(v) for part, v in quaternion}

@@ -1,0 +1,73 @@
+"""Arrays and a JSON record in one safetensors file that vouches for itself.
+
+No pickle: nothing in the file can run. The record carries the SHA-256 of the whole file, taken with the 64 digits of
+the sum itself as zeros, so that a change of any byte is noticed, in arrays, record or header. The sum finds damage;
+it is no signature, whoever rewrites a file can rewrite the sum.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from safetensors import SafetensorError
+from safetensors.numpy import load as from_bytes
+from safetensors.numpy import save as to_bytes
+
+from billow.errors import IntegrityError
+from billow.results.atomic import write_atomically
+
+KEY = "billow"
+_ZEROS = "0" * 64
+_SUM = re.compile(rb'\\"sha256\\": ?\\"([0-9a-f]{64})\\"')  # JSON inside a JSON string: quotes are escaped
+
+Damaged = Callable[[str], IntegrityError]
+"""Makes the error for a file that cannot be trusted, from a sentence that says why."""
+
+
+def write_tensors(path: str | Path, tensors: dict[str, np.ndarray], record: dict) -> Path:
+    """Write arrays and record to `path`, atomically. `record` must be plain JSON and have no "sha256"."""
+    path = Path(path)
+    text = json.dumps({**record, "sha256": _ZEROS}, allow_nan=False)
+    data = to_bytes({name: np.ascontiguousarray(array) for name, array in tensors.items()}, {KEY: text})
+    start, end = _SUM.search(data).span(1)
+    write_atomically(path, data[:start] + _digest(data, start, end).encode() + data[end:])
+    return path
+
+
+def read_tensors(path: str | Path, damaged: Damaged) -> tuple[dict[str, np.ndarray], dict]:
+    """Arrays and record of a file by `write_tensors`.
+
+    Raises what `damaged` makes if the file is damaged or cut short, OSError if it cannot be read.
+    """
+    data = Path(path).read_bytes()
+    start, end = _locate_sum(data, damaged)
+    found, said = _digest(data, start, end), data[start:end].decode()
+    if found != said:
+        raise damaged(f"its bytes have SHA-256 {found[:8]}..., it says {said[:8]}...")
+    try:
+        header = json.loads(data[8 : 8 + int.from_bytes(data[:8], "little")])
+        return from_bytes(data), json.loads(header["__metadata__"][KEY])
+    except (SafetensorError, ValueError, KeyError) as error:
+        raise damaged(f"it is not a tensor file of Billow ({error})") from error
+
+
+def _locate_sum(data: bytes, damaged: Damaged) -> tuple[int, int]:
+    header = int.from_bytes(data[:8], "little")
+    if len(data) < 8 or header > len(data) - 8:
+        raise damaged(f"it has {len(data)} bytes, fewer than its own header announces")
+    found = list(_SUM.finditer(data, 8, 8 + header))
+    if len(found) != 1:
+        raise damaged("its header holds no SHA-256 by Billow")
+    return found[0].span(1)
+
+
+def _digest(data: bytes, start: int, end: int) -> str:
+    digest = hashlib.sha256(memoryview(data)[:start])
+    digest.update(_ZEROS.encode())
+    digest.update(memoryview(data)[end:])
+    return digest.hexdigest()
