@@ -12,6 +12,9 @@ user sees; the command line prints it and exits with `exit_code`, without a trac
 
 from __future__ import annotations
 
+LONGEST_TEXT = 500
+"""Characters of one part of a message; longer ones lose their middle."""
+
 
 class BillowError(Exception):
     """Base of the family.
@@ -23,7 +26,8 @@ class BillowError(Exception):
 
     def __init__(self, code: str, what: str, *, where: str, why: str, remedy: str):
         super().__init__(code, what)
-        self.code, self.what, self.where, self.why, self.remedy = code, what, where, why, remedy
+        self.code = code
+        self.what, self.where, self.why, self.remedy = map(_in_one_line, (what, where, why, remedy))
 
     def __str__(self) -> str:
         return f"{self.code} error: {self.what}\n  where: {self.where}\n  why:   {self.why}\n  try:   {self.remedy}"
@@ -31,6 +35,13 @@ class BillowError(Exception):
     def __reduce__(self):
         # Errors travel back from worker processes; keyword-only arguments need telling how.
         return (_rebuild, (type(self), self.code, self.what, self.where, self.why, self.remedy))
+
+
+def _in_one_line(text: str) -> str:
+    """Text as it is safe to print: what files and users wrote may hold control characters, and have any length."""
+    if len(text) > LONGEST_TEXT:
+        text = f"{text[: LONGEST_TEXT // 2]} ... {text[-LONGEST_TEXT // 2 :]}"
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 
 def _rebuild(kind, code, what, where, why, remedy):

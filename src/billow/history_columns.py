@@ -15,10 +15,10 @@ def history_row(model: Model, state: State) -> dict[str, float]:
     row = {"time [s]": state.time, "dt [s]": state.dt}
     row |= _gas(model.gas.totals(state.gas))
     row |= _energy(state)
-    for obstacle, body, contact in zip(model.obstacles, state.bodies, state.contacts, strict=True):
+    for k, (obstacle, body) in enumerate(zip(model.obstacles, state.bodies, strict=True)):
         row |= _body(model, obstacle, body)
-        row[f"{obstacle.name}_contact [J]"] = contact.stored
-        row[f"{obstacle.name}_penetration [m]"] = contact.deepest
+        row[f"{obstacle.name}_contact [J]"] = float(state.contact.stored[k])
+        row[f"{obstacle.name}_penetration [m]"] = float(state.contact.deepest[k])
     for k in range(model.straps.strap_count):
         row[f"strap_{k + 1}_tension [N]"] = float(state.bar[model.straps.strap == k, 0].sum())
     row["largest_stretch [-]"] = state.largest_stretch

@@ -113,8 +113,8 @@ class RunRecorder:
 
     def frame(self, model: Model, state: State) -> None:
         touching = {True: np.zeros_like(state.positions), False: np.zeros_like(state.positions)}
-        for obstacle, contact in zip(model.obstacles, state.contacts, strict=True):
-            touching[isinstance(obstacle.shape, SuperEllipsoid)] += contact.force
+        for obstacle, force in zip(model.obstacles, state.contact.force, strict=True):
+            touching[isinstance(obstacle.shape, SuperEllipsoid)] += force
         arrays = {
             "time": np.array([state.time]),
             "positions": state.positions,
@@ -226,7 +226,7 @@ class RunRecorder:
         with FabricWriter(path, self.model.start, surface.triangles.astype(np.int64), surface.part, names) as fabric:
             for arrays in journals.frames(self.folder / JOURNAL):
                 fields = {"point": {}, "cell": {}}
-                for name, array in arrays.items():
+                for name, array in sorted(arrays.items()):  # as read, their order is no order
                     kind, _, field = name.partition(".")
                     if field:
                         fields[kind][field] = array

@@ -38,8 +38,11 @@ def simulate(
 
     Raises InputError (case, geometry, folder), NumericalStop, ResourceError E-RES-020 (disk).
     """
-    folder = Path(folder)
-    partial = _make_partial(folder)
+    folder = Path(folder).absolute()  # "." has a name only in full
+    try:
+        partial = _make_partial(folder)
+    except OSError as error:
+        raise _unwritable(folder, error, "choose another folder with --out") from error
     try:
         model = build_model(case)
         require_start_clear(model)
@@ -58,7 +61,7 @@ def resume(
     folder: the one given to `simulate`. Other arguments and errors as `simulate`; IntegrityError E-RES-030 to -032 if
     there is no checkpoint or it cannot be used.
     """
-    folder = Path(folder)
+    folder = Path(folder).absolute()
     partial = _partial(folder)
     if not partial.is_dir():
         finished = folder.is_dir()
@@ -104,14 +107,18 @@ def _run(
         if failure is not None:
             raise failure
     except OSError as error:
-        raise ResourceError(
-            "E-RES-020",
-            "the results could not be written",
-            where=str(partial),
-            why=error.strerror or str(error),
-            remedy="free space, then: billow resume RUN",
-        ) from error
+        raise _unwritable(partial, error, "free space, then: billow resume RUN") from error
     return Result.open(folder)
+
+
+def _unwritable(folder: Path, error: OSError, remedy: str) -> ResourceError:
+    return ResourceError(
+        "E-RES-020",
+        "the results could not be written",
+        where=str(folder),
+        why=error.strerror or str(error),
+        remedy=remedy,
+    )
 
 
 def _partial(folder: Path) -> Path:

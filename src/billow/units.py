@@ -49,9 +49,10 @@ def to_si(value: float | int | str, unit: str) -> float:
     return float(match.group(1)) * factors[text]
 
 
-def other_scale(value: float, unit: str, low: float, high: float) -> str | None:
-    """A reading of the number in another unit that would be plausible, for example "0.3 mm", or None."""
-    for text, factor in CONVERSIONS[unit].items():
-        if factor != 1.0 and low <= value * factor <= high:
-            return f"{value:g} {text}"
-    return None
+def other_scales(value: float, unit: str, low: float, high: float) -> list[str]:
+    """Readings of the number in other units that would be plausible, for example ["0.3 mm", "0.3 cm"]."""
+    return [
+        f"{value:g} {text}"
+        for text, factor in CONVERSIONS[unit].items()
+        if factor != 1.0 and low <= value * factor <= high
+    ]

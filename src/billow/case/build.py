@@ -197,11 +197,11 @@ def require_start_clear(model: Model) -> None:
     """Raises InputError E-GEO-020 if an obstacle touches the bag at the start."""
     state = start_state(model)
     push_apart(model, state, 0.0)
-    for obstacle, contact in zip(model.obstacles, state.contacts, strict=True):
-        if contact.deepest > 1e-6:
+    for obstacle, deepest in zip(model.obstacles, state.contact.deepest.tolist(), strict=True):
+        if deepest > 1e-6:
             raise InputError(
                 "E-GEO-020",
-                f"{obstacle.name} penetrates the bag at the start by {1e3 * contact.deepest:.3g} mm",
+                f"{obstacle.name} penetrates the bag at the start by {1e3 * deepest:.3g} mm",
                 where=f"obstacles.{obstacle.name}",
                 why="the penalty force would shoot the fabric away",
                 remedy="raise its clearance, or lower the plate's height",

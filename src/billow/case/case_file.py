@@ -21,16 +21,17 @@ def load_case(path: str | Path) -> schema.Case:
     `validate`."""
     path = Path(path)
     try:
-        size = path.stat().st_size
-        if size > LARGEST_FILE:
+        with open(path, "rb") as file:
+            content = file.read(LARGEST_FILE + 1)  # a device such as /dev/zero never ends
+        if len(content) > LARGEST_FILE:
             raise InputError(
                 "E-CASE-002",
-                f"{path.name} is not a case file: {size} bytes",
+                f"{path.name} is not a case file: it is too long",
                 where=str(path),
                 why=f"case files are text of at most {LARGEST_FILE} bytes",
                 remedy="give the path of a TOML case",
             )
-        text = path.read_bytes().decode("utf-8")
+        text = content.decode("utf-8")
     except UnicodeDecodeError as error:
         raise InputError(
             "E-CASE-002",
@@ -74,7 +75,11 @@ def validate(data: dict[str, Any], where: str) -> schema.Case:
 def _explain(error: ValidationError, data: dict[str, Any], where: str) -> InputError:
     problems = error.errors(include_url=False)
     # Of a union every branch complains; the branch that got furthest speaks for it.
-    problem = max(problems, key=lambda p: (p["type"] in ("range", "unit", "curve"), len(p["loc"])))
+    # A table is never a misspelt number: there the branch of the curve is meant.
+    problem = max(
+        problems,
+        key=lambda p: (p["type"] in ("range", "unit", "curve") and not isinstance(p["input"], dict), len(p["loc"])),
+    )
     *path, last = problem["loc"] or ("case",)
     # A key of the user's may be called like a branch of a union; it stands last.
     named = problem["type"] in ("extra_forbidden", "missing")
@@ -109,16 +114,21 @@ def _explain(error: ValidationError, data: dict[str, Any], where: str) -> InputE
         "E-CASE-005",
         f"{key} = {shown[:80]} cannot be used{more}",
         where=place,
-        why=problem["msg"][:400],
+        why="a list is expected here" if problem["type"] == "tuple_type" else problem["msg"],
         remedy=context.get("try") or _remedy(problem, keys),
     )
 
 
 def _remedy(problem: dict[str, Any], keys: list[str]) -> str:
+    if keys == ["obstacles"] and problem["type"] == "tuple_type":
+        return "write [[obstacles]] with two brackets: there may be several"
     expected = (problem.get("ctx") or {}).get("expected")
     if expected:
         return f"use {expected}"
-    return f"correct {keys[-1] if keys else 'the file'}; docs/case.md gives unit and range"
+    named = [key for key in keys if not key.isdigit()]
+    meaning = getattr(_find(problem["loc"]), "description", None)
+    meant = f" ({meaning[0].lower()}{meaning[1:].rstrip('.')})" if meaning else ""
+    return f"correct {named[-1] if named else 'the file'}{meant}; docs/case.md gives unit and range"
 
 
 def _is_branch(text: str) -> bool:
@@ -127,16 +137,22 @@ def _is_branch(text: str) -> bool:
 
 
 def _known_keys(location: tuple) -> list[str]:
-    model: Any = schema.Case
-    for part in location:
-        if isinstance(part, int):
-            continue
+    """Keys of the table at a location."""
+    found = _find(location)
+    annotation = getattr(found, "annotation", found)
+    options = [annotation, *getattr(annotation, "__args__", ())]
+    table = next((o for o in options if hasattr(o, "model_fields")), None)
+    return sorted(getattr(table, "model_fields", {}))
+
+
+def _find(location: tuple) -> Any:
+    """The table or field of the schema that a location of a problem leads to, as far as it does."""
+    place: Any = schema.Case
+    for part in map(str, location):
         if part in OBSTACLES:
-            model = OBSTACLES[part]
+            place = OBSTACLES[part]
             continue
-        fields = getattr(model, "model_fields", {})
-        if str(part) in fields:
-            annotation = fields[str(part)].annotation
-            options = [annotation, *getattr(annotation, "__args__", ())]
-            model = next((o for o in options if hasattr(o, "model_fields")), None)
-    return sorted(getattr(model, "model_fields", {}))
+        annotation = getattr(place, "annotation", place)
+        tables = [o for o in (annotation, *getattr(annotation, "__args__", ())) if hasattr(o, "model_fields")]
+        place = next((t.model_fields[part] for t in tables if part in t.model_fields), place)
+    return place

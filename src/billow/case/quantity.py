@@ -7,7 +7,10 @@ from typing import Annotated, Any
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, model_validator
 from pydantic_core import PydanticCustomError
 
-from billow.units import other_scale, to_si
+from billow.units import other_scales, to_si
+
+
+ZERO_CELSIUS = 273.15  # K
 
 
 class Strict(BaseModel):
@@ -31,12 +34,17 @@ def quantity(unit: str, low: float, high: float) -> Any:
         if low <= value <= high:
             return value
         reason = f"{value:g} {unit} is outside the plausible range {low:g} to {high:g} {unit}"
-        meant = other_scale(value, unit, low, high) if value > 0.0 else None
-        raise PydanticCustomError(
-            "range", "{reason}", {"reason": reason, "try": f'write "{meant}" if that is meant' if meant else None}
-        )
+        raise PydanticCustomError("range", "{reason}", {"reason": reason, "try": _meant(value, unit, low, high)})
 
     return Annotated[float, BeforeValidator(convert), AfterValidator(check), _Documented(unit, low, high)]
+
+
+def _meant(value: float, unit: str, low: float, high: float) -> str | None:
+    """What to write if the number was in another unit, or None."""
+    if unit == "K" and low <= value + ZERO_CELSIUS <= high:
+        return f"write {value + ZERO_CELSIUS:g} if {value:g} degrees Celsius are meant"
+    readings = [f'"{text}"' for text in other_scales(value, unit, low, high)] if value > 0.0 else []
+    return f"write {' or '.join(readings)} if that is meant" if readings else None
 
 
 class _Documented:

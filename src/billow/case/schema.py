@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import tomli_w
-from pydantic import AfterValidator, Field, field_validator, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
 from billow.case.quantity import Strict, curve, quantity
@@ -25,6 +25,7 @@ MassFlow = curve("kg/s", 0.0, 100.0)
 Radius = quantity("m", 5e-3, 5.0)
 Speed = quantity("m/s", -100.0, 100.0)
 Acceleration = quantity("m/s^2", -100.0, 100.0)
+MOST_ROWS = 100_000  # of histories; a run that needs 50 ms has 500
 
 
 def _plain_name(value: str) -> str:
@@ -40,7 +41,18 @@ def _plain_name(value: str) -> str:
     return value
 
 
+def _one_line(value: str) -> str:
+    if not value.isprintable():
+        raise PydanticCustomError(
+            "text",
+            "{reason}",
+            {"reason": "it holds a line break or a control character", "try": "use plain text in one line"},
+        )
+    return value
+
+
 Name = Annotated[str, AfterValidator(_plain_name)]
+Text = Annotated[str, AfterValidator(_one_line)]
 
 
 class Vents(Strict):
@@ -135,8 +147,8 @@ class Fabric(Strict):
                 "poisson",
                 "{reason}",
                 {
-                    "reason": f"poisson = {self.poisson:g} with these moduli makes a fabric that gains energy when it is "
-                    f"stretched; it must stay below the root of young_warp / young_weft, {largest:.3g}",
+                    "reason": f"with poisson = {self.poisson:g} and these moduli a stretched fabric gains energy; "
+                    f"poisson must stay below the root of young_warp / young_weft, {largest:.3g}",
                     "try": "reduce poisson, or exchange young_warp and young_weft",
                 },
             )
@@ -260,7 +272,17 @@ class SuperEllipsoid(Strict):
     """Contact damping, fraction of critical."""
 
 
-Obstacle = Annotated[Plate | SuperEllipsoid, Field(discriminator="shape")]
+def _known_shape(value: Any) -> Any:
+    shapes = ("plate", "super-ellipsoid")
+    if isinstance(value, dict) and value.get("shape") not in shapes:
+        given = value.get("shape")
+        reason = f"there is no shape {given[:40]!r}" if isinstance(given, str) else "it has no shape"
+        remedy = f"write {' or '.join(f'shape = {shape!r}' for shape in shapes)}"
+        raise PydanticCustomError("shape", "{reason}", {"reason": reason, "try": remedy})
+    return value
+
+
+Obstacle = Annotated[Plate | SuperEllipsoid, Field(discriminator="shape"), BeforeValidator(_known_shape)]
 
 
 class Run(Strict):
@@ -284,11 +306,25 @@ class Run(Strict):
             raise PydanticCustomError("range", "{reason}", {"reason": f"{value}; expected 1 to 10000"})
         return value
 
+    @model_validator(mode="after")
+    def _rows_fit(self):
+        rows = self.frames * self.histories_per_frame
+        if rows > MOST_ROWS:
+            raise PydanticCustomError(
+                "rows",
+                "{reason}",
+                {
+                    "reason": f"frames times histories_per_frame makes {rows} rows of histories; at most {MOST_ROWS}",
+                    "try": "reduce frames or histories_per_frame",
+                },
+            )
+        return self
+
 
 class Case(Strict):
     """A whole simulation."""
 
-    title: str = "Driver bag"
+    title: Text = "Driver bag"
     """Free text."""
     bag: Bag = Bag()
     fabric: Fabric = Fabric()

@@ -8,12 +8,13 @@ chunk.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numba import prange
 
-from billow.compiled import CHUNK, kernel
+from billow.compiled import CHUNK, kernel, scalar
 from billow.contact.penalty import A_REFERENCE, contact_force
 from billow.geometry.super_ellipsoid import closest_point, radial_measure
 
@@ -44,139 +45,204 @@ class SuperEllipsoid:
 
 @dataclass
 class ContactState:
-    """Of one obstacle. force: average over the last step on each fabric node, [N], (nodes, 3). offset: from the
-    sticking point, [m], (nodes, 3), in the body's axes. stored: energy in the contact springs [J]; dissipated: in the
-    last step [J]; deepest: penetration [m]."""
+    """Of all obstacles. force: average over the last step on each fabric node, [N], (obstacles, nodes, 3). offset: from
+    the sticking point, [m], (obstacles, nodes, 3), in each body's axes. stored: energy in the contact springs [J];
+    dissipated: in the last step [J]; deepest: penetration [m]; all three (obstacles,)."""
 
     force: np.ndarray
     offset: np.ndarray
-    stored: float = 0.0
-    dissipated: float = 0.0
-    deepest: float = 0.0
+    touching: np.ndarray
+    stored: np.ndarray
+    dissipated: np.ndarray
+    deepest: np.ndarray
+
+    @classmethod
+    def none(cls, obstacles: int, nodes: int) -> ContactState:
+        """Nothing touches."""
+        field, sums = np.zeros((obstacles, nodes, 3)), np.zeros(obstacles)
+        return cls(field, field.copy(), np.zeros((obstacles, nodes), np.bool_), sums, sums.copy(), sums.copy())
+
+
+SWEEPS, SETTLED = 100, 1e-10
+"""Most sweeps over the obstacles that pinch a node, and the relative change of force at which they end."""
+
+PLATE, SUPER_ELLIPSOID = 0, 1
+
+
+@dataclass(frozen=True)
+class ObstacleTable:
+    """What kernels need of all obstacles and never changes; every array has one row per obstacle.
+
+    kind: PLATE or SUPER_ELLIPSOID. vector: plate normal, or radii [m], (obstacles, 3). degree. flattest: an ellipsoid
+    larger by 1/flattest holds the body. bound: radius of a sphere around it [m]. law: slope per fabric area [N/m^3],
+    friction [-], damping [-], (obstacles, 3).
+    """
+
+    kind: np.ndarray
+    vector: np.ndarray
+    degree: np.ndarray
+    flattest: np.ndarray
+    bound: np.ndarray
+    law: np.ndarray
+
+    @classmethod
+    def build(cls, shapes: Sequence[Plate | SuperEllipsoid], laws: Sequence[SurfaceLaw]) -> ObstacleTable:
+        plates = [isinstance(shape, Plate) for shape in shapes]
+        degree = np.array([2.0 if plate else s.degree for s, plate in zip(shapes, plates, strict=True)])
+        vector = np.array(
+            [s.normal if plate else s.radii for s, plate in zip(shapes, plates, strict=True)], dtype=float
+        )
+        vector = vector.reshape(-1, 3)
+        flattest = 3.0 ** (1.0 / degree - 0.5)
+        return cls(
+            kind=np.array([PLATE if plate else SUPER_ELLIPSOID for plate in plates], dtype=np.int64),
+            degree=degree,
+            flattest=flattest,
+            bound=vector.max(axis=1, initial=0.0) / flattest,
+            vector=vector,
+            law=np.array([(law.slope / A_REFERENCE, law.friction, law.damping) for law in laws]).reshape(-1, 3),
+        )
 
 
 def push(
-    shape: Plate | SuperEllipsoid, law: SurfaceLaw, area: np.ndarray, inverse_mass: np.ndarray,
-    centre: np.ndarray, rotation: np.ndarray, velocity: np.ndarray, spin: np.ndarray,
+    table: ObstacleTable, motion: np.ndarray, area: np.ndarray, inverse_mass: np.ndarray,
     positions: np.ndarray, velocities: np.ndarray, dt: float, contact: ContactState,
-) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
-    """Contact of all fabric nodes with one obstacle over a step of dt [s]; fills `contact` and adds half of each
+) -> np.ndarray:  # fmt: skip
+    """Contact of all fabric nodes with all obstacles over a step of dt [s]; fills `contact` and adds half of each
     impulse to velocities [m/s] (nodes, 3).
 
-    area [m^2] and inverse_mass [1/kg]: (nodes,). centre [m], rotation (3, 3) body to space, velocity [m/s], spin
-    [rad/s] of the obstacle, positions [m] (nodes, 3), all at the start of the step. Returns force [N] (3,) and torque
-    [N m] (3,) on the obstacle about its centre.
+    motion: (obstacles, 18), of each obstacle centre [m], velocity [m/s], spin [rad/s] and rotation body to space, row
+    by row. area [m^2] and inverse_mass [1/kg]: (nodes,). positions [m]: (nodes, 3), at the start of the step. Returns
+    (obstacles, 6): force [N] and torque about its centre [N m] on each obstacle.
     """
-    n = len(positions)
-    partial = np.empty((-(-n // CHUNK), 9))
-    common = (
-        centre, rotation, velocity, spin, law.slope / A_REFERENCE, law.friction, law.damping,
-        area, inverse_mass, positions, velocities, dt, contact.offset, contact.force, partial,
+    n, obstacles = len(positions), len(table.kind)
+    partial = np.empty((-(-n // CHUNK), obstacles, 9))
+    _push(
+        n, table.kind, table.vector, table.degree, table.flattest, table.bound, table.law, motion, area, inverse_mass,
+        positions, velocities, dt, contact.offset, contact.force,
+        contact.touching, partial,
     )  # fmt: skip
-    if isinstance(shape, Plate):
-        _plate_contact(n, shape.normal, *common)
-    else:
-        _super_ellipsoid_contact(n, shape.radii, shape.degree, *common)
     total = partial.sum(axis=0)
-    contact.stored, contact.dissipated = float(total[6]), float(total[7])
-    contact.deepest = float(partial[:, 8].max())
-    return total[:3], total[3:6]
+    contact.stored[:], contact.dissipated[:] = total[:, 6], total[:, 7]
+    contact.deepest[:] = partial[:, :, 8].max(axis=0)
+    return total[:, :6]
+
+
+@scalar
+def _near_super_ellipsoid(o, radii, degree, flattest, motion, rx, ry, rz, reach):
+    """Whether a node at r from the centre of obstacle o may touch it, and how: (near, depth, outward normal (3))."""
+    a, b, c = radii[o, 0], radii[o, 1], radii[o, 2]
+    x = motion[o, 9] * rx + motion[o, 12] * ry + motion[o, 15] * rz
+    y = motion[o, 10] * rx + motion[o, 13] * ry + motion[o, 16] * rz
+    z = motion[o, 11] * rx + motion[o, 14] * ry + motion[o, 17] * rz
+    # G is convex with slope at most 1/smallest, so (G - 1) smallest is a lower bound of the distance. Powers are spared
+    # where the box or the enclosing and enclosed ellipsoids (norm inequalities, n >= 2) decide.
+    near = 1.0 + reach / min(a, b, c)
+    if abs(x) >= near * a or abs(y) >= near * b or abs(z) >= near * c:
+        return False, 0.0, 0.0, 0.0, 0.0
+    ellipsoid = np.sqrt((x / a) ** 2 + (y / b) ** 2 + (z / c) ** 2)
+    if ellipsoid > 1.0 and (flattest[o] * ellipsoid >= near or radial_measure(x, y, z, a, b, c, degree[o]) >= near):
+        return False, 0.0, 0.0, 0.0, 0.0
+    qx, qy, qz, mx, my, mz = closest_point(x, y, z, a, b, c, degree[o])
+    depth = (qx - x) * mx + (qy - y) * my + (qz - z) * mz
+    nx = motion[o, 9] * mx + motion[o, 10] * my + motion[o, 11] * mz
+    ny = motion[o, 12] * mx + motion[o, 13] * my + motion[o, 14] * mz
+    nz = motion[o, 15] * mx + motion[o, 16] * my + motion[o, 17] * mz
+    return True, depth, nx, ny, nz
 
 
 @kernel
-def _plate_contact(
-    n, normal, centre, rotation, velocity, spin, slope, friction, damping, area, inverse_mass, positions, velocities,
-    dt, offset, force_out, partial_out,
+def _push(
+    n, kind, vector, degree, flattest, bound, law, motion, area, inverse_mass, positions, velocities, dt, offset, force,
+    touching, partial_out,
 ):  # fmt: skip
-    nx, ny, nz = normal[0], normal[1], normal[2]
+    obstacles = len(kind)
     for chunk in prange((n + CHUNK - 1) // CHUNK):
-        fx, fy, fz, tx, ty, tz, stored, lost, deepest = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        partial_out[chunk] = 0.0
+        near = np.empty(obstacles, dtype=np.int64)
+        geometry = np.empty((obstacles, 4))  # depth and normal
+        answer = np.empty((obstacles, 9))  # force, new offset in space, stored, dissipated, depth after
         for i in range(chunk * CHUNK, min(n, (chunk + 1) * CHUNK)):
-            rx, ry, rz = positions[i, 0] - centre[0], positions[i, 1] - centre[1], positions[i, 2] - centre[2]
-            ux, uy, uz = velocities[i, 0] - velocity[0], velocities[i, 1] - velocity[1], velocities[i, 2] - velocity[2]
-            depth = -(rx * nx + ry * ny + rz * nz)
-            if max(depth, depth - dt * (ux * nx + uy * ny + uz * nz)) <= 0.0 or area[i] == 0.0:
-                for k in range(3):
-                    force_out[i, k] = 0.0
-                    offset[i, k] = 0.0
+            px, py, pz = positions[i, 0], positions[i, 1], positions[i, 2]
+            count = 0
+            for o in range(obstacles):
+                # The cheap questions first: which side of the plate, within the sphere around the body?
+                rx, ry, rz = px - motion[o, 0], py - motion[o, 1], pz - motion[o, 2]
+                ux = velocities[i, 0] - motion[o, 3] - (motion[o, 7] * rz - motion[o, 8] * ry)
+                uy = velocities[i, 1] - motion[o, 4] - (motion[o, 8] * rx - motion[o, 6] * rz)
+                uz = velocities[i, 2] - motion[o, 5] - (motion[o, 6] * ry - motion[o, 7] * rx)
+                depth, nx, ny, nz = 0.0, vector[o, 0], vector[o, 1], vector[o, 2]
+                if kind[o] == PLATE:
+                    depth = -(rx * nx + ry * ny + rz * nz)
+                    touches = max(depth, depth - dt * (ux * nx + uy * ny + uz * nz)) > 0.0
+                else:
+                    reach = dt * np.sqrt(ux * ux + uy * uy + uz * uz)
+                    touches = rx * rx + ry * ry + rz * rz < (bound[o] + reach) ** 2
+                    if touches:
+                        touches, depth, nx, ny, nz = _near_super_ellipsoid(
+                            o, vector, degree, flattest, motion, rx, ry, rz, reach
+                        )
+                if touches and area[i] > 0.0:
+                    near[count] = o
+                    geometry[o, 0], geometry[o, 1], geometry[o, 2], geometry[o, 3] = depth, nx, ny, nz
+                    answer[o, 0] = answer[o, 1] = answer[o, 2] = 0.0
+                    count += 1
+                    touching[o, i] = True
+                elif touching[o, i]:
+                    touching[o, i] = False
+                    for k in range(3):
+                        force[o, i, k] = 0.0
+                        offset[o, i, k] = 0.0
+            if count == 0:
                 continue
-            px, py, pz, sx, sy, sz, energy, heat, after = contact_force(
-                depth, nx, ny, nz, ux, uy, uz, slope * area[i], inverse_mass[i], damping, friction,
-                offset[i, 0], offset[i, 1], offset[i, 2], dt,
-            )  # fmt: skip
-            offset[i, 0], offset[i, 1], offset[i, 2] = sx, sy, sz
-            force_out[i, 0], force_out[i, 1], force_out[i, 2] = px, py, pz
             half = 0.5 * dt * inverse_mass[i]
-            velocities[i, 0] += half * px
-            velocities[i, 1] += half * py
-            velocities[i, 2] += half * pz
-            fx, fy, fz = fx - px, fy - py, fz - pz
-            tx, ty, tz = tx - (ry * pz - rz * py), ty - (rz * px - rx * pz), tz - (rx * py - ry * px)
-            stored += energy
-            lost += heat
-            deepest = max(deepest, after)
-        out = partial_out[chunk]
-        out[0], out[1], out[2], out[3], out[4], out[5] = fx, fy, fz, tx, ty, tz
-        out[6], out[7], out[8] = stored, lost, deepest
-
-
-@kernel
-def _super_ellipsoid_contact(
-    n, radii, degree, centre, rotation, velocity, spin, slope, friction, damping, area, inverse_mass, positions,
-    velocities, dt, offset, force_out, partial_out,
-):  # fmt: skip
-    a, b, c = radii[0], radii[1], radii[2]
-    smallest = min(a, b, c)
-    flattest = 3.0 ** (1.0 / degree - 0.5)
-    for chunk in prange((n + CHUNK - 1) // CHUNK):
-        fx, fy, fz, tx, ty, tz, stored, lost, deepest = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-        for i in range(chunk * CHUNK, min(n, (chunk + 1) * CHUNK)):
-            rx, ry, rz = positions[i, 0] - centre[0], positions[i, 1] - centre[1], positions[i, 2] - centre[2]
-            ux = velocities[i, 0] - velocity[0] - (spin[1] * rz - spin[2] * ry)
-            uy = velocities[i, 1] - velocity[1] - (spin[2] * rx - spin[0] * rz)
-            uz = velocities[i, 2] - velocity[2] - (spin[0] * ry - spin[1] * rx)
-            reach = dt * np.sqrt(ux * ux + uy * uy + uz * uz)
-            x = rotation[0, 0] * rx + rotation[1, 0] * ry + rotation[2, 0] * rz
-            y = rotation[0, 1] * rx + rotation[1, 1] * ry + rotation[2, 1] * rz
-            z = rotation[0, 2] * rx + rotation[1, 2] * ry + rotation[2, 2] * rz
-            # G is convex with slope at most 1/smallest, so (G - 1) smallest is a lower bound of the distance. Powers
-            # are spared where the box or the enclosing and enclosed ellipsoids (norm inequalities, n >= 2) decide.
-            near = 1.0 + reach / smallest
-            outside = abs(x) >= near * a or abs(y) >= near * b or abs(z) >= near * c or area[i] == 0.0
-            if not outside:
-                ellipsoid = np.sqrt((x / a) ** 2 + (y / b) ** 2 + (z / c) ** 2)
-                outside = flattest * ellipsoid >= near
-                if not outside and ellipsoid > 1.0:
-                    outside = radial_measure(x, y, z, a, b, c, degree) >= near
-            if outside:
-                for k in range(3):
-                    force_out[i, k] = 0.0
-                    offset[i, k] = 0.0
-                continue
-            qx, qy, qz, mx, my, mz = closest_point(x, y, z, a, b, c, degree)
-            depth = (qx - x) * mx + (qy - y) * my + (qz - z) * mz
-            # In the body's axes, where the sticking point rests.
-            px, py, pz, sx, sy, sz, energy, heat, after = contact_force(
-                depth, mx, my, mz,
-                rotation[0, 0] * ux + rotation[1, 0] * uy + rotation[2, 0] * uz,
-                rotation[0, 1] * ux + rotation[1, 1] * uy + rotation[2, 1] * uz,
-                rotation[0, 2] * ux + rotation[1, 2] * uy + rotation[2, 2] * uz,
-                slope * area[i], inverse_mass[i], damping, friction, offset[i, 0], offset[i, 1], offset[i, 2], dt,
-            )  # fmt: skip
-            offset[i, 0], offset[i, 1], offset[i, 2] = sx, sy, sz
-            gx = rotation[0, 0] * px + rotation[0, 1] * py + rotation[0, 2] * pz
-            gy = rotation[1, 0] * px + rotation[1, 1] * py + rotation[1, 2] * pz
-            gz = rotation[2, 0] * px + rotation[2, 1] * py + rotation[2, 2] * pz
-            force_out[i, 0], force_out[i, 1], force_out[i, 2] = gx, gy, gz
-            half = 0.5 * dt * inverse_mass[i]
-            velocities[i, 0] += half * gx
-            velocities[i, 1] += half * gy
-            velocities[i, 2] += half * gz
-            fx, fy, fz = fx - gx, fy - gy, fz - gz
-            tx, ty, tz = tx - (ry * gz - rz * gy), ty - (rz * gx - rx * gz), tz - (rx * gy - ry * gx)
-            stored += energy
-            lost += heat
-            deepest = max(deepest, after)
-        out = partial_out[chunk]
-        out[0], out[1], out[2], out[3], out[4], out[5] = fx, fy, fz, tx, ty, tz
-        out[6], out[7], out[8] = stored, lost, deepest
+            for _ in range(SWEEPS if count > 1 else 1):
+                change, size = 0.0, 0.0
+                for m in range(count):
+                    o = near[m]
+                    rx, ry, rz = px - motion[o, 0], py - motion[o, 1], pz - motion[o, 2]
+                    # Without its own push, but with those of the others.
+                    ux = velocities[i, 0] - half * answer[o, 0]
+                    uy = velocities[i, 1] - half * answer[o, 1]
+                    uz = velocities[i, 2] - half * answer[o, 2]
+                    sx, sy, sz = offset[o, i, 0], offset[o, i, 1], offset[o, i, 2]
+                    fx, fy, fz, sx, sy, sz, stored, lost, after = contact_force(
+                        geometry[o, 0], geometry[o, 1], geometry[o, 2], geometry[o, 3],
+                        ux - motion[o, 3] - (motion[o, 7] * rz - motion[o, 8] * ry),
+                        uy - motion[o, 4] - (motion[o, 8] * rx - motion[o, 6] * rz),
+                        uz - motion[o, 5] - (motion[o, 6] * ry - motion[o, 7] * rx),
+                        law[o, 0] * area[i], inverse_mass[i], law[o, 2], law[o, 1],
+                        motion[o, 9] * sx + motion[o, 10] * sy + motion[o, 11] * sz,
+                        motion[o, 12] * sx + motion[o, 13] * sy + motion[o, 14] * sz,
+                        motion[o, 15] * sx + motion[o, 16] * sy + motion[o, 17] * sz,
+                        dt,
+                    )  # fmt: skip
+                    velocities[i, 0] = ux + half * fx
+                    velocities[i, 1] = uy + half * fy
+                    velocities[i, 2] = uz + half * fz
+                    change += abs(fx - answer[o, 0]) + abs(fy - answer[o, 1]) + abs(fz - answer[o, 2])
+                    size += abs(fx) + abs(fy) + abs(fz)
+                    answer[o, 0], answer[o, 1], answer[o, 2] = fx, fy, fz
+                    answer[o, 3], answer[o, 4], answer[o, 5] = sx, sy, sz
+                    answer[o, 6], answer[o, 7], answer[o, 8] = stored, lost, after
+                if change <= SETTLED * size:
+                    break
+            for m in range(count):
+                o = near[m]
+                rx, ry, rz = px - motion[o, 0], py - motion[o, 1], pz - motion[o, 2]
+                fx, fy, fz = answer[o, 0], answer[o, 1], answer[o, 2]
+                sx, sy, sz = answer[o, 3], answer[o, 4], answer[o, 5]
+                force[o, i, 0], force[o, i, 1], force[o, i, 2] = fx, fy, fz
+                # Kept in the body's axes, where the sticking point rests.
+                offset[o, i, 0] = motion[o, 9] * sx + motion[o, 12] * sy + motion[o, 15] * sz
+                offset[o, i, 1] = motion[o, 10] * sx + motion[o, 13] * sy + motion[o, 16] * sz
+                offset[o, i, 2] = motion[o, 11] * sx + motion[o, 14] * sy + motion[o, 17] * sz
+                partial_out[chunk, o, 0] -= fx
+                partial_out[chunk, o, 1] -= fy
+                partial_out[chunk, o, 2] -= fz
+                partial_out[chunk, o, 3] -= ry * fz - rz * fy
+                partial_out[chunk, o, 4] -= rz * fx - rx * fz
+                partial_out[chunk, o, 5] -= rx * fy - ry * fx
+                partial_out[chunk, o, 6] += answer[o, 6]
+                partial_out[chunk, o, 7] += answer[o, 7]
+                partial_out[chunk, o, 8] = max(partial_out[chunk, o, 8], answer[o, 8])

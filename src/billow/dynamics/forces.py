@@ -57,13 +57,20 @@ def push_apart(model: Model, state: State, dt: float) -> None:
 
     Books the energy in the contact springs, and what friction and contact damping take.
     """
-    state.ledger.contact = 0.0
-    for obstacle, body, contact in zip(model.obstacles, state.bodies, state.contacts, strict=True):
-        body.force, body.torque = push(
-            obstacle.shape, obstacle.law, model.contact_area, state.inverse_mass,
-            body.centre, body.rotation, body.velocity, spin(obstacle.body, body),
-            state.positions, state.velocities, dt, contact,
-        )  # fmt: skip
+    if not model.obstacles:
+        return
+    motion = np.array(
+        [
+            [*body.centre, *body.velocity, *spin(obstacle.body, body), *body.rotation.ravel()]
+            for obstacle, body in zip(model.obstacles, state.bodies, strict=True)
+        ]
+    )
+    reaction = push(
+        model.obstacle_table, motion, model.contact_area, state.inverse_mass, state.positions, state.velocities, dt,
+        state.contact,
+    )  # fmt: skip
+    for obstacle, body, back in zip(model.obstacles, state.bodies, reaction, strict=True):
+        body.force, body.torque = back[:3].copy(), back[3:].copy()
         rigid_body.advance(obstacle.body, body, model.gravity, dt)
-        state.ledger.contact += contact.stored
-        state.ledger.friction += contact.dissipated
+    state.ledger.contact = float(state.contact.stored.sum())
+    state.ledger.friction += float(state.contact.dissipated.sum())

@@ -31,8 +31,8 @@ def check_state(model: Model, state: State) -> None:
     ledger = state.ledger
     if not math.isfinite(ledger.residual):
         _stop_non_finite(model, state)
-    totals = model.gas.totals(state.gas)
-    if totals.mass > 0.0 and not COLDEST < totals.temperature < HOTTEST:
+    if not COLDEST < ledger.gas_temperature < HOTTEST:
+        totals = model.gas.totals(state.gas)
         raise NumericalStop(
             "E-NUM-002",
             f"the gas left its range: {totals.temperature:.1f} K (allowed {COLDEST:.0f} to {HOTTEST:.0f} K)",
@@ -44,10 +44,10 @@ def check_state(model: Model, state: State) -> None:
         _stop_energy_gain(model, state)
     if state.largest_stretch > LARGEST_STRETCH:
         _stop_torn(model, state)
-    for obstacle, contact in zip(model.obstacles, state.contacts, strict=True):
+    for obstacle, deepest in zip(model.obstacles, state.contact.deepest.tolist(), strict=True):
         radius = PLATE_DEPTH if isinstance(obstacle.shape, Plate) else float(obstacle.shape.radii.min())
-        if contact.deepest > DEEPEST * radius:
-            _stop_penetration(obstacle.name, contact.deepest, state)
+        if deepest > DEEPEST * radius:
+            _stop_penetration(obstacle.name, deepest, state)
 
 
 def check_step_size(state: State, limit: float) -> None:

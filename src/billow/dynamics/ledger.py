@@ -19,8 +19,8 @@ class Ledger:
 
     kinetic: fabric. body_kinetic: rigid bodies. strain: fabric. strap. contact: springs of the penalty contact.
     damping: fabric, straps and mass damping together. friction: contact damping and friction.
-    gas_work: net work of the gas on the fabric. gravity_work. start: total at time zero.
-    residual: left minus right side of the balance. largest_gain, largest_loss: its extremes so far.
+    gas_work: net work of the gas on the fabric. gas_temperature: [K], for the guards. gravity_work. start: total at
+    time zero. residual: left minus right side of the balance. largest_gain, largest_loss: its extremes so far.
     largest_energy: largest of kinetic, internal and gas work so far, the denominator for relative errors.
     """
 
@@ -32,6 +32,7 @@ class Ledger:
     damping: float = 0.0
     friction: float = 0.0
     gas_work: float = 0.0
+    gas_temperature: float = 0.0
     gravity_work: float = 0.0
     start: float | None = None
     residual: float = 0.0

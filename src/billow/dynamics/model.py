@@ -6,11 +6,12 @@ Copying a state and continuing from the copy gives the same bits as not stopping
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from billow.compiled import CHUNK
-from billow.contact.rigid_contact import ContactState, Plate, SuperEllipsoid, SurfaceLaw
+from billow.contact.rigid_contact import ContactState, ObstacleTable, Plate, SuperEllipsoid, SurfaceLaw
 from billow.dynamics.ledger import Ledger
 from billow.fabric.membrane import Membrane
 from billow.fabric.straps import Straps
@@ -51,6 +52,11 @@ class Model:
     gravity: np.ndarray
     mass_damping: float = 0.0
 
+    @cached_property
+    def obstacle_table(self) -> ObstacleTable:
+        """Shapes and laws of the obstacles, as kernels need them."""
+        return ObstacleTable.build([o.shape for o in self.obstacles], [o.law for o in self.obstacles])
+
     @property
     def inverse_mass(self) -> np.ndarray:
         """[1/kg], (nodes,); zero for fixed nodes and nodes without fabric."""
@@ -63,7 +69,7 @@ class State:
     """Everything that changes.
 
     positions [m], velocities [m/s], nodal_force [N]: (nodes, 3) at `time` [s]. corner_force: [N], (triangles, 3, 3),
-    of the last evaluation. gas: the gas model's own state. bodies, contacts: one per obstacle. step: number of steps
+    of the last evaluation. gas: the gas model's own state. bodies: one per obstacle. step: number of steps
     taken.
     """
 
@@ -78,7 +84,7 @@ class State:
     membrane_sums: tuple[np.ndarray, ...]
     gas: object
     bodies: tuple[RigidState, ...]
-    contacts: tuple[ContactState, ...]
+    contact: ContactState
     ledger: Ledger
     largest_stretch: float = 1.0
     interval: int = 0
@@ -112,6 +118,6 @@ def start_state(model: Model) -> State:
             )
             for o in model.obstacles
         ),
-        contacts=tuple(ContactState(np.zeros((n, 3)), np.zeros((n, 3))) for _ in model.obstacles),
+        contact=ContactState.none(len(model.obstacles), n),
         ledger=Ledger(),
     )

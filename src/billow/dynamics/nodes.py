@@ -18,6 +18,18 @@ def half_kick(inverse_mass, nodal_force, dt, velocities) -> None:
     _half_kick(len(inverse_mass), inverse_mass, nodal_force, 0.5 * dt, velocities)
 
 
+def last_kick(mass, inverse_mass, nodal_force, touching, contact_force, dt, velocities) -> float:
+    """The half kick that ends a step: `nodal_force` and the second half of the contact impulses.
+
+    touching: (obstacles, nodes) bool; contact_force: [N], (obstacles, nodes, 3). Returns the kinetic energy after it
+    [J].
+    """
+    n = len(mass)
+    partial = np.empty(-(-n // CHUNK))
+    _last_kick(n, mass, inverse_mass, nodal_force, touching, contact_force, 0.5 * dt, velocities, partial)
+    return 0.5 * float(partial.sum())
+
+
 def drift(dt, velocities, positions) -> None:
     """positions [m] (nodes, 3) += dt velocities."""
     _drift(len(positions), dt, velocities, positions)
@@ -54,6 +66,24 @@ def _half_kick(n, inverse_mass, force, half_dt, velocities):
         velocities[i, 0] += s * force[i, 0]
         velocities[i, 1] += s * force[i, 1]
         velocities[i, 2] += s * force[i, 2]
+
+
+@kernel
+def _last_kick(n, mass, inverse_mass, force, touching, contact_force, half_dt, velocities, partial_out):
+    for chunk in prange((n + CHUNK - 1) // CHUNK):
+        total = 0.0
+        for i in range(chunk * CHUNK, min(n, (chunk + 1) * CHUNK)):
+            fx, fy, fz = force[i, 0], force[i, 1], force[i, 2]
+            for o in range(len(touching)):
+                if touching[o, i]:
+                    fx += contact_force[o, i, 0]
+                    fy += contact_force[o, i, 1]
+                    fz += contact_force[o, i, 2]
+            s = half_dt * inverse_mass[i]
+            vx, vy, vz = velocities[i, 0] + s * fx, velocities[i, 1] + s * fy, velocities[i, 2] + s * fz
+            velocities[i, 0], velocities[i, 1], velocities[i, 2] = vx, vy, vz
+            total += mass[i] * (vx * vx + vy * vy + vz * vz)
+        partial_out[chunk] = total
 
 
 @kernel

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from billow.dynamics.forces import evaluate_forces, push_apart
 from billow.dynamics.model import Model, State
-from billow.dynamics.nodes import drift, half_kick, kinetic_energy
+from billow.dynamics.nodes import drift, half_kick, kinetic_energy, last_kick
 from billow.impactor import rigid_body
 
 
@@ -21,9 +21,10 @@ def advance(model: Model, state: State, dt: float) -> None:
     book_motion(model, state, dt)
     evaluate_forces(model, state, state.time, dt)
 
-    for contact in state.contacts:
-        half_kick(state.inverse_mass, contact.force, dt, state.velocities)
-    half_kick(state.inverse_mass, state.nodal_force, dt, state.velocities)
+    contact = state.contact
+    state.ledger.kinetic = last_kick(
+        model.mass, state.inverse_mass, state.nodal_force, contact.touching, contact.force, dt, state.velocities
+    )
     state.time += dt
     state.step += 1
     close_ledger(model, state)
@@ -44,13 +45,13 @@ def book_motion(model: Model, state: State, dt: float) -> None:
 
 
 def close_ledger(model: Model, state: State) -> None:
-    """Kinetic energies and the balance at the current time."""
+    """The bodies' kinetic energy, the work of the gas, and the balance at the current time."""
     ledger = state.ledger
-    ledger.kinetic = kinetic_energy(model.mass, state.velocities)
     ledger.body_kinetic = sum(
         rigid_body.kinetic_energy(o.body, b) for o, b in zip(model.obstacles, state.bodies, strict=True)
     )
-    ledger.gas_work = model.gas.totals(state.gas).work_on_fabric
+    totals = model.gas.totals(state.gas)
+    ledger.gas_work, ledger.gas_temperature = totals.work_on_fabric, totals.temperature
     ledger.close()
 
 

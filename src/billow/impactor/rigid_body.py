@@ -48,6 +48,8 @@ def quaternion_about(axis: np.ndarray, angle: float) -> np.ndarray:
 
 def spin(body: RigidBody, state: RigidState) -> np.ndarray:
     """Angular velocity in space [rad/s], (3,)."""
+    if body.locked:
+        return np.zeros(3)
     rotation = state.rotation
     return rotation @ ((rotation.T @ state.angular_momentum) / body.inertia)
 

@@ -1,0 +1,97 @@
+"""`make trust`: the reliability goals as a table, misses included."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+from trust import conservation, cost, determinism, faults, fuzz
+
+
+@dataclass(frozen=True)
+class Goal:
+    """One line: identifier of the plan, what is promised, what was measured, whether it holds."""
+
+    id: str
+    promise: str
+    measured: str
+    holds: bool
+
+
+def fuzzing() -> Iterator[Goal]:
+    report = fuzz.fuzz(10_000, seed=1)
+    bad = len(report.tracebacks)
+    yield Goal("IN-1", "10,000 malformed inputs: no traceback", f"{bad} of {report.inputs}", bad == 0)
+    yield Goal("IN-1", "none takes over 5 s", f"slowest {report.slowest_seconds:.2f} s", report.slowest_seconds < 5.0)
+    yield Goal("IN-1", "none takes over 2 GB", f"peak {report.peak_bytes / 1e9:.2f} GB", report.peak_bytes < 2e9)
+
+
+def thread_determinism() -> Iterator[Goal]:
+    for gas, hashes in determinism.thread_matrix().items():
+        yield Goal(
+            "DET-1", f"{gas}: one SHA-256 over 1, 2, 4 threads, repeats, serial kernels", f"{len(hashes)} different",
+            len(hashes) == 1,
+        )  # fmt: skip
+
+
+def restart_determinism() -> Iterator[Goal]:
+    for gas in determinism.GASES:
+        same = determinism.restarts(gas)
+        steps = ", ".join(map(str, same))
+        yield Goal("DET-2", f"{gas}: restart after step {steps} of its run", f"{sum(same.values())} of {len(same)} equal", all(same.values()))
+    threads = determinism.in_own_process("restarts", "0")
+    yield Goal("DET-2", "the same with parallel kernels and another thread count after", threads, threads == "True")
+
+
+def conserved() -> Iterator[Goal]:
+    mass, energy = conservation.gas_errors()
+    pair, scene = conservation.momentum_error()
+    smooth = conservation.smooth_energy_error()
+    yield Goal("CON-1", "gas mass closes to 1e-12", f"{mass:.1e}", mass <= 1e-12)
+    yield Goal("CON-1", "gas energy closes to 1e-12", f"{energy:.1e}", energy <= 1e-12)
+    yield Goal("CON-2", "contact forces sum to zero, 1e-12", f"{pair:.1e}", pair <= 1e-12)
+    yield Goal("CON-2", "gas + bag + impactor momentum, 1e-11", f"{scene:.1e}", scene <= 1e-11)
+    yield Goal("CON-3", "energy of a smooth case, 0.1 %", f"{100 * smooth:.4f} %", smooth <= 1e-3)
+
+
+def diagnosed() -> Iterator[Goal]:
+    results = faults.run_faults()
+    named, silent = sum(r.named for r in results), [r.name for r in results if r.silent]
+    missed = [r.name for r in results if not r.named]
+    yield Goal("DIA", f"right cause named for {len(results)} seeded faults (28 of 30)", f"{named} of {len(results)}", named >= 28 / 30 * len(results))
+    yield Goal("DIA", "no fault runs on silently", ", ".join(silent) or "none", not silent)
+    if missed:
+        yield Goal("DIA", "cause not named", ", ".join(missed), True)
+
+
+def escapes() -> Iterator[Goal]:
+    for goal, promise, count, total in fuzz.security():
+        yield Goal(goal, promise, f"{count} of {total}", count == 0)
+
+
+def spent() -> Iterator[Goal]:
+    share = cost.share()
+    yield Goal("COST", "ledger, guards and checkpoints: at most 5 % of a run", f"{100 * share:.1f} %", share <= 0.05)
+
+
+MEASURES: tuple[Callable[[], Iterator[Goal]], ...] = (
+    conserved, thread_determinism, restart_determinism, diagnosed, fuzzing, escapes, spent,
+)  # fmt: skip
+
+
+def main() -> int:
+    failed = 0
+    print(f"{'goal':6} {'':4} {'measured':28} promise")
+    for measure in MEASURES:
+        begun = time.perf_counter()
+        for goal in measure():
+            failed += not goal.holds
+            print(f"{goal.id:6} {'ok' if goal.holds else 'MISS':4} {goal.measured:28} {goal.promise}", flush=True)
+        print(f"{'':11} ({measure.__name__}: {time.perf_counter() - begun:.0f} s)", flush=True)
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
