@@ -65,4 +65,5 @@ def stable_dt(model: Model, state: State) -> float:
     fabric = min((0.75 * m.stable_dt(state.largest_stretch) for m in model.membranes), default=float("inf"))
     stiffness = model.straps.nodal_stiffness(len(model.mass))
     squared_frequency = float((stiffness * state.inverse_mass).max())
-    return (1.0 / fabric**2 + 0.25 * squared_frequency / 0.9**2) ** -0.5
+    squared = 1.0 / fabric**2 + 0.25 * squared_frequency / 0.9**2
+    return squared**-0.5 if squared > 0.0 else float("inf")

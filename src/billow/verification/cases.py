@@ -1,0 +1,77 @@
+"""The verification cases by id, and how they are run.
+
+Each case is a generator of `Measurement`s that drives the solver's own code and compares with a closed form or a
+published number. To add one, write the generator and enter it here.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable, Iterator
+
+from billow.errors import BillowError, InputError
+from billow.verification import contact, fabric, gas, rigid_body, whole
+from billow.verification.check import Check, Measurement
+
+CASES: dict[str, Callable[[], Iterator[Measurement]]] = {
+    "T1": gas.rigid_tank,
+    "T2": gas.filling_at_constant_pressure,
+    "T3": gas.choked_blow_down,
+    "T4": gas.critical_flow,
+    "T5": gas.isentropic_compression,
+    "T6": gas.mixture_properties,
+    "S1": fabric.patch,
+    "S3": fabric.vibrating_membrane,
+    "S4": fabric.pressurised_shells,
+    "S6": fabric.mylar_balloon,
+    "S7": fabric.teabag,
+    "C1": contact.sphere_on_node,
+    "C2": contact.incline,
+    "C3": contact.super_ellipsoid_constants,
+    "C4": contact.closest_points,
+    "R1": rigid_body.torque_free_top,
+    "P3": whole.energy_balance,
+}
+
+
+def run_cases(ids: Iterable[str] | None = None, progress: Callable[[Check], None] | None = None) -> list[Check]:
+    """Run the cases of these ids, all by default, in the order of `CASES`.
+
+    progress: called with each check as soon as it is known. A case that the solver stops or refuses gives one failed
+    check, so that the others are still run. `Check.seconds` add up to the time the whole took.
+
+    Raises InputError E-CLI-030 for an id that does not exist.
+    """
+    chosen = set(CASES if ids is None else ids)
+    unknown = sorted(chosen - set(CASES))
+    if unknown:
+        raise InputError(
+            "E-CLI-030",
+            f"there is no verification case {', '.join(unknown)}",
+            where="the list of cases",
+            why="no closed form is known under that id",
+            remedy=f"choose from {', '.join(CASES)}",
+        )
+    checks = []
+    for name, case in CASES.items():
+        if name not in chosen:
+            continue
+        for check in _run(name, case):
+            checks.append(check)
+            if progress is not None:
+                progress(check)
+    return checks
+
+
+def _run(name: str, case: Callable[[], Iterator[Measurement]]) -> Iterator[Check]:
+    begun = time.perf_counter()
+    try:
+        for m in case():
+            now = time.perf_counter()
+            yield Check(
+                name, m.title, float(m.measured), float(m.expected), float(m.tolerance), bool(m.passed), now - begun
+            )
+            begun = time.perf_counter()
+    except BillowError as error:
+        nan = float("nan")
+        yield Check(name, f"stopped: {error.what}", nan, nan, 0.0, False, time.perf_counter() - begun)

@@ -1,0 +1,180 @@
+"""C1 to C4: penalty contact, friction, and the geometry of the super-ellipsoid."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from scipy.integrate import quad
+
+from billow.case import schema
+from billow.case.build import build_obstacle
+from billow.contact.rigid_contact import Plate, SuperEllipsoid, SurfaceLaw
+from billow.dynamics.model import Model, Obstacle, start_state
+from billow.dynamics.run import Schedule, run
+from billow.dynamics.step import advance
+from billow.fabric.straps import NO_STRAPS
+from billow.gas.no_gas import NoGas
+from billow.geometry import super_ellipsoid
+from billow.geometry.bag_shapes import BagShape
+from billow.geometry.surface import Surface
+from billow.impactor.rigid_body import RigidBody, RigidState
+from billow.verification.check import Measurement
+from billow.verification.meshes import disc
+from billow.verification.scenes import Observer, fabric_model, isotropic
+
+DEGREES = (2.0, 2.5, 3.0, 3.5, 4.0, 4.5)
+
+
+def sphere_on_node() -> Iterator[Measurement]:
+    """C1: a free sphere of 4.5 kg hits one fixed node of 1e-4 m^2 at 5 m/s, slope 2e6 N/m, undamped.
+
+    A mass on a linear spring for half a period: depth v sqrt(m/k) = 7.5 mm, force v sqrt(k m) = 15 kN, contact time
+    pi sqrt(m/k) = 4.712 ms, restitution 1. The sphere is a headform (82.5 mm), 2 mm away at the start. Steps of 20 us,
+    a usual step of a bag: a second-order method is right to (omega dt)^2/24 = 1e-5, a first-order one to 1 %.
+    """
+    mass, speed, slope, gap, radius = 4.5, 5.0, 2e6, 2e-3, 0.0825
+    ball = Obstacle(
+        "ball",
+        SuperEllipsoid(np.full(3, radius), 2.0),
+        SurfaceLaw(slope, friction=0.0, damping=0.0),
+        RigidBody(mass, super_ellipsoid.principal_inertia(mass, np.full(3, radius), 2.0), locked=False),
+        RigidState(np.array([0.0, 0.0, radius + gap]), velocity=np.array([0.0, 0.0, -speed])),
+    )
+    model = _one_node(ball)
+    state = start_state(model)
+    dt, rows = 20e-6, [(gap, 0.0)]
+    for _ in range(300):  # 6 ms; the sphere leaves at 5.1 ms
+        advance(model, state, dt)
+        rows.append((state.bodies[0].centre[2] - radius, state.bodies[0].force[2]))
+    height, force = np.array(rows).T
+    low, high = np.minimum(height[1:], height[:-1]), np.maximum(height[1:], height[:-1])
+    inside = np.clip(-low / (high - low), 0.0, 1.0)  # share of each step, straight in between
+    rebound = state.bodies[0].velocity[2]
+    yield Measurement("depth [m]", -height.min(), speed * np.sqrt(mass / slope), 5e-3)
+    yield Measurement("force [N]", force.max(), speed * np.sqrt(mass * slope), 5e-3)
+    yield Measurement("time of contact [s]", inside.sum() * dt, np.pi * np.sqrt(mass / slope), 5e-3)
+    yield Measurement("restitution [-]", rebound / speed, 1.0, 5e-3)
+
+
+def incline() -> Iterator[Measurement]:
+    """C2: a patch of fabric on an inclined plate, friction mu = 0.3: it stays below atan(mu) and slides above with
+    g (sin - mu cos) (Coulomb).
+
+    Three angles: slope 1 % below mu, 1 % above it, and 35 degrees. 1e-4 m/s^2 counts as at rest: without friction it
+    would be 2.8, and 1 % above it is 0.028. The patch starts at its resting depth, so that it does not bounce; the
+    stick springs are loaded within the first 2 ms and damped. The acceleration is read from the speeds 5 ms and 20 ms
+    after the start.
+    """
+    mu, gravity = 0.3, 9.81
+    held = _downhill(np.arctan(0.99 * mu), mu, gravity)
+    yield Measurement("acceleration at tan = 0.99 mu [m/s^2, absolute]", held, 0.0, 1e-4)
+    for angle, name in ((np.arctan(1.01 * mu), "tan = 1.01 mu"), (np.radians(35.0), "35 degrees")):
+        expected = gravity * (np.sin(angle) - mu * np.cos(angle))
+        yield Measurement(f"acceleration at {name} [m/s^2]", _downhill(angle, mu, gravity), expected, 1e-2)
+
+
+def super_ellipsoid_constants() -> Iterator[Measurement]:
+    """C3: volume and moments of inertia of the super-ellipsoid against numerical integration over its sections.
+
+    The section at height z is a Lame curve scaled by (1 - |z/c|^n)^(1/n). The inertia is read from an impactor as a
+    case builds it, with three different radii.
+    """
+    radii, mass = np.array([0.10, 0.15, 0.22]), 4.5
+    for n in (2.0, 3.0, 4.5):
+        section = _unit_integral(lambda x, n=n: (1.0 - x**n) ** (1.0 / n))
+        unit_volume = 8.0 * section * _unit_integral(lambda z, n=n: (1.0 - z**n) ** (2.0 / n))
+        second_moment = 8.0 * section * _unit_integral(lambda z, n=n: z * z * (1.0 - z**n) ** (2.0 / n))
+        yield Measurement(
+            f"volume/(a b c), n = {n} [-]", super_ellipsoid.volume(radii, n) / np.prod(radii), unit_volume, 1e-6
+        )
+        described = schema.SuperEllipsoid(shape="super-ellipsoid", radii=tuple(radii), degree=n, mass=mass)
+        inertia = build_obstacle(described).body.inertia
+        for axis, (i, j) in enumerate(((1, 2), (2, 0), (0, 1))):
+            expected = mass * (radii[i] ** 2 + radii[j] ** 2) * second_moment / unit_volume
+            yield Measurement(f"inertia about {'xyz'[axis]}, n = {n} [kg m^2]", inertia[axis], expected, 1e-6)
+
+
+def closest_points() -> Iterator[Measurement]:
+    """C4: closest surface point and normal against brute force, degrees 2 to 4.5, points from 1.8 radii outside to a
+    fifth of the radius inside, where "closest" has one answer.
+
+    Brute force: the surface over a grid of directions in the point's octant (the closest point lies there by symmetry),
+    and ever finer grids about the best direction. A minimum of a distance is found to the root of rounding, 1e-8.
+    """
+    radii, count = np.array([0.175, 0.15, 0.2]), 40
+    random = np.random.default_rng(4)
+    for n in DEGREES:
+        worst = 0.0
+        for measure in np.concatenate([random.uniform(1.0, 1.8, count // 2), random.uniform(0.8, 1.0, count // 2)]):
+            point = measure * _on_surface(random.normal(size=(1, 3)), radii, n)[0]
+            found = np.array(super_ellipsoid.closest_point(*point, *radii, n))
+            closest, normal = found[:3], found[3:]
+            true = np.sign(point) * _closest_by_search(np.abs(point), radii, n)
+            to_point = point - closest
+            askew = to_point - to_point.dot(normal) * normal
+            worst = max(worst, np.linalg.norm(closest - true), np.linalg.norm(askew))
+        title = f"closest point and normal, n = {n}, worst of {count} / a [absolute]"
+        yield Measurement(title, worst / radii.max(), 0.0, 1e-6)
+
+
+def _one_node(obstacle: Obstacle) -> Model:
+    """A triangle of fixed nodes without fabric; the first, at the origin, has a contact area of 1e-4 m^2."""
+    positions = np.array([[0.0, 0.0, 0.0], [-1.0, 0.0, -1.0], [-1.0, 1.0, -1.0]])
+    return Model(
+        surface=Surface.build(np.array([[0, 1, 2]]), np.zeros(1), ("support",), 3),
+        start=positions,
+        membranes=(),
+        straps=NO_STRAPS,
+        gas=NoGas(),
+        obstacles=(obstacle,),
+        mass=np.zeros(3),
+        contact_area=np.array([1e-4, 0.0, 0.0]),
+        fixed=np.ones(3, dtype=bool),
+        gravity=np.zeros(3),
+    )
+
+
+def _downhill(angle: float, friction: float, gravity: float) -> float:
+    """Acceleration [m/s^2] down a plate tilted about y by angle [rad]."""
+    normal, down = np.array([np.sin(angle), 0.0, np.cos(angle)]), np.array([np.cos(angle), 0.0, -np.sin(angle)])
+    slope, areal = 1e4, 0.24
+    fabric = isotropic(0.4e9, 0.3, 800.0, areal / 800.0, damping=0.05)
+    flat = disc(0.05, 0.0125)
+    shape = BagShape(flat.surface, flat.positions, flat.reference, np.zeros(flat.surface.node_count, dtype=bool))
+    depth = areal * gravity * np.cos(angle) * 1e-4 / slope
+    across = np.array([0.0, 1.0, 0.0])
+    start = flat.positions @ np.array([down, across, normal]) - depth * normal
+    plate = Obstacle(
+        "plate", Plate(normal), SurfaceLaw(slope, friction, damping=0.1), RigidBody(1.0, np.ones(3), locked=True),
+        RigidState(np.zeros(3)),
+    )  # fmt: skip
+    model = fabric_model(shape, fabric, start=start, obstacles=(plate,), gravity=(0.0, 0.0, -gravity))
+    rows: list[tuple[float, float]] = []
+    watch = Observer(lambda state: rows.append((state.time, float(model.mass @ state.velocities @ down))))
+    run(model, Schedule(0.020, 1, 4), watch)
+    (early, early_momentum), (late, late_momentum) = rows[1], rows[-1]
+    return (late_momentum - early_momentum) / (late - early) / model.mass.sum()
+
+
+def _unit_integral(function) -> float:
+    return quad(function, 0.0, 1.0, epsabs=1e-12, epsrel=1e-12, limit=400)[0]
+
+
+def _on_surface(directions: np.ndarray, radii: np.ndarray, degree: float) -> np.ndarray:
+    """Surface points (n, 3) [m] along directions (n, 3)."""
+    return directions / np.sum(np.abs(directions / radii) ** degree, axis=1, keepdims=True) ** (1.0 / degree)
+
+
+def _closest_by_search(point: np.ndarray, radii: np.ndarray, degree: float) -> np.ndarray:
+    polar = azimuth = 0.25 * np.pi
+    width, size = 0.25 * np.pi, 91
+    while width > 1e-9:
+        t, p = np.meshgrid(polar + width * np.linspace(-1.0, 1.0, size), azimuth + width * np.linspace(-1.0, 1.0, size))
+        t, p = t.ravel(), p.ravel()
+        directions = np.column_stack([np.sin(t) * np.cos(p), np.sin(t) * np.sin(p), np.cos(t)])
+        surface = _on_surface(directions, radii, degree)
+        best = int(np.argmin(np.sum((surface - point) ** 2, axis=1)))
+        polar, azimuth = t[best], p[best]
+        width, size = 0.2 * width, 21
+    return surface[best]

@@ -1,0 +1,15 @@
+"""Every verification case passes, within the tolerances of the physics notes."""
+
+import pytest
+
+from billow.verification.cases import CASES, run_cases
+
+LONG = {"S6", "S7", "R1", "P3"}  # a second or more, besides compiling
+
+
+@pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow if n in LONG else ()) for n in CASES])
+def test_case(name):
+    checks = run_cases([name])
+    assert checks
+    wrong = [f"{c.title}: {c.measured:.9g}, expected {c.expected:.9g}" for c in checks if not c.passed]
+    assert not wrong, "\n".join(wrong)
