@@ -4,7 +4,7 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 READY  := $(VENV)/.ready
 
-.PHONY: demo test lint bench verify docs clean
+.PHONY: demo test lint bench verify trust docs clean
 
 demo: $(READY)            ## 60 deployments, a surrogate learned from them, demo/report.html
 	$(BIN)/billow demo --out demo
@@ -22,8 +22,12 @@ verify: $(READY)          ## closed-form cases: measured, expected, tolerance
 bench: $(READY)           ## the measurements quoted in the README
 	$(BIN)/python benchmarks/run.py
 
-docs: $(READY)            ## regenerate the case reference from the schema
+trust: $(READY)           ## reliability goals as a table: determinism, restart, conservation, faults, fuzzing
+	$(BIN)/python -m trust
+
+docs: $(READY)            ## regenerate the references of cases and errors
 	$(BIN)/python docs/make_reference.py
+	$(BIN)/python docs/make_errors.py
 
 $(READY): pyproject.toml constraints.txt
 	$(PYTHON) -c 'import sys; sys.exit("Billow needs Python 3.11 or newer; set PYTHON=/path/to/python3.11" if sys.version_info < (3, 11) else 0)'
