@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import json
+import os
 import sys
+import tempfile
+import traceback
 from pathlib import Path
 from typing import Annotated
 
@@ -11,7 +14,14 @@ import typer
 from rich.console import Console
 
 from billow import __version__
-from billow.errors import BillowError, InputError
+from billow.errors import BillowError, InputError, ResourceError
+
+INTERRUPTED = 130
+"""Exit code after Ctrl-C."""
+
+# OpenBLAS threads spin while they wait: beside other work they cost more than they give (a POD of 0.2 s took 17 s),
+# and the last bits of a POD depend on their number. Must be set before NumPy is imported.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 app = typer.Typer(
     name="billow",
@@ -32,15 +42,39 @@ A first round:
 
 
 def main() -> None:
-    """Entry point: errors of the family become their message and exit code, without a traceback."""
+    """Entry point: every failure becomes a message in four parts and an exit code; a traceback is never the answer."""
     try:
         app()
-    except BillowError as error:
+    except SystemExit as end:
+        if end.code == INTERRUPTED:  # what typer makes of Ctrl-C
+            print("interrupted; billow resume RUN goes on with a run, the same command with a study", file=sys.stderr)
+        raise
+    except Exception as problem:
+        error = problem if isinstance(problem, BillowError) else _unexpected(problem)
         print(error, file=sys.stderr)
         sys.exit(error.exit_code)
-    except KeyboardInterrupt:
-        print("interrupted; billow resume RUN goes on with a run, the same command with a study", file=sys.stderr)
-        sys.exit(130)
+
+
+def _unexpected(problem: Exception) -> BillowError:
+    """What the operating system refuses, E-CLI-005; anything else is a mistake in Billow, E-CLI-070."""
+    if isinstance(problem, OSError):
+        return ResourceError(
+            "E-CLI-005",
+            "a file or folder cannot be used",
+            where=str(problem.filename or "unknown"),
+            why=problem.strerror or str(problem),
+            remedy="check path, permissions and free space, or choose another place with --out",
+        )
+    place = traceback.extract_tb(problem.__traceback__)[-1]
+    with tempfile.NamedTemporaryFile("w", prefix="billow-report-", suffix=".txt", delete=False) as report:
+        report.write(f"Billow {__version__}, {sys.argv[1:]}\n" + "".join(traceback.format_exception(problem)))
+    return BillowError(
+        "E-CLI-070",
+        "Billow itself failed",
+        where=f"{Path(place.filename).name}:{place.lineno}",
+        why=f"{type(problem).__name__}: {problem}",
+        remedy=f"please report it together with {report.name}",
+    )
 
 
 def _console() -> Console:
@@ -177,6 +211,12 @@ def study(
     raise typer.Exit(1 if summary.failed else 0)
 
 
+def _say_left_out(console: Console, dataset) -> None:
+    left_out = len(dataset.train) - len(dataset.trusted)
+    if left_out:
+        console.print(f"{left_out} of {len(dataset.train)} training runs left out: their verdict is not PASS")
+
+
 @app.command()
 def train(
     folder: Annotated[Path, typer.Argument(help="Study folder.")],
@@ -194,9 +234,10 @@ def train(
 
     console = _console()
     dataset = Dataset.open(folder)
+    _say_left_out(console, dataset)
     with show_epochs(console, "training") as progress:
         surrogate = Surrogate.train(
-            dataset, recipe, modes, dataset.train[:runs], seed, epochs=epochs, progress=progress
+            dataset, recipe, modes, dataset.trusted[:runs], seed, epochs=epochs, progress=progress
         )
     path = surrogate.save(out or folder / "surrogate.safetensors")
     seconds = surrogate.training["pod_seconds"] + surrogate.training["network_seconds"]
@@ -216,10 +257,13 @@ def evaluate(
     from billow.rom.evaluate import evaluate as measure
     from billow.rom.report import write_report
     from billow.rom.surrogate import Surrogate
+    from billow.terminal import steps
 
     dataset = Dataset.open(folder)
     surrogate = Surrogate.load(surrogate_file or folder / "surrogate.safetensors")
-    path = write_report(dataset, surrogate, measure(dataset, surrogate), out or folder / "report")
+    with steps(_console()) as progress:
+        evaluation = measure(dataset, surrogate, progress=progress)
+    path = write_report(dataset, surrogate, evaluation, out or folder / "report")
     _console().print(f"report: {path}", markup=False)
 
 

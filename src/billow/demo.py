@@ -118,7 +118,7 @@ def run_demo(folder: Path, train: int, test: int, workers: int | None, console: 
     from billow.rom.surrogate import Surrogate
     from billow.study.progress import study_progress
     from billow.study.study import Study
-    from billow.terminal import epochs
+    from billow.terminal import epochs, steps
 
     begun = time.perf_counter()
     definition = write_definition(folder, train, test)
@@ -127,13 +127,15 @@ def run_demo(folder: Path, train: int, test: int, workers: int | None, console: 
     with study_progress(console) as report:
         study.run(workers=workers, progress=report)
     dataset = study.dataset()
-    console.print(f"2/3 learning from {len(dataset.train)} runs")
+    left_out = len(dataset.train) - len(dataset.trusted)
+    note = f" ({left_out} left out: their verdict is not PASS)" if left_out else ""
+    console.print(f"2/3 learning from {len(dataset.trusted)} runs{note}")
     with epochs(console, "training") as progress:
         surrogate = Surrogate.train(dataset, progress=progress)
     surrogate.save(folder / "surrogate.safetensors")
     console.print(f"3/3 evaluating on {len(dataset.test)} unseen runs")
-    with epochs(console, "evaluation") as progress:
-        evaluation = evaluate(dataset, surrogate)
+    with steps(console) as progress:
+        evaluation = evaluate(dataset, surrogate, progress=progress)
     path = write_report(dataset, surrogate, evaluation, folder)
     console.print(f"done in {time.perf_counter() - begun:.0f} s: {path}")
     return path

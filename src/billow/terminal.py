@@ -31,3 +31,14 @@ def epochs(console: Console, title: str) -> Iterator[Callable[[int, int, float],
             console.print(f"{title}: epoch {epoch} of {total}, loss {loss:.2e}", markup=False, highlight=False)
 
     yield line
+
+
+@contextlib.contextmanager
+def steps(console: Console) -> Iterator[Callable[[int, int, str], None]]:
+    """A function (done, total, what) to hand to evaluation."""
+    if not console.is_terminal:
+        yield lambda done, total, what: console.print(f"[{done}/{total}] {what}", markup=False, highlight=False)
+        return
+    with Progress(TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), console=console) as bar:
+        task = bar.add_task("evaluation", total=None)
+        yield lambda done, total, what: bar.update(task, completed=done, total=total, description=what)

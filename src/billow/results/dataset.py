@@ -63,7 +63,8 @@ class Dataset:
         is damaged. Runs that are absent, failed or damaged are no error: they are listed in `missing`.
         """
         folder = Path(folder)
-        return cls(folder, read_dataset_file(folder), read_design(folder), read_split(folder))
+        shared = read_dataset_file(folder)
+        return cls(folder, shared, read_design(folder, shared.parameters), read_split(folder))
 
     def __repr__(self) -> str:
         counts = f"{len(self.train)} train, {len(self.test)} test, {len(self.missing)} missing"
@@ -82,6 +83,15 @@ class Dataset:
             )
         result = self._checked(run)
         return result.reference, result.triangles
+
+    @property
+    def trusted(self) -> tuple[str, ...]:
+        """Training runs with the verdict PASS; runs made elsewhere carry no verdict and count as trusted."""
+        return tuple(run for run in self.train if self.verdict(run) in ("PASS", None))
+
+    def verdict(self, run: str) -> str | None:
+        """PASS, REVIEW or FAIL, or None where a run carries no verdict. InputError E-RES-014: unknown run."""
+        return self._records[self._known(run)].get("quality", {}).get("verdict")
 
     @property
     def reference(self) -> np.ndarray:

@@ -1,0 +1,267 @@
+"""How good a surrogate is on runs it has not seen, and what it is worth against simpler answers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from billow.errors import InputError
+from billow.results.dataset_files import Parameter, mesh_sha256, same_times
+from billow.rom.baselines import MeanTrajectory, NearestRun, RadialBasis
+from billow.rom.rmse import Summary, snapshot_rmse
+from billow.rom.snapshots import Snapshots, collect
+from billow.rom.surrogate import Surrogate
+from billow.rom.timing import Timing, measure
+
+SWEEP_MODES = (1, 2, 4, 6, 8, 10, 12, 16)
+BASELINES = (MeanTrajectory.name, NearestRun.name, RadialBasis.name)
+
+
+@dataclass(frozen=True, eq=False)
+class SweepModel:
+    """One model of the learning curve, judged on the unseen runs after every number of modes in `modes`.
+
+    runs: number of training runs; generation, training: [s] that making them and learning from them took
+    summaries: one per number of modes, each of the components x, y, z
+    truncation: [m], (modes, 3), mean RMSE that no regression could avoid
+    """
+
+    runs: int
+    generation: float
+    training: float
+    modes: tuple[int, ...]
+    summaries: tuple[tuple[Summary, Summary, Summary], ...]
+    truncation: np.ndarray
+
+
+@dataclass(frozen=True)
+class Coverage:
+    """Where the unseen designs lie among the trained ones; distances with every range scaled to [0, 1].
+
+    nearest: [-], (test runs,), from each unseen design to the nearest training design
+    between: [-], mean of the same distance among the training designs themselves
+    ranges: [-], (parameters,), part of each parameter's range that lies between the training designs' extremes
+    """
+
+    nearest: np.ndarray
+    between: float
+    ranges: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Evaluation:
+    """Everything measured on unseen runs.
+
+    errors: [m], name -> (runs, times, 3) float64, RMSE of each snapshot's components (inside paper equation 5) for
+        "surrogate", "truncation" (the best any coefficients could do), "regression" (coefficients predicted instead of
+        known; truncation^2 + regression^2 = surrogate^2) and each of `BASELINES`
+    spread: [m], (runs, times, 3), disagreement of the ensemble; None without one
+    sweep: against training runs and modes; singular_values: [m], (3, values); energy: [-], (3, modes), kept fraction
+    ledgers: run -> balance errors from its record, of all runs that kept one
+    """
+
+    title: str
+    recipe: str
+    modes: int
+    nodes: int
+    triangles: int
+    parameters: tuple[Parameter, ...]
+    reference_length: float
+    times: np.ndarray
+    train: tuple[str, ...]
+    test: tuple[str, ...]
+    missing: dict[str, str]
+    design: np.ndarray
+    errors: dict[str, np.ndarray]
+    spread: np.ndarray | None
+    sweep: tuple[SweepModel, ...]
+    singular_values: np.ndarray
+    energy: np.ndarray
+    coverage: Coverage
+    timing: Timing
+    ledgers: dict[str, dict[str, float]]
+    training: dict
+
+    def summary(self, name: str, component: int) -> Summary:
+        """Distribution of one kind of error over unseen runs and times."""
+        return Summary.of(self.errors[name][:, :, component])
+
+
+def evaluate(
+    dataset,
+    surrogate: Surrogate,
+    *,
+    sizes: tuple[int, ...] | None = None,
+    modes: tuple[int, ...] = SWEEP_MODES,
+    progress: Callable[[int, int, str], None] | None = None,
+) -> Evaluation:
+    """Ask a surrogate for every unseen run of its dataset and compare.
+
+    sizes: numbers of training runs (the first ones of the surrogate's own) for which another model is trained with the
+        same recipe and epochs, to show errors against runs; default a quarter, half and all for `shared`, none for
+        `paper`, whose training takes hours
+    modes: numbers of modes to report for each size. One model is trained with the largest and cut: the basis of fewer
+        modes is the start of the basis of more, and every coefficient has its own output
+    progress: called as progress(done, total, what) before each piece of work
+
+    Raises InputError E-ROM-012 if surrogate and dataset do not belong together, E-ROM-015 without unseen runs, and the
+    errors of `Surrogate.train`.
+    """
+    _require_match(dataset, surrogate)
+    runs = tuple(surrogate.training["runs"])
+    if sizes is None:
+        sizes = tuple(sorted({len(runs) // 4, len(runs) // 2, len(runs)} - {0})) if surrogate.recipe == "shared" else ()
+    announce = _Announcer(progress, 3 + len(sizes))
+
+    announce(f"comparing with {len(dataset.test)} unseen runs")
+    unseen = collect(dataset, dataset.test)
+    errors = _surrogate_errors(surrogate, unseen)
+    spread = surrogate.spread(unseen.design) if surrogate.regression.members > 1 else None
+    announce("comparing with baselines")
+    seen = collect(dataset, runs)
+    errors |= _baseline_errors(surrogate, seen, unseen)
+    sweep = []
+    for size in sizes:
+        announce(f"training on {size} runs")
+        sweep.append(_sweep(dataset, surrogate, runs[:size], modes, unseen))
+    announce("measuring times")
+    return Evaluation(
+        title=surrogate.title,
+        recipe=surrogate.recipe,
+        modes=surrogate.modes,
+        nodes=surrogate.nodes,
+        triangles=len(surrogate.triangles),
+        parameters=surrogate.parameters,
+        reference_length=float(dataset.reference_length),
+        times=surrogate.times,
+        train=runs,
+        test=tuple(dataset.test),
+        missing=dict(getattr(dataset, "missing", {})),
+        design=unseen.design,
+        errors=errors,
+        spread=spread,
+        sweep=tuple(sweep),
+        singular_values=np.stack([basis.singular_values for basis in surrogate.bases]),
+        energy=np.stack([basis.energy_fraction for basis in surrogate.bases]),
+        coverage=_coverage(surrogate.parameters, seen.design, unseen.design),
+        timing=measure(dataset, surrogate),
+        ledgers=_ledgers(dataset, (*runs, *dataset.test)),
+        training=surrogate.training,
+    )
+
+
+class _Announcer:
+    def __init__(self, progress, total):
+        self._progress, self._done, self._total = progress, 0, total
+
+    def __call__(self, what):
+        if self._progress is not None:
+            self._progress(self._done, self._total, what)
+        self._done += 1
+
+
+def _require_match(dataset, surrogate):
+    names = [parameter.name for parameter in dataset.parameters]
+    if names != [parameter.name for parameter in surrogate.parameters]:
+        why = f"the dataset varies {', '.join(names)}"
+    elif mesh_sha256(dataset.reference, dataset.triangles) != surrogate.training["mesh_sha256"]:
+        why = "their start meshes differ"
+    elif not same_times(dataset.times, surrogate.times):
+        why = "their times differ"
+    elif not set(surrogate.training["runs"]) <= set(dataset.train):
+        why = "it was trained on runs that are not training runs of this dataset"
+    elif not dataset.test:
+        raise InputError(
+            "E-ROM-015",
+            "there are no unseen runs to compare with",
+            where=surrogate.title or "dataset",
+            why="the dataset has no completed test run",
+            remedy="ask for test runs in study.toml, or finish the study: billow study STUDY.toml",
+        )
+    else:
+        return
+    raise InputError(
+        "E-ROM-012",
+        "the surrogate was not trained on this dataset",
+        where=surrogate.title or "surrogate",
+        why=why,
+        remedy="evaluate it with its own dataset, or train one on this: billow train FOLDER",
+    )
+
+
+def _surrogate_errors(surrogate, unseen: Snapshots) -> dict[str, np.ndarray]:
+    errors = {name: [] for name in ("surrogate", "truncation", "regression")}
+    for run, design in enumerate(unseen.design):
+        truth = _run(unseen, run)
+        known = np.stack([truth[:, :, c] @ basis.modes.T for c, basis in enumerate(surrogate.bases)], axis=1)
+        best = np.stack([known[:, c] @ basis.modes for c, basis in enumerate(surrogate.bases)], axis=-1)
+        learned = surrogate.coefficients(design)
+        errors["surrogate"].append(snapshot_rmse(surrogate.predict(design), truth))
+        errors["truncation"].append(snapshot_rmse(best, truth))
+        errors["regression"].append(np.sqrt(np.square(learned - known).sum(axis=-1, dtype=float) / surrogate.nodes))
+    return {name: np.array(values) for name, values in errors.items()}
+
+
+def _baseline_errors(surrogate, seen: Snapshots, unseen: Snapshots) -> dict[str, np.ndarray]:
+    low, high = (np.array([getattr(p, side) for p in surrogate.parameters]) for side in ("low", "high"))
+    baselines = (MeanTrajectory(seen), NearestRun(seen, low, high), RadialBasis(seen, surrogate.bases, low, high))
+    return {
+        baseline.name: np.array(
+            [snapshot_rmse(baseline.predict(design), _run(unseen, run)) for run, design in enumerate(unseen.design)]
+        )
+        for baseline in baselines
+    }
+
+
+def _run(snapshots: Snapshots, run: int) -> np.ndarray:
+    """(times, nodes, 3) of one run."""
+    times = len(snapshots.times)
+    return snapshots.matrices[:, :, run * times : (run + 1) * times].transpose(2, 1, 0)
+
+
+def _sweep(dataset, surrogate, runs, modes, unseen: Snapshots) -> SweepModel:
+    possible = min(surrogate.nodes, len(runs) * len(surrogate.times))
+    modes = tuple(count for count in modes if count <= possible)
+    seed, epochs = surrogate.training["seed"], surrogate.training["epochs"]
+    model = Surrogate.train(dataset, surrogate.recipe, max(modes), runs, seed, epochs)
+    learned = model.coefficients(unseen.design)  # (runs, times, 3, modes)
+    lost, wrong = np.empty((2, len(modes), 3, unseen.matrices.shape[2]))  # mean squares over nodes
+    for component, basis in enumerate(model.bases):
+        matrix = unseen.matrices[component]
+        known = basis.coefficients(matrix)
+        outside = np.square(matrix - basis.fields(known)).sum(axis=0, dtype=float)
+        in_mode = np.square(known, dtype=float)
+        error = np.square(learned[:, :, component].reshape(-1, max(modes)).T - known, dtype=float)
+        for row, count in enumerate(modes):
+            lost[row, component] = (outside + in_mode[count:].sum(axis=0)) / surrogate.nodes
+            wrong[row, component] = error[:count].sum(axis=0) / surrogate.nodes
+    return SweepModel(
+        runs=len(runs),
+        generation=float(np.sum(dataset.wall_seconds(runs))),
+        training=sum(model.training[f"{step}_seconds"] for step in ("read", "pod", "network")),
+        modes=modes,
+        summaries=tuple(tuple(Summary.of(c) for c in components) for components in np.sqrt(lost + wrong)),
+        truncation=np.sqrt(lost).mean(axis=2),
+    )
+
+
+def _coverage(parameters, seen: np.ndarray, unseen: np.ndarray) -> Coverage:
+    low, high = (np.array([getattr(p, side) for p in parameters]) for side in ("low", "high"))
+    seen, unseen = ((design - low) / (high - low) for design in (seen, unseen))
+    among = np.linalg.norm(seen[:, None] - seen[None], axis=2)
+    np.fill_diagonal(among, np.inf)
+    between = float(among.min(axis=1).mean()) if len(seen) > 1 else float("nan")
+    nearest = np.linalg.norm(unseen[:, None] - seen[None], axis=2).min(axis=1)
+    return Coverage(nearest, between, seen.max(axis=0) - seen.min(axis=0))
+
+
+def _ledgers(dataset, runs) -> dict[str, dict[str, float]]:
+    """Balance errors of runs whose records hold them; datasets made by other solvers may have none."""
+    found = {}
+    for run in runs:
+        record = dataset.result(run).record if hasattr(dataset, "result") else {}
+        if record.get("ledger"):
+            found[run] = {n: float(value) for n, value in record["ledger"].items() if isinstance(value, int | float)}
+    return found

@@ -1,0 +1,229 @@
+"""Sentences that the numbers themselves decide: what holds, and what is weak."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.stats import spearmanr
+
+from billow.rom.evaluate import BASELINES, Evaluation
+from billow.rom.rmse import accuracy
+from billow.rom.snapshots import COMPONENTS
+
+Z = 2
+MILLI = 1e3
+
+
+def strongest_baseline(evaluation: Evaluation, component: int) -> str:
+    """The baseline with the lowest mean RMSE of a component."""
+    return min(BASELINES, key=lambda name: evaluation.summary(name, component).mean)
+
+
+def gain(evaluation: Evaluation, baseline: str, component: int) -> float:
+    """By how much the surrogate's mean RMSE is below a baseline's: [-], negative if the baseline is better."""
+    return 1.0 - evaluation.summary("surrogate", component).mean / evaluation.summary(baseline, component).mean
+
+
+def verdict(evaluation: Evaluation) -> list[str]:
+    """What the surrogate achieves, in two or three sentences."""
+    timing, error = evaluation.timing, evaluation.summary("surrogate", Z)
+    best = strongest_baseline(evaluation, Z)
+    lead = gain(evaluation, best, Z)
+    against = f"{_percent(abs(lead))} {'below' if lead > 0 else 'ABOVE'} the strongest simple answer, the {best}"
+    sentences = [
+        f"On {_runs(len(evaluation.test), 'unseen')} the surrogate misses z by {_mm(error.mean)} on average (root mean "
+        f"square over nodes; 10 % of snapshots are below {_mm(error.p10)}, 10 % above {_mm(error.p90)}, the worst is "
+        f"at {_mm(error.maximum)}). That is {against} ({_mm(evaluation.summary(best, Z).mean)}).",
+        f"One deployment takes {timing.inference * MILLI:.2g} ms instead of {timing.simulation:.3g} s, "
+        f"{timing.speed_up:,.0f} times faster.",
+    ]
+    if timing.break_even is None:
+        sentences.append("The solver is so fast here that the surrogate never pays.")
+    else:
+        sentences.append(
+            f"Counting its {_runs(len(evaluation.train), 'training')} and {timing.training:.2g} s of learning, it pays "
+            f"from {timing.break_even} deployments on."
+        )
+    return sentences
+
+
+def weaknesses(evaluation: Evaluation) -> list[str]:
+    """What a user should know before trusting the surrogate, most important first."""
+    return [
+        *_lost_comparisons(evaluation),
+        _worst_run(evaluation),
+        _worst_time(evaluation),
+        _tail(evaluation),
+        _source_of_error(evaluation),
+        *_flattering_accuracy(evaluation),
+        *_learning_curve(evaluation),
+        *_coverage(evaluation),
+        *_spread(evaluation),
+        *_few_unseen(evaluation),
+        *_missing(evaluation),
+    ]
+
+
+def _lost_comparisons(evaluation):
+    for c, axis in enumerate(COMPONENTS):
+        for name in BASELINES:
+            if gain(evaluation, name, c) <= 0.0:
+                yield (
+                    f"In {axis} the surrogate does not beat the {name}: {_mm(evaluation.summary('surrogate', c).mean)} "
+                    f"against {_mm(evaluation.summary(name, c).mean)}."
+                )
+
+
+def _worst_run(evaluation):
+    by_run = evaluation.errors["surrogate"][:, :, Z].mean(axis=1)
+    worst = int(by_run.argmax())
+    values = ", ".join(
+        f"{p.label} {value:.4g} {p.unit}".rstrip(" -")
+        for p, value in zip(evaluation.parameters, evaluation.design[worst], strict=True)
+    )
+    text = (
+        f"The worst unseen run is {evaluation.test[worst]} with a mean z RMSE of {_mm(by_run[worst])}, "
+        f"{by_run[worst] / np.median(by_run):.1f} times the median run ({values})."
+    )
+    if len(by_run) < 8:
+        return text
+    ranks = [spearmanr(column, by_run) for column in evaluation.design.T]
+    leading = min(range(len(ranks)), key=lambda k: ranks[k].pvalue)
+    # The strongest of several correlations is chosen, so chance has as many tries (Bonferroni).
+    if ranks[leading].pvalue * len(ranks) > 0.05:
+        return text + f" {len(by_run)} unseen runs do not show a single parameter to be the cause."
+    return text + (
+        f" Errors are larger where {evaluation.parameters[leading].label} is "
+        f"{'high' if ranks[leading].statistic > 0 else 'low'} (rank correlation {ranks[leading].statistic:.2f})."
+    )
+
+
+def _worst_time(evaluation):
+    by_time = evaluation.errors["surrogate"][:, :, Z].mean(axis=0)
+    worst = int(by_time.argmax())
+    return (
+        f"The worst moment is {evaluation.times[worst] * MILLI:.3g} ms: the mean z RMSE is {_mm(by_time[worst])} "
+        f"there, {by_time[worst] / by_time.mean():.1f} times its average over time."
+    )
+
+
+def _tail(evaluation):
+    z = evaluation.errors["surrogate"][:, :, Z]
+    run, step = np.unravel_index(z.argmax(), z.shape)
+    return (
+        f"Means hide a tail: the worst snapshot (run {evaluation.test[run]} at {evaluation.times[step] * MILLI:.3g} "
+        f"ms) has a z RMSE of {_mm(z.max())}, {z.max() / z.mean():.1f} times the mean."
+    )
+
+
+def _source_of_error(evaluation):
+    parts = []
+    for c, axis in enumerate(COMPONENTS):
+        total = np.square(evaluation.errors["surrogate"][:, :, c]).sum()
+        share = np.square(evaluation.errors["regression"][:, :, c]).sum() / total if total else 0.0
+        parts.append((share, axis))
+    text = ", ".join(f"{_percent(share)} in {axis}" for share, axis in parts)
+    advice = {"more runs would help, more modes would not": [], "both matter": [], "more modes would help": []}
+    for share, axis in parts:
+        list(advice.values())[0 if share > 0.75 else 1 if share > 0.25 else 2].append(axis)
+    told = "; ".join(f"in {', '.join(axes)} {what}" for what, axes in advice.items() if axes)
+    return f"Part of the squared error that is regression, not truncation: {text}. So {told}."
+
+
+def _flattering_accuracy(evaluation):
+    length = evaluation.reference_length
+    if length > 0.0:
+        own, still = (accuracy(evaluation.summary(n, Z).mean, length) for n in ("surrogate", BASELINES[0]))
+        yield (
+            f"The paper's accuracy (l_ref - RMSE) / l_ref with l_ref = {length:g} m is {_percent(own, 1)} in z, but "
+            f"it flatters: the {BASELINES[0]}, which ignores the design, reaches {_percent(still, 1)}."
+        )
+
+
+def _learning_curve(evaluation):
+    if len(evaluation.sweep) > 1:
+        before, last = evaluation.sweep[-2:]
+        old, new = (_at(model, evaluation.modes)[Z].mean for model in (before, last))
+        fall = 1.0 - new / old
+        text = f"From {before.runs} to {last.runs} training runs the mean z RMSE "
+        if fall > 0.1:
+            yield text + f"fell by {_percent(fall)}: it has not levelled off, more runs would still help."
+        else:
+            yield (
+                text
+                + f"{'fell' if fall > 0 else 'rose'} by {_percent(abs(fall))}: more runs like these would help little."
+            )
+    if len(evaluation.train) < 100:
+        yield (
+            f"{len(evaluation.train)} training runs in {len(evaluation.parameters)} dimensions are few; the ROM paper "
+            "used 100 to 400."
+        )
+
+
+def _coverage(evaluation):
+    coverage = evaluation.coverage
+    far = int((coverage.nearest > coverage.between).sum())
+    yield (
+        f"{far} of {len(coverage.nearest)} unseen designs are farther from the nearest training design than training "
+        f"designs are on average (the farthest {coverage.nearest.max() / coverage.between:.1f} times as far). Every "
+        "unseen design lies inside the trained ranges; nothing here says how the surrogate behaves outside."
+    )
+    narrow = [
+        f"{p.label} ({_percent(part)})"
+        for p, part in zip(evaluation.parameters, coverage.ranges, strict=True)
+        if part < 0.9
+    ]
+    if narrow:
+        yield f"Training designs do not reach over the whole range of {', '.join(narrow)}: near its ends is guesswork."
+
+
+def _spread(evaluation):
+    if evaluation.spread is None:
+        yield "This recipe has one network per coefficient, so it cannot say how unsure it is."
+        return
+    error = np.square(evaluation.errors["surrogate"]).sum(axis=2)
+    expected = np.square(evaluation.spread).sum(axis=2) + np.square(evaluation.errors["truncation"]).sum(axis=2)
+    ratio = np.sqrt(error.mean() / expected.mean())
+    size = "too small" if ratio > 1 else "too large"
+    text = (
+        f"The ensemble's own spread, with truncation, is {size} as an error bar: the true error is {ratio:.1f} times "
+        "as large."
+    )
+    if len(error) >= 8:
+        rank = spearmanr(error.mean(axis=1), expected.mean(axis=1)).statistic
+        text += f" It ranks unseen runs by error with a rank correlation of {rank:.2f}."
+    yield text
+
+
+def _few_unseen(evaluation):
+    by_run = evaluation.errors["surrogate"][:, :, Z].mean(axis=1)
+    if len(by_run) > 1:
+        error = by_run.std(ddof=1) / np.sqrt(len(by_run))
+        yield (
+            f"With {len(by_run)} unseen runs the mean z RMSE itself is known to about ±{_mm(error)} (standard error "
+            "over runs)."
+        )
+
+
+def _missing(evaluation):
+    if evaluation.missing:
+        named = ", ".join(list(evaluation.missing)[:5]) + ", ..." * (len(evaluation.missing) > 5)
+        yield (
+            f"{len(evaluation.missing)} runs of the design are missing ({named}). "
+            "If they failed for a reason of physics, the surrogate is blind exactly there."
+        )
+
+
+def _at(model, modes):
+    return model.summaries[int(np.abs(np.array(model.modes) - modes).argmin())]
+
+
+def _runs(count, kind):
+    return f"{count} {kind} run{'s' * (count != 1)}"
+
+
+def _percent(part, digits=0) -> str:
+    return f"{100 * part:.{digits}f} %"
+
+
+def _mm(metres) -> str:
+    return f"{metres * MILLI:.3g} mm"

@@ -1,0 +1,84 @@
+"""metrics.json: an evaluation as numbers for other programs."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+
+import numpy as np
+
+from billow.results.atomic import write_atomically
+from billow.rom.evaluate import BASELINES, Evaluation
+from billow.rom.rmse import accuracy
+from billow.rom.snapshots import COMPONENTS
+
+FORMAT = 1
+
+
+def write_metrics(path: str | Path, evaluation: Evaluation) -> Path:
+    """Write an evaluation to `path`, atomically. Lengths are in metres and times in seconds, as keys say."""
+    path = Path(path)
+    write_atomically(path, json.dumps(metrics(evaluation), indent=1, allow_nan=False) + "\n")
+    return path
+
+
+def metrics(evaluation: Evaluation) -> dict:
+    """The content of metrics.json."""
+    timing, coverage = evaluation.timing, evaluation.coverage
+    return {
+        "format": FORMAT,
+        "title": evaluation.title,
+        "recipe": evaluation.recipe,
+        "modes": evaluation.modes,
+        "nodes": evaluation.nodes,
+        "train": list(evaluation.train),
+        "test": list(evaluation.test),
+        "missing": evaluation.missing,
+        "reference_length_m": evaluation.reference_length,
+        "times_s": evaluation.times.tolist(),
+        "rmse_m": {name: _by_component(evaluation, name) for name in ("surrogate", *BASELINES)},
+        "split_m": {name: _by_component(evaluation, name) for name in ("truncation", "regression")},
+        "accuracy": {
+            axis: accuracy(evaluation.summary("surrogate", c).mean, evaluation.reference_length)
+            for c, axis in enumerate(COMPONENTS)
+        },
+        "snapshots_rmse_m": {name: _rounded(values) for name, values in evaluation.errors.items()},
+        "snapshots_spread_m": None if evaluation.spread is None else _rounded(evaluation.spread),
+        "sweep": [
+            {
+                "runs": model.runs,
+                "modes": modes,
+                "rmse_m": {axis: asdict(s) for axis, s in zip(COMPONENTS, summaries, strict=True)},
+                "truncation_m": dict(zip(COMPONENTS, floor.tolist(), strict=True)),
+                "generation_s": model.generation,
+                "training_s": model.training,
+            }
+            for model in evaluation.sweep
+            for modes, summaries, floor in zip(model.modes, model.summaries, model.truncation, strict=True)
+        ],
+        "energy_kept": evaluation.energy.tolist(),
+        "singular_values_m": evaluation.singular_values.tolist(),
+        "coverage": {
+            "nearest_training_design": coverage.nearest.tolist(),
+            "between_training_designs": coverage.between if np.isfinite(coverage.between) else None,
+            "part_of_range": dict(zip((p.name for p in evaluation.parameters), coverage.ranges.tolist(), strict=True)),
+        },
+        "timing_s": asdict(timing) | {"training": timing.training},
+        "speed_up": timing.speed_up,
+        "break_even_evaluations": timing.break_even,
+        "ledgers": {
+            run: {name: value if np.isfinite(value) else None for name, value in ledger.items()}
+            for run, ledger in evaluation.ledgers.items()
+        },
+        "training": evaluation.training,
+    }
+
+
+def _by_component(evaluation, name):
+    return {axis: asdict(evaluation.summary(name, c)) for c, axis in enumerate(COMPONENTS)}
+
+
+def _rounded(values):
+    # Six digits are beyond what any of these numbers means, and keep the file small.
+    return [[[float(f"{v:.6g}") for v in time] for time in run] for run in values.tolist()]

@@ -1,0 +1,174 @@
+"""report.html: one file with every figure and table, to read, print and pass on."""
+
+from __future__ import annotations
+
+import base64
+import os
+import platform
+from importlib import resources
+from pathlib import Path
+
+import jinja2
+import numpy as np
+
+from billow import __version__
+from billow.results.atomic import write_atomically
+from billow.rom import figures
+from billow.rom.evaluate import BASELINES, Evaluation
+from billow.rom.findings import gain, strongest_baseline, verdict, weaknesses
+from billow.rom.metrics_file import write_metrics
+from billow.rom.rmse import accuracy
+from billow.rom.snapshots import COMPONENTS
+
+Z = 2
+LEDGER_LIMITS = {
+    "gas_mass_error": ("mass of the gas, relative", 1e-12),
+    "gas_energy_error": ("energy of the gas, relative", 1e-12),
+    "energy_residual_of_injected": ("energy of the whole run, of injected", 0.02),
+}
+
+
+def write_report(dataset, surrogate, evaluation: Evaluation, folder: str | Path) -> Path:
+    """Write report.html, metrics.json and figures/*.svg into `folder` and return the path of report.html.
+
+    The HTML holds its figures; it needs no other file and no network.
+    """
+    folder = Path(folder)
+    (folder / "figures").mkdir(parents=True, exist_ok=True)
+    write_metrics(folder / "metrics.json", evaluation)
+    pictures = _draw(dataset, surrogate, evaluation)
+    for name, picture in pictures.items():
+        write_atomically(folder / "figures" / f"{name}.svg", picture)
+    write_atomically(folder / "report.html", page(evaluation, pictures))
+    return folder / "report.html"
+
+
+def page(evaluation: Evaluation, pictures: dict[str, bytes]) -> str:
+    """The HTML of a report. pictures: name -> SVG."""
+    environment = jinja2.Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True)
+    template = environment.from_string(resources.files("billow.rom").joinpath("report.html.j2").read_text("utf-8"))
+    embedded = {name: base64.b64encode(picture).decode() for name, picture in pictures.items()}
+    return template.render(figures=embedded, **_content(evaluation))
+
+
+def _draw(dataset, surrogate, evaluation) -> dict[str, bytes]:
+    typical, worst = _typical_and_worst(evaluation)
+    pictures = {
+        "sections-typical": figures.draw(figures.cross_sections, evaluation, surrogate, dataset, typical),
+        "sections-worst": figures.draw(figures.cross_sections, evaluation, surrogate, dataset, worst),
+        "error-against-time": figures.draw(figures.error_against_time, evaluation),
+        "singular-values": figures.draw(figures.singular_values, evaluation),
+        "evaluation-time": figures.draw(figures.evaluation_time, evaluation),
+    }
+    if evaluation.sweep:
+        pictures["error-against-modes"] = figures.draw(figures.error_against_modes, evaluation)
+        pictures["error-distribution"] = figures.draw(figures.error_distribution, evaluation)
+    return pictures
+
+
+def _typical_and_worst(evaluation) -> tuple[str, str]:
+    """The unseen runs with the median and the largest mean z RMSE."""
+    order = evaluation.errors["surrogate"][:, :, Z].mean(axis=1).argsort()
+    return evaluation.test[order[(len(order) - 1) // 2]], evaluation.test[order[-1]]
+
+
+def _content(evaluation) -> dict:
+    typical, worst = _typical_and_worst(evaluation)
+    own = evaluation.summary("surrogate", Z)
+    best = strongest_baseline(evaluation, Z)
+    timing = evaluation.timing
+    return {
+        "evaluation": evaluation,
+        "axes": COMPONENTS,
+        "typical": typical,
+        "worst": worst,
+        "verdict": verdict(evaluation),
+        "weaknesses": weaknesses(evaluation),
+        "tiles": [
+            (f"{own.mean * 1e3:.3g} mm", "mean z RMSE on unseen runs"),
+            (f"{100 * gain(evaluation, best, Z):.0f} %", f"less than the strongest baseline, {best}"),
+            (
+                f"{100 * accuracy(own.mean, evaluation.reference_length):.1f} %",
+                "accuracy in z as the ROM paper counts it",
+            ),
+            (f"{timing.inference * 1e3:.2g} ms", "for one deployment"),
+            (f"{timing.speed_up:,.0f} ×", "faster than the solver"),
+        ],
+        "comparison": _comparison(evaluation),
+        "split": _split(evaluation),
+        "runs": _runs(evaluation),
+        "ledger": _ledger(evaluation),
+        "machine": _machine(),
+    }
+
+
+def _comparison(evaluation) -> list[tuple]:
+    table = []
+    for c, axis in enumerate(COMPONENTS):
+        rows = [("surrogate", evaluation.summary("surrogate", c), None)]
+        rows += [(name, evaluation.summary(name, c), gain(evaluation, name, c)) for name in BASELINES]
+        table.append((axis, rows))
+    return table
+
+
+def _split(evaluation) -> list[dict]:
+    rows = []
+    for c, axis in enumerate(COMPONENTS):
+        squares = {name: np.square(evaluation.errors[name][:, :, c]).mean() for name in evaluation.errors}
+        rows.append(
+            {
+                "axis": axis,
+                "energy": evaluation.energy[c, -1],
+                "truncation": evaluation.summary("truncation", c).mean,
+                "regression": evaluation.summary("regression", c).mean,
+                "total": evaluation.summary("surrogate", c).mean,
+                "share": squares["regression"] / squares["surrogate"] if squares["surrogate"] else 0.0,
+            }
+        )
+    return rows
+
+
+def _runs(evaluation) -> list[dict]:
+    by_run = evaluation.errors["surrogate"].mean(axis=1)
+    order = by_run[:, Z].argsort()[::-1]
+    return [
+        {
+            "run": evaluation.test[row],
+            "design": [f"{value:.4g}" for value in evaluation.design[row]],
+            "rmse": by_run[row],
+            "maximum": evaluation.errors["surrogate"][row, :, Z].max(),
+            "nearest": evaluation.coverage.nearest[row],
+        }
+        for row in order
+    ]
+
+
+def _ledger(evaluation) -> list[dict]:
+    rows = []
+    for key, (label, limit) in LEDGER_LIMITS.items():
+        values = {run: abs(ledger[key]) for run, ledger in evaluation.ledgers.items() if key in ledger}
+        values = {run: value if np.isfinite(value) else np.inf for run, value in values.items()}
+        if values:
+            run = max(values, key=values.get)
+            kept = sum(value <= limit for value in values.values())
+            rows.append(
+                {"label": label, "worst": values[run], "run": run, "limit": limit, "kept": kept, "of": len(values)}
+            )
+    return rows
+
+
+def _machine() -> dict[str, str]:
+    return {
+        "processor": _processor(),
+        "cores": str(os.cpu_count()),
+        "system": platform.platform(terse=True),
+        "Billow, now": __version__,
+    }
+
+
+def _processor() -> str:
+    try:
+        with open("/proc/cpuinfo", encoding="utf-8") as file:
+            return next(line.split(":", 1)[1].strip() for line in file if line.startswith("model name"))
+    except (OSError, StopIteration):
+        return platform.processor() or "unknown"

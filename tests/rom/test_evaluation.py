@@ -1,0 +1,129 @@
+"""Equation 5 by hand, errors that add up, and baselines that are what they say."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+
+import numpy as np
+import pytest
+from synthetic import SyntheticDataset
+
+from billow.errors import InputError
+from billow.rom.baselines import MeanTrajectory, NearestRun, RadialBasis
+from billow.rom.evaluate import BASELINES, evaluate
+from billow.rom.metrics_file import write_metrics
+from billow.rom.rmse import Summary, accuracy, snapshot_rmse
+from billow.rom.snapshots import collect
+from billow.rom.surrogate import Surrogate
+from billow.rom.timing import Timing
+
+
+@pytest.fixture(scope="module")
+def evaluation(dataset, surrogate):
+    return evaluate(dataset, surrogate, sizes=(10,), modes=(1, 4, 8))
+
+
+def test_equation_5_by_hand():
+    # 2 runs, 1 time, 2 nodes. Run 0 errs in z by 3 and 4: sqrt((9 + 16) / 2); run 1 by 1 and 1: 1.
+    truth = np.zeros((2, 1, 2, 3), np.float32)
+    predicted = truth.copy()
+    predicted[0, 0, :, 2], predicted[1, 0, :, 2] = (3, -4), (1, 1)
+    rmse = snapshot_rmse(predicted, truth)
+    assert rmse.shape == (2, 1, 3)
+    assert rmse[:, 0, 2] == pytest.approx([12.5**0.5, 1.0])
+    assert np.array_equal(rmse[:, :, :2], np.zeros((2, 1, 2)))
+    summary = Summary.of(rmse[:, :, 2])
+    assert summary.mean == pytest.approx((12.5**0.5 + 1.0) / 2)
+    assert summary.maximum == pytest.approx(12.5**0.5)
+    assert summary.p10 == pytest.approx(1.0 + 0.1 * (12.5**0.5 - 1.0))
+    assert accuracy(0.0056, 0.28) == pytest.approx(0.98)
+
+
+def test_truncation_and_regression_add_up_in_every_snapshot(evaluation):
+    errors = evaluation.errors
+    added = np.sqrt(np.square(errors["truncation"]) + np.square(errors["regression"]))
+    assert np.allclose(errors["surrogate"], added, rtol=1e-4, atol=1e-8)
+    assert (errors["truncation"] > 0).any()
+    assert (errors["regression"] > errors["truncation"]).any()
+
+
+def test_errors_are_those_of_the_answers(evaluation, dataset, surrogate):
+    run = dataset.test[2]
+    error = surrogate.predict(dataset.design([run])[0]) - dataset.snapshots("displacement", [run])[0]
+    assert evaluation.errors["surrogate"][2, 11, 2] == pytest.approx(np.sqrt(np.mean(error[11, :, 2] ** 2)), rel=1e-5)
+
+
+def test_surrogate_beats_every_baseline(evaluation):
+    for component in range(3):
+        own = evaluation.summary("surrogate", component).mean
+        assert all(own < 0.9 * evaluation.summary(name, component).mean for name in BASELINES)
+
+
+def test_cut_model_of_the_sweep_agrees_with_direct_evaluation(evaluation, dataset, surrogate):
+    runs = dataset.train[:10]
+    model = Surrogate.train(dataset, modes=8, runs=runs, epochs=surrogate.training["epochs"])
+    for component, basis in enumerate(model.bases):
+        rmse = []
+        for run in dataset.test:
+            learned = model.coefficients(dataset.design([run])[0])[:, component, :4]
+            truth = dataset.snapshots("displacement", [run])[0, :, :, component]
+            rmse.append(np.sqrt(np.square(learned @ basis.modes[:4] - truth).mean(axis=1)))
+        summary = evaluation.sweep[0].summaries[1][component]
+        assert summary.mean == pytest.approx(np.mean(rmse), rel=1e-4)
+        assert summary.maximum == pytest.approx(np.max(rmse), rel=1e-4)
+    assert (np.diff(evaluation.sweep[0].truncation[:, 2]) < 0).all()
+
+
+def test_baselines_reproduce_what_they_know(dataset, surrogate):
+    seen = collect(dataset, dataset.train)
+    low, high = (np.array([getattr(p, side) for p in dataset.parameters]) for side in ("low", "high"))
+    designs, truth = dataset.design(dataset.train), dataset.snapshots("displacement", dataset.train)
+    assert np.allclose(MeanTrajectory(seen).predict(designs[0]), truth.mean(axis=0), atol=1e-6)
+    nudged = designs[4] + 1e-3 * (high - low)
+    assert np.array_equal(NearestRun(seen, low, high).predict(nudged), truth[4])
+    projected = (truth[4, :, :, 2] @ surrogate.bases[2].modes.T) @ surrogate.bases[2].modes
+    interpolated = RadialBasis(seen, surrogate.bases, low, high).predict(designs[4])
+    assert np.allclose(interpolated[:, :, 2], projected, atol=1e-4)  # [m]: it passes through the training runs
+
+
+def test_break_even_counts_generation_and_training():
+    timing = Timing(
+        simulation=4.0,
+        generation=120.0,
+        reading=1.0,
+        pod=1.0,
+        network=3.0,
+        inference=0.01,
+        coefficients=0.005,
+        loading=0.1,
+        memcpy=0.002,
+    )
+    assert timing.training == 5.0
+    assert timing.speed_up == 400.0
+    # 120 + 5 + 0.01 n <= 4 n from n = 31.33 on; without training it would be 31
+    assert timing.break_even == 32
+    assert dataclasses.replace(timing, inference=5.0).break_even is None
+
+
+def test_timing_of_a_surrogate(evaluation):
+    assert evaluation.timing.generation == 4.0 * 30
+    assert evaluation.timing.simulation == 4.0
+    assert 0 < evaluation.timing.memcpy < evaluation.timing.inference < evaluation.timing.training
+
+
+def test_metrics_file_says_the_same(evaluation, tmp_path):
+    metrics = json.loads(write_metrics(tmp_path / "metrics.json", evaluation).read_text())
+    assert metrics["rmse_m"]["surrogate"]["z"]["mean"] == evaluation.errors["surrogate"][:, :, 2].mean()
+    assert np.allclose(metrics["snapshots_rmse_m"]["nearest run"], evaluation.errors["nearest run"], rtol=1e-5)
+    assert [(row["runs"], row["modes"]) for row in metrics["sweep"]] == [(10, 1), (10, 4), (10, 8)]
+
+
+def test_strangers_are_refused(surrogate, dataset, monkeypatch):
+    with pytest.raises(InputError, match=r"E-ROM-012(?s:.*)meshes differ"):
+        evaluate(SyntheticDataset(nodes=500), surrogate)
+    with pytest.raises(InputError, match=r"E-ROM-012(?s:.*)training runs"):
+        evaluate(SyntheticDataset(train=29), surrogate)
+    monkeypatch.setattr(dataset, "test", ())
+    with pytest.raises(InputError, match="E-ROM-015"):
+        evaluate(dataset, surrogate)

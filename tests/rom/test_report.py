@@ -1,0 +1,116 @@
+"""The report: self-contained, true to the numbers, and honest when they are bad."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+
+import numpy as np
+import pytest
+
+from billow.rom import figures
+from billow.rom.evaluate import evaluate
+from billow.rom.findings import verdict, weaknesses
+from billow.rom.report import page, write_report
+from billow.rom.sections import cut, super_ellipsoid
+
+
+@pytest.fixture(scope="module")
+def evaluation(dataset, surrogate):
+    return evaluate(dataset, surrogate, sizes=(4, 8), modes=(1, 4, 8))
+
+
+def test_report_holds_everything_it_shows(dataset, surrogate, evaluation, tmp_path):
+    text = write_report(dataset, surrogate, evaluation, tmp_path / "report").read_text(encoding="utf-8")
+    names = sorted(path.stem for path in (tmp_path / "report" / "figures").iterdir())
+    assert names == [
+        "error-against-modes",
+        "error-against-time",
+        "error-distribution",
+        "evaluation-time",
+        "sections-typical",
+        "sections-worst",
+        "singular-values",
+    ]
+    assert text.count('src="data:image/svg+xml;base64,') == len(names)
+    assert not re.search(r'(src|href)="(?!data:)', text)
+    assert f"{evaluation.summary('surrogate', 2).mean * 1e3:.3g} mm" in text
+    assert (tmp_path / "report" / "metrics.json").is_file()
+    assert "36 of 36" in text  # all ledgers of training and unseen runs within their limits
+
+
+def test_page_without_sweep_and_without_records(evaluation):
+    bare = dataclasses.replace(evaluation, sweep=(), ledgers={})
+    assert figures.draw(figures.evaluation_time, bare).startswith(b"<?xml")
+    text = page(bare, {})
+    assert "came without balances" in text
+    assert "Figure 4" not in text
+
+
+def test_a_lost_comparison_is_said_first(evaluation):
+    worse = evaluation.errors | {"surrogate": 1.5 * evaluation.errors["nearest run"]}
+    lost = dataclasses.replace(evaluation, errors=worse)
+    assert any("ABOVE" in sentence for sentence in verdict(lost))
+    assert "does not beat" in weaknesses(lost)[0]
+    assert not any("does not beat" in sentence for sentence in weaknesses(evaluation))
+
+
+def test_a_bad_ledger_is_shown_as_bad(evaluation):
+    ledgers = evaluation.ledgers | {"0007": evaluation.ledgers["0007"] | {"gas_mass_error": np.nan}}
+    text = page(dataclasses.replace(evaluation, ledgers=ledgers), {})
+    assert "35 of 36" in text
+    assert re.search(r'class="worse">inf</td><td>0007', text)
+
+
+def test_worst_run_is_named_and_a_cause_only_when_shown(evaluation):
+    errors = 1e-3 * np.broadcast_to(np.linspace(1.0, 3.0, 12)[:, None, None], (12, 4, 3))
+    design = np.random.default_rng(0).random((12, 6))
+
+    def told():
+        doctored = dataclasses.replace(
+            evaluation,
+            errors=dict.fromkeys(evaluation.errors, errors),
+            spread=errors,
+            test=tuple("abcdefghijkl"),
+            times=evaluation.times[:4],
+            design=design,
+        )
+        return next(sentence for sentence in weaknesses(doctored) if sentence.startswith("The worst unseen run"))
+
+    assert "unseen run is l " in told()
+    assert "do not show a single parameter" in told()
+    design[:, 3] = np.linspace(1.0, 0.0, 12)
+    assert "Errors are larger where Impactor radius is low" in told()
+
+
+def test_section_of_a_box_is_its_rectangle():
+    # A box of 2 x 2 x 1 m whose side nodes lie exactly on the plane y = 0: the hard case for a plane cut.
+    points = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 0, 1) for z in (0, 1)], float)
+    index = {tuple(point): k for k, point in enumerate(points)}
+    quads = [[(x, y, 0), (x, y + 1, 0), (x, y + 1, 1), (x, y, 1)] for x in (-1, 1) for y in (-1, 0)]
+    quads += [[(-1, y, z), (1, y, z), (1, y + 1, z), (-1, y + 1, z)] for z in (0, 1) for y in (-1, 0)]
+    quads += [[(-1, y, 0), (1, y, 0), (1, y, 1), (-1, y, 1)] for y in (-1, 1)]
+    corners = np.array([[index[corner] for corner in quad] for quad in quads])
+    segments = cut(points, np.vstack([corners[:, [0, 1, 2]], corners[:, [0, 2, 3]]]))
+    assert np.linalg.norm(segments[:, 1] - segments[:, 0], axis=1).sum() == pytest.approx(2 * (2 + 1))
+    ends, count = np.unique(segments.reshape(-1, 2).round(9), axis=0, return_counts=True)
+    assert (count[(np.abs(ends[:, 0]) == 1) & (ends[:, 1] % 1 == 0)] % 2 == 0).all()  # closed: corners join two lines
+
+
+def test_section_of_a_slanted_triangle():
+    points = np.array([(0.0, -1.0, 0.0), (2.0, 3.0, 4.0), (4.0, 1.0, 0.0)])
+    (segment,) = cut(points, np.array([[0, 1, 2]]))
+    assert sorted(map(tuple, segment)) == [(0.5, 1.0), (2.0, 0.0)]
+    assert len(cut(points + np.array([0.0, 5.0, 0.0]), np.array([[0, 1, 2]]))) == 0
+
+
+def test_obstacle_outline_follows_radii_degree_and_rotation():
+    cosine, sine = 0.8, 0.6
+    turned = np.array([[cosine, 0.0, sine], [0.0, 1.0, 0.0], [-sine, 0.0, cosine]])  # body to space
+    obstacle = {"center": [1.0, 0.0, 2.0], "radii": [0.1, 0.2, 0.3], "degree": 4.0, "rotation": turned}
+    body_x, body_z = 1.5 * 0.1, 0.5 * 0.3
+    x = 1.0 + cosine * body_x + sine * body_z
+    z = 2.0 - sine * body_x + cosine * body_z
+    assert super_ellipsoid(obstacle, np.array([x]), np.array([z]))[0] == pytest.approx(1.5**4 + 0.5**4 - 1.0)
+    end = turned @ [0.0, 0.0, 0.3]
+    assert super_ellipsoid(obstacle, 1.0 + end[:1], 2.0 + end[2:])[0] == pytest.approx(0.0, abs=1e-12)
