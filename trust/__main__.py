@@ -40,7 +40,12 @@ def restart_determinism() -> Iterator[Goal]:
     for gas in determinism.GASES:
         same = determinism.restarts(gas)
         steps = ", ".join(map(str, same))
-        yield Goal("DET-2", f"{gas}: restart after step {steps} of its run", f"{sum(same.values())} of {len(same)} equal", all(same.values()))
+        yield Goal(
+            "DET-2",
+            f"{gas}: restart after step {steps} of its run",
+            f"{sum(same.values())} of {len(same)} equal",
+            all(same.values()),
+        )
     threads = determinism.in_own_process("restarts", "0")
     yield Goal("DET-2", "the same with parallel kernels and another thread count after", threads, threads == "True")
 
@@ -60,7 +65,12 @@ def diagnosed() -> Iterator[Goal]:
     results = faults.run_faults()
     named, silent = sum(r.named for r in results), [r.name for r in results if r.silent]
     missed = [r.name for r in results if not r.named]
-    yield Goal("DIA", f"right cause named for {len(results)} seeded faults (28 of 30)", f"{named} of {len(results)}", named >= 28 / 30 * len(results))
+    yield Goal(
+        "DIA",
+        f"right cause named for {len(results)} seeded faults (28 of 30)",
+        f"{named} of {len(results)}",
+        named >= 28 / 30 * len(results),
+    )
     yield Goal("DIA", "no fault runs on silently", ", ".join(silent) or "none", not silent)
     if missed:
         yield Goal("DIA", "cause not named", ", ".join(missed), True)

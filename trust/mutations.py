@@ -1,8 +1,10 @@
-"""Damage: to nested dictionaries, to text and to bytes. All drawn from one `random.Random`, so that it can be repeated."""
+"""Damage to nested dictionaries, to text and to bytes; all drawn from one `random.Random`, to be repeated at will."""
 
 from __future__ import annotations
 
+import contextlib
 import copy
+import json
 import math
 from random import Random
 from typing import Any
@@ -13,6 +15,9 @@ VALUES: list[Any] = [
     *([], [[]], {}, {"": {}}, {"time": [], "value": []}, [1.0, 2.0], b"\xff", object()),
 ]
 """What a value is replaced by."""
+
+NAMES = ["", "extra", "float", "plate", "Curve[K]", "function-wrap[x]", "__class__"]
+"""Keys that are added: some are called like pydantic's own names for the branches of a union."""
 
 TOKENS = [
     *("[", "]", "[[", "]]", "[[obstacles]]\n", "{", "}", "=", '"', '"""', "'", ",", "\n", "\r", "#", "\\", "\\u0000"),
@@ -38,10 +43,12 @@ def mutate_dictionary(data: dict, random: Random) -> dict:
             case 2 if isinstance(container, dict):
                 container[mutate_text(str(key), random)] = container.pop(key)
             case 3 if isinstance(container, dict):
-                container[random.choice(["", "extra", "float", "plate", "Curve[K]", "function-wrap[x]", "__class__"])] = 1
+                container[
+                    random.choice(["", "extra", "float", "plate", "Curve[K]", "function-wrap[x]", "__class__"])
+                ] = 1
             case 4:
                 other, name = random.choice(places)
-                if isinstance(other, list) and name < len(other) or isinstance(other, dict) and name in other:
+                with contextlib.suppress(LookupError):  # an earlier change took it away
                     container[key] = copy.deepcopy(other[name])
             case _:
                 container[key] = [copy.deepcopy(container[key])] * random.choice([0, 1, 2, 3, 500])
@@ -67,7 +74,9 @@ def mutate_text(text: str, random: Random) -> str:
                 text[:start] + random.choice(TOKENS) + text[end:],
                 text[:start] + text[end:],
                 text[:end] + piece + text[end:],
-                text[:start] + chr(random.choice([random.randrange(128), random.randrange(0xD7FF)])) + text[start + 1 :],
+                text[:start]
+                + chr(random.choice([random.randrange(128), random.randrange(0xD7FF)]))
+                + text[start + 1 :],
                 text[:start],
             ]
         )
@@ -93,6 +102,19 @@ def mutate_bytes(data: bytes, random: Random) -> bytes:
                     del damaged[start:]
         if damaged != data:
             return bytes(damaged)
+
+
+def damaged_file(name: str, sound: bytes, random: Random) -> bytes:
+    """Contents of a file, damaged so that they mean something else: JSON does not mind another blank."""
+    while True:
+        damaged = mutate_bytes(sound, random)
+        if not name.endswith(".json"):
+            return damaged
+        try:
+            if json.loads(damaged) != json.loads(sound):
+                return damaged
+        except (ValueError, RecursionError):
+            return damaged
 
 
 def _slice(length: int, random: Random) -> tuple[int, int]:

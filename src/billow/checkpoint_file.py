@@ -40,18 +40,33 @@ def read_checkpoint(path: Path, model: Model, case_digest: str) -> tuple[State, 
             remedy="run the case again from the start: billow run CASE.toml --out RUN",
         )
 
-    arrays, record = read_tensors(path, damaged)
-    if record["billow_version"] != billow.__version__:
-        raise damaged(f"it was written by Billow {record['billow_version']}; the bits would differ")
-    if record["case_digest"] != case_digest:
-        raise damaged("it belongs to another case")
-    numbers = {
-        key: float.fromhex(value) if isinstance(value, str) else value for key, value in record["numbers"].items()
-    }
     try:
-        return restore(start_state(model), arrays, numbers), int(record["journal_offset"])
-    except ValueError as error:
+        arrays, record = read_tensors(path, damaged)
+        if record["billow_version"] != billow.__version__:
+            raise damaged(f"it was written by Billow {record['billow_version']}; the bits would differ")
+        if record["case_digest"] != case_digest:
+            raise damaged("it belongs to another case")
+        fresh = start_state(model)
+        return restore(fresh, arrays, _numbers(record, fresh)), int(record["journal_offset"])
+    except OSError as error:
+        raise damaged(error.strerror or str(error)) from error
+    except KeyError as error:
+        raise damaged(f"it does not say {error}") from error
+    except (ValueError, TypeError, AttributeError) as error:
         raise damaged(str(error)) from error
+
+
+def _numbers(record: dict, fresh: State) -> dict:
+    """Numbers of a state from a checkpoint's record, each of the kind it has in a fresh state, or ValueError."""
+    kinds = {path: type(number) for path, number in flatten(fresh)[1].items()}
+    numbers = {}
+    for path, saved in record["numbers"].items():
+        number = float.fromhex(saved) if isinstance(saved, str) else saved
+        kind = kinds.get(path, type(number))
+        if not isinstance(number, (float, int) if kind is float else kind) and kind is not type(None):
+            raise ValueError(f"{path} is not of the kind this model needs")
+        numbers[path] = number
+    return numbers
 
 
 def newest_checkpoint(folder: Path, model: Model, case_digest: str) -> tuple[State, int]:

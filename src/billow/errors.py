@@ -37,6 +37,13 @@ class BillowError(Exception):
         return (_rebuild, (type(self), self.code, self.what, self.where, self.why, self.remedy))
 
 
+def shown(value: object) -> str:
+    """A value a user gave as a message shows it: short things as they are, others by their type."""
+    # Python refuses to write integers of more than 4,300 digits.
+    plain = isinstance(value, (float, str)) or (isinstance(value, int) and abs(value) < 10**80)
+    return repr(value)[:80] if plain else type(value).__name__
+
+
 def _in_one_line(text: str) -> str:
     """Text as it is safe to print: what files and users wrote may hold control characters, and have any length."""
     if len(text) > LONGEST_TEXT:

@@ -10,11 +10,12 @@ from pathlib import Path
 import numba
 
 from billow.case.build import build_model, build_schedule, require_start_clear
+from billow.case.plausibility import Warning
 from billow.case.schema import Case
 from billow.checkpoint_file import newest_checkpoint
 from billow.dynamics.model import Model, State
 from billow.dynamics.run import run
-from billow.errors import BillowError, InputError, NumericalStop, ResourceError
+from billow.errors import BillowError, InputError, IntegrityError, NumericalStop, ResourceError
 from billow.interrupts import Interrupts
 from billow.recorder import Progress, RunRecorder
 from billow.results.atomic import publish_folder, write_atomically
@@ -50,6 +51,8 @@ def simulate(
     except BillowError:
         shutil.rmtree(partial, ignore_errors=True)
         raise
+    except OSError as error:
+        raise _unwritable(partial, error, "free space, or choose another folder with --out") from error
     return _run(case, model, folder, partial, None, 0, progress, threads)
 
 
@@ -58,8 +61,8 @@ def resume(
 ) -> Result:
     """Go on with an interrupted run from its newest checkpoint; the results are the same bits as without interruption.
 
-    folder: the one given to `simulate`. Other arguments and errors as `simulate`; IntegrityError E-RES-030 to -032 if
-    there is no checkpoint or it cannot be used.
+    folder: the one given to `simulate`. Other arguments and errors as `simulate`; IntegrityError E-RES-030 to -033 if
+    there is no checkpoint, or something the run left behind cannot be used.
     """
     folder = Path(folder).absolute()
     partial = _partial(folder)
@@ -72,10 +75,23 @@ def resume(
             why="the run has finished" if finished else "no such folder",
             remedy="give the --out folder of the interrupted run" if not finished else "open its results",
         )
-    case = Case.load(partial / "case.toml")
+    case = _case_left_in(partial)
     model = build_model(case)
     state, offset = newest_checkpoint(partial, model, case.digest())
     return _run(case, model, folder, partial, state, offset, progress, threads)
+
+
+def _case_left_in(partial: Path) -> Case:
+    try:
+        return Case.load(partial / "case.toml")
+    except InputError as error:
+        raise IntegrityError(
+            "E-RES-033",
+            "the case of the interrupted run cannot be used",
+            where=str(partial / "case.toml"),
+            why=f"{error.what}: {error.why}",
+            remedy="run the case again from the start: billow run CASE.toml --out RUN",
+        ) from error
 
 
 def _run(
@@ -97,6 +113,7 @@ def _run(
                 run(model, build_schedule(case.run), recorder, state)
             except NumericalStop as stop:
                 status, failure = "stopped", stop
+                stop.why += _warned(recorder.warnings)
                 recorder.post_mortem(stop)
             except KeyboardInterrupt as interrupt:
                 status, failure = "interrupted", interrupt
@@ -109,6 +126,11 @@ def _run(
     except OSError as error:
         raise _unwritable(partial, error, "free space, then: billow resume RUN") from error
     return Result.open(folder)
+
+
+def _warned(warnings: list[Warning]) -> str:
+    """What was odd about the case from the beginning is often why a run failed."""
+    return "".join(f"; warned before: {warning.code} {warning.what} ({warning.where})" for warning in warnings)
 
 
 def _unwritable(folder: Path, error: OSError, remedy: str) -> ResourceError:

@@ -67,7 +67,8 @@ def test_a_folder_that_is_no_run(tmp_path):
 
 
 def test_run_json_is_json_whatever_the_ledger_holds(tmp_path, run):
-    write_run_file(run, {"status": "stopped", "ledger": {"energy": np.float64("nan"), "steps": np.int64(3)}})
+    ledger = {"energy": np.float64("nan"), "steps": np.int64(3)}
+    write_run_file(run, {"status": "stopped", "case_digest": "00", "wall_seconds": 1.0, "ledger": ledger})
     text = (run / "run.json").read_text()
     assert "NaN" not in text
     assert json.loads(text)["ledger"] == read_run_file(run)["ledger"] == {"energy": None, "steps": 3}

@@ -12,12 +12,15 @@ from billow.study import execute
 @pytest.mark.slow
 def test_worker_processes_make_the_runs_and_a_run_that_kills_them_is_given_up(study):
     events = []
+    before = os.environ.get("NUMBA_NUM_THREADS")
     summary = study.run(workers=2, progress=events.append, runner=Fails(study.runs["0001"][0], "die"))
     assert summary.completed == ("0000", "0002", "0003", "0004", "0005")
     assert [event.status for event in events if event.run == "0001"] == ["repeated", "repeated", "failed"]
     assert [event.run for event in events if event.status == "failed"] == ["0001"]
     record = json.loads((study.folder / "failed/0001.json").read_text())
     assert (record["code"], record["attempts"]) == ("E-STU-019", execute.MAX_ATTEMPTS)
+
+    assert os.environ.get("NUMBA_NUM_THREADS") == before, "numba in this process would refuse to go on"
 
     # Any cluster will do; this one is not ours, and is there afterwards.
     with execute.dask_client(1, None) as client:

@@ -24,12 +24,15 @@ from billow.geometry.bag_shapes import BagShape, driver_bag
 from billow.geometry.surface import area_vectors, check_closed, nodal_share
 from billow.impactor.rigid_body import RigidBody, RigidState, quaternion_about
 
+MOST_TRIANGLES = 500_000
+
 
 def build_model(case: schema.Case) -> Model:
     """The model of a case.
 
-    Raises InputError: E-GEO-001..010 geometry, E-GAS-001 unknown species.
+    Raises InputError: E-GEO-001..011 geometry, E-GAS-001 unknown species.
     """
+    _require_modest(case.bag)
     shape = build_shape(case.bag)
     check_closed(shape.surface, shape.positions, "bag")
     fabric = build_fabric(case.fabric)
@@ -50,6 +53,19 @@ def build_model(case: schema.Case) -> Model:
         fixed=shape.fixed,
         gravity=np.array(case.run.gravity),
     )
+
+
+def _require_modest(bag: schema.Bag) -> None:
+    panels = 0.5 * np.pi * bag.diameter**2
+    triangles = panels / (0.25 * np.sqrt(3.0) * bag.element_size**2)
+    if triangles > MOST_TRIANGLES:
+        raise InputError(
+            "E-GEO-011",
+            f"the mesh would have about {triangles:.2g} triangles",
+            where="bag.element_size, bag.diameter",
+            why=f"at most {MOST_TRIANGLES} are allowed, to fit into memory; a length may be in another unit",
+            remedy=f"raise bag.element_size to {bag.element_size * np.sqrt(triangles / MOST_TRIANGLES):.2g} m or more",
+        )
 
 
 def build_schedule(run: schema.Run) -> Schedule:
@@ -194,7 +210,7 @@ def build_obstacle(obstacle: schema.Plate | schema.SuperEllipsoid) -> Obstacle:
 
 
 def require_start_clear(model: Model) -> None:
-    """Raises InputError E-GEO-020 if an obstacle touches the bag at the start."""
+    """Raises InputError if an obstacle touches the bag at the start, E-GEO-020, or lies inside it, E-GEO-021."""
     state = start_state(model)
     push_apart(model, state, 0.0)
     for obstacle, deepest in zip(model.obstacles, state.contact.deepest.tolist(), strict=True):
@@ -206,3 +222,23 @@ def require_start_clear(model: Model) -> None:
                 why="the penalty force would shoot the fabric away",
                 remedy="raise its clearance, or lower the plate's height",
             )
+        if isinstance(obstacle.shape, SuperEllipsoid) and _encloses(model, obstacle.start.centre):
+            raise InputError(
+                "E-GEO-021",
+                f"{obstacle.name} lies inside the bag at the start",
+                where=f"obstacles.{obstacle.name}",
+                why="the gas does not know that it takes up room there",
+                remedy="raise its clearance, or move it aside with offset",
+            )
+
+
+def _encloses(model: Model, point: np.ndarray) -> bool:
+    """Whether the closed bag surrounds a point [m]: its triangles then fill the whole view, 4 pi (van Oosterom and
+    Strackee, IEEE Trans. Biomed. Eng. 30 (1983) 125)."""
+    corners = model.start[model.surface.triangles] - point
+    a, b, c = (corners[:, k] for k in range(3))
+    la, lb, lc = (np.linalg.norm(v, axis=1) for v in (a, b, c))
+    ab, bc, ca = (np.einsum("ij,ij->i", u, v) for u, v in ((a, b), (b, c), (c, a)))
+    box = np.einsum("ij,ij->i", a, np.cross(b, c))
+    half_angle = np.arctan2(box, la * lb * lc + ab * lc + bc * la + ca * lb)
+    return abs(half_angle.sum()) > np.pi

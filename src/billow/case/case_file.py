@@ -10,7 +10,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from billow.case import schema
-from billow.errors import InputError
+from billow.errors import InputError, shown
 
 OBSTACLES = {"plate": schema.Plate, "super-ellipsoid": schema.SuperEllipsoid}
 LARGEST_FILE = 1_000_000  # bytes; a case file is a few kilobytes
@@ -107,12 +107,9 @@ def _explain(error: ValidationError, data: dict[str, Any], where: str) -> InputE
             remedy=f"add {keys[-1]}; docs/case.md describes it",
         )
     context = problem.get("ctx") or {}
-    given = problem["input"]
-    plain = isinstance(given, (float, str)) or (isinstance(given, int) and abs(given) < 10**80)
-    shown = repr(given) if plain else type(given).__name__
     return InputError(
         "E-CASE-005",
-        f"{key} = {shown[:80]} cannot be used{more}",
+        f"{key} = {shown(problem['input'])} cannot be used{more}",
         where=place,
         why="a list is expected here" if problem["type"] == "tuple_type" else problem["msg"],
         remedy=context.get("try") or _remedy(problem, keys),

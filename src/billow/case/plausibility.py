@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from billow.case import schema
+from billow.dynamics.guards import worst_stretch
 from billow.dynamics.model import Model
 from billow.gas.mixture import mixture_gas_constant
 from billow.gas.outflow import orifice_flux, porous_flux
@@ -20,6 +21,9 @@ from billow.geometry import super_ellipsoid
 
 MYLAR_VOLUME = 1.21852
 """Volume of two sewn inextensible discs of radius a, in a^3 (Paulsen, Am. Math. Monthly 101, 1994)."""
+
+START_STRAIN = 0.05
+"""Strain of fabric or straps at the start from which on it cannot be meant."""
 
 WORKING_PRESSURE = 20e3
 """Gauge pressure [Pa] at which vents and fabric are judged."""
@@ -41,10 +45,10 @@ class Warning:
 
 def warnings(case: schema.Case, model: Model) -> list[Warning]:
     """Everything about a case that looks unintended."""
-    return [*_mesh(case), *_fabric(case), *_gas(case, model), *_obstacles(case)]
+    return [*_mesh(case, model), *_fabric(case), *_gas(case, model), *_obstacles(case)]
 
 
-def _mesh(case: schema.Case) -> Iterator[Warning]:
+def _mesh(case: schema.Case, model: Model) -> Iterator[Warning]:
     if case.bag.element_size > case.bag.diameter / 10.0:
         yield Warning(
             "W-MESH-001",
@@ -53,13 +57,29 @@ def _mesh(case: schema.Case) -> Iterator[Warning]:
             "shape and volume will be off by several percent",
             "use at most a twentieth of the diameter",
         )
-    if case.bag.initial_gap > 0.2 * case.bag.diameter:
+    for membrane in model.membranes:
+        element, stretch = worst_stretch(membrane, model, model.start)
+        if stretch > 1.0 + START_STRAIN:
+            triangle = int(membrane.elements[element])
+            part = model.surface.part_names[model.surface.part[triangle]]
+            yield Warning(
+                "W-MESH-002",
+                f"the fabric starts stretched by {100 * (stretch - 1.0):.3g} %",
+                f"triangle {triangle}, part {part}; bag.initial_gap",
+                "it would snap back at the first step: the start shape is not the shape the fabric was cut in",
+                "use a bag.initial_gap of a few millimetres",
+            )
+    ends = model.start[model.straps.bars]
+    distance = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+    taut = distance / model.straps.length - 1.0
+    if len(taut) and taut.max() > START_STRAIN:
+        bar = int(taut.argmax())
         yield Warning(
-            "W-MESH-002",
-            f"the bag starts {case.bag.initial_gap:g} m high",
-            "bag.initial_gap",
-            "a flat bag starts a few millimetres high; the fabric would start stretched",
-            "use a few millimetres",
+            "W-MESH-003",
+            f"a strap of {model.straps.length[bar]:g} m starts {distance[bar]:.3g} m long",
+            f"bag.straps.length, strap {model.straps.strap[bar]}",
+            "it would snap back at the first step",
+            "lengthen bag.straps.length, or bring bag.straps.stitch_radius closer to bag.mouth_radius",
         )
 
 
@@ -129,6 +149,24 @@ def _gas(case: schema.Case, model: Model) -> Iterator[Warning]:
             'write units, for example value = ["0 g/s", "2000 g/s", "0 g/s"]',
         )
     yield from _losses(case, model.gas, specific, hottest)
+    opening = case.bag.vents.opening_pressure
+    if case.bag.vents.count and not (opening == 0.0 or 100.0 <= opening <= 500e3):
+        yield Warning(
+            "W-GAS-005",
+            f"the vents open at {opening:g} Pa",
+            "bag.vents.opening_pressure",
+            "bags work at 5 to 100 kPa above ambient: vents would be open at once or never; the unit may be another",
+            'write units, for example opening_pressure = "20 kPa"; 0 for open vents',
+        )
+    jets = case.inflator.jets
+    if jets.count and jets.ring_radius > case.bag.mouth_radius:
+        yield Warning(
+            "W-GAS-006",
+            f"the jets leave at a radius of {jets.ring_radius:g} m, the mouth has {case.bag.mouth_radius:g} m",
+            "inflator.jets.ring_radius, bag.mouth_radius",
+            "the inflator would not fit through the mouth it is mounted in",
+            "reduce inflator.jets.ring_radius, or enlarge bag.mouth_radius",
+        )
 
 
 def _losses(case: schema.Case, gas: UniformPressure, specific: float, temperature: float) -> Iterator[Warning]:

@@ -9,7 +9,6 @@ from pydantic_core import PydanticCustomError
 
 from billow.units import other_scales, to_si
 
-
 ZERO_CELSIUS = 273.15  # K
 
 

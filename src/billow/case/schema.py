@@ -147,9 +147,10 @@ class Fabric(Strict):
                 "poisson",
                 "{reason}",
                 {
-                    "reason": f"with poisson = {self.poisson:g} and these moduli a stretched fabric gains energy; "
-                    f"poisson must stay below the root of young_warp / young_weft, {largest:.3g}",
-                    "try": "reduce poisson, or exchange young_warp and young_weft",
+                    "reason": f"with young_warp = {self.young_warp:g} Pa, young_weft = {self.young_weft:g} Pa and "
+                    f"poisson = {self.poisson:g} a stretched fabric gains energy; poisson must stay below the root of "
+                    f"young_warp / young_weft, {largest:.3g}",
+                    "try": "check the units of both moduli, reduce poisson, or exchange young_warp and young_weft",
                 },
             )
         return self

@@ -82,7 +82,7 @@ def _stop_energy_gain(model: Model, state: State) -> None:
 
 def _stop_torn(model: Model, state: State) -> None:
     membrane, element, stretch = max(
-        ((m, *_worst_stretch(m, model, state)) for m in model.membranes), key=lambda found: found[2]
+        ((m, *worst_stretch(m, model, state.positions)) for m in model.membranes), key=lambda found: found[2]
     )
     triangle = int(membrane.elements[element])
     nodes = tuple(int(n) for n in model.surface.triangles[triangle])
@@ -97,8 +97,10 @@ def _stop_torn(model: Model, state: State) -> None:
     raise stop
 
 
-def _worst_stretch(membrane: Membrane, model: Model, state: State) -> tuple[int, float]:
-    corners = state.positions[model.surface.triangles[membrane.elements]]
+def worst_stretch(membrane: Membrane, model: Model, positions: np.ndarray) -> tuple[int, float]:
+    """The element of a membrane, counted from 0, that is stretched most, and its principal stretch [-]; positions: [m],
+    (nodes, 3)."""
+    corners = positions[model.surface.triangles[membrane.elements]]
     u, w = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     d = membrane.reference_inverse[:, :, None]
     f1, f2 = u * d[0] + w * d[2], u * d[1] + w * d[3]
@@ -123,22 +125,35 @@ def _parts(model: Model, node: int) -> str:
 
 
 def _stop_non_finite(model: Model, state: State) -> None:
-    bad = np.flatnonzero(~np.isfinite(state.velocities).all(axis=1) | ~np.isfinite(state.positions).all(axis=1))
-    place, why = "gas or rigid body", "a state of the gas or of a rigid body is not finite"
-    if len(bad):
-        around = np.flatnonzero((model.surface.triangles == bad[0]).any(axis=1))
-        start_area = np.linalg.norm(area_vectors(model.surface.triangles[around], model.start), axis=1).min()
-        place = f"node {bad[0]} ({len(bad)} nodes in all), part {_parts(model, int(bad[0]))}"
-        why = (
-            f"the step of {state.dt:.3g} s was too large there, or its elements are too small "
-            f"(smallest {start_area:.3g} m^2)"
-        )
+    what, place, why, bad = _first_bad(model, state)
     stop = NumericalStop(
         "E-NUM-001",
-        "a position or velocity is not a finite number",
+        f"{what} is not a finite number",
         where=f"{place}, {_when(state)}",
         why=why,
         remedy="reduce run.dt_scale, or check the moduli of the fabric and the slope of the obstacles",
     )
     stop.nodes = tuple(int(node) for node in bad[:8])
     raise stop
+
+
+def _first_bad(model: Model, state: State) -> tuple[str, str, str, np.ndarray]:
+    """What went bad first, where, why, and its nodes. Gas couples all nodes: within one step the whole bag is bad."""
+    # A step moves nodes before it evaluates forces: a bad position is older than what it has spoiled since.
+    bad = np.flatnonzero(~np.isfinite(state.positions).all(axis=1))
+    totals = model.gas.totals(state.gas)
+    if not len(bad) and not math.isfinite(totals.pressure + totals.temperature):
+        return "a state of the gas", "gas", "all positions are finite, so the gas went bad first", bad
+    if not len(bad):
+        bad = np.flatnonzero(~np.isfinite(state.velocities).all(axis=1))
+    if not len(bad):
+        return "a state", "gas or rigid body", "a state of the gas or of a rigid body is not finite", bad
+    around = np.flatnonzero((model.surface.triangles == bad[0]).any(axis=1))
+    start_area = np.linalg.norm(area_vectors(model.surface.triangles[around], model.start), axis=1).min()
+    return (
+        "a position or velocity",
+        f"node {bad[0]} ({len(bad)} nodes in all), part {_parts(model, int(bad[0]))}",
+        f"the step of {state.dt:.3g} s was too large there, or its elements are too small "
+        f"(smallest {start_area:.3g} m^2)",
+        bad,
+    )

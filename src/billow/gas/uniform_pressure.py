@@ -151,8 +151,9 @@ class UniformPressure:
         if self.jets is None:
             return 0.0
         after = time + dt
-        flow = interpolate(self.inflator.flow_time, self.inflator.mass_flow, after)
-        if after >= self.inflator.flow_time[-1] or flow <= 0.0:
+        flow_time = self.inflator.flow_time
+        flow = interpolate(flow_time, self.inflator.mass_flow, after)
+        if not flow_time[0] < after < flow_time[-1] or flow <= 0.0:
             return 0.0
         if after >= gas.next_aim:
             gas.pattern = aim(self.jets, bag.surface.triangles, bag.positions)

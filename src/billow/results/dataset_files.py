@@ -13,6 +13,7 @@ import csv
 import hashlib
 import io
 import math
+import re
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
@@ -21,10 +22,11 @@ from pathlib import Path
 import numpy as np
 import tomli_w
 
-from billow.errors import InputError, IntegrityError
+from billow.errors import InputError, IntegrityError, shown
 from billow.results.atomic import write_atomically
 
 FORMAT = 1
+_RUN = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,60}")
 DATASET_FILE, DESIGN_FILE, SPLIT_FILE = "dataset.toml", "design.csv", "split.toml"
 
 
@@ -89,38 +91,76 @@ def read_dataset_file(folder: str | Path) -> DatasetRecord:
         )
     try:
         content = tomllib.loads(path.read_text(encoding="utf-8"))
-        if content.pop("format") != FORMAT:
+        if content["format"] != FORMAT:
             raise ValueError(f"this version of Billow reads format {FORMAT}")
-        times = tuple(float(time) for time in content.pop("times"))
-        parameters = tuple(Parameter(**entry) for entry in content.pop("parameters"))
-        return DatasetRecord(times=times, parameters=parameters, **content)
-    except (ValueError, TypeError, KeyError, UnicodeDecodeError) as error:
+        return DatasetRecord(
+            title=_text(content["title"]),
+            reference_length=_number(content["reference_length"]),
+            seed=int(_number(content["seed"])),
+            mesh_sha256=_text(content["mesh_sha256"]),
+            times=tuple(map(_number, _list(content["times"]))),
+            parameters=tuple(
+                Parameter(*(_text(p[k]) for k in ("name", "label", "unit")), _number(p["low"]), _number(p["high"]))
+                for p in content["parameters"]
+            ),
+        )
+    except (OSError, ValueError, TypeError, KeyError, RecursionError) as error:
         raise _damaged(path, error) from error
+
+
+def _text(value: object) -> str:
+    if not isinstance(value, str):
+        raise ValueError(f"{shown(value)} stands where a text is expected")
+    return value
+
+
+def _list(value: object) -> list:
+    if not isinstance(value, list):
+        raise ValueError(f"{shown(value)} stands where a list is expected")
+    return value
+
+
+def _number(value: object) -> float:
+    if not isinstance(value, int | float) or not abs(value) < 1e300:
+        raise ValueError(f"{shown(value)} stands where a finite number is expected")
+    return float(value)
 
 
 def write_design(folder: str | Path, parameters: Sequence[Parameter], design: Mapping[str, Sequence[float]]) -> None:
     """Write `folder`/design.csv, atomically. design: run -> value of each parameter, in its unit."""
     text = io.StringIO()
     table = csv.writer(text, lineterminator="\n")
-    table.writerow(["run", *(f"{p.name} [{p.unit}]" for p in parameters)])
+    table.writerow(_columns(parameters))
     table.writerows([run, *map(float, values)] for run, values in design.items())
     write_atomically(Path(folder, DESIGN_FILE), text.getvalue())
 
 
-def read_design(folder: str | Path) -> dict[str, tuple[float, ...]]:
-    """Content of `folder`/design.csv: run -> value of each parameter. IntegrityError E-RES-011 if it cannot be read."""
+def read_design(folder: str | Path, parameters: Sequence[Parameter]) -> dict[str, tuple[float, ...]]:
+    """Content of `folder`/design.csv: run -> value of each parameter.
+
+    IntegrityError E-RES-011 if it cannot be read or its columns are not these parameters.
+    """
     path = Path(folder, DESIGN_FILE)
     try:
         with open(path, newline="", encoding="utf-8") as file:
-            header, *rows = csv.reader(file)
+            header, *rows = csv.reader(file, strict=True)
+        if header != _columns(parameters):
+            raise ValueError(f"its columns are {', '.join(header)}; expected {', '.join(_columns(parameters))}")
         design = {run: tuple(float(value) for value in values) for run, *values in rows}
-        if header[0] != "run" or len(design) != len(rows):
-            raise ValueError("the first column must be 'run', each run once")
+        if len(design) != len(rows):
+            raise ValueError("a run stands in it twice")
         if any(len(values) != len(header) - 1 or not all(map(math.isfinite, values)) for values in design.values()):
             raise ValueError("a row has a missing or a non-finite value")
+        for run in design:
+            if not _RUN.fullmatch(run):
+                raise ValueError(f"{run!r} cannot be the name of a run, because runs have folders of their name")
         return design
-    except (OSError, ValueError, IndexError) as error:
+    except (OSError, ValueError, csv.Error) as error:
         raise _damaged(path, error) from error
+
+
+def _columns(parameters: Sequence[Parameter]) -> list[str]:
+    return ["run", *(f"{p.name} [{p.unit}]" for p in parameters)]
 
 
 def write_split(folder: str | Path, train: Sequence[str], test: Sequence[str]) -> None:
@@ -133,11 +173,11 @@ def read_split(folder: str | Path) -> tuple[tuple[str, ...], tuple[str, ...]]:
     path = Path(folder, SPLIT_FILE)
     try:
         content = tomllib.loads(path.read_text(encoding="utf-8"))
-        train, test = tuple(content["train"]), tuple(content["test"])
+        train, test = (tuple(map(_text, _list(content[part]))) for part in ("train", "test"))
         if set(train) & set(test):
             raise ValueError(f"runs used both to train and to test: {sorted(set(train) & set(test))}")
         return train, test
-    except (OSError, ValueError, TypeError, KeyError) as error:
+    except (OSError, ValueError, TypeError, KeyError, RecursionError) as error:
         raise _damaged(path, error) from error
 
 

@@ -28,8 +28,13 @@ class Journal:
     """An open journal. `offset`: bytes written so far; a checkpoint notes it."""
 
     def __init__(self, path: str | Path, offset: int = 0):
-        """Start a journal, or go on with one after its first `offset` bytes; what lies behind is dropped."""
+        """Start a journal, or go on with one after its first `offset` bytes; what lies behind is dropped.
+
+        IntegrityError E-RES-030 unless those bytes are whole pieces: better told now than when the run ends.
+        """
         self.path = Path(path)
+        if offset:
+            _require_pieces(self.path, offset)
         self._file = open(self.path, "r+b" if offset else "wb")  # noqa: SIM115 - lives as long as the run
         self._file.truncate(offset)
         self._file.seek(offset)
@@ -96,6 +101,21 @@ def pieces(path: str | Path) -> Iterator[tuple[bytes, bytes]]:
             if hashlib.sha256(payload).digest() != head[9:]:
                 raise _damaged(path, f"a piece before byte {file.tell()} does not match its checksum")
             yield head[:1], payload
+
+
+def _require_pieces(path: Path, offset: int) -> None:
+    found = 0
+    try:
+        for _, payload in pieces(path):
+            found += _HEAD + len(payload)
+            if found >= offset:
+                break
+    except OSError as error:
+        raise _damaged(path, error.strerror or str(error)) from error
+    if found != offset:
+        raise _damaged(
+            path, f"the checkpoint counts on a piece that ends at byte {offset}; the nearest ends at {found}"
+        )
 
 
 def _damaged(path: Path, why: str) -> IntegrityError:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from billow.errors import IntegrityError
 from billow.results.histories import read_histories
 from billow.results.run_file import read_run_file
 from billow.results.vtkhdf import FabricFile
@@ -91,5 +92,15 @@ class Result:
 
     @cached_property
     def case_toml(self) -> dict:
-        """The effective case, every default filled in."""
-        return tomllib.loads((self.folder / "case.toml").read_text(encoding="utf-8"))
+        """The effective case, every default filled in. IntegrityError E-RES-015 if it cannot be read."""
+        path = self.folder / "case.toml"
+        try:
+            return tomllib.loads(path.read_text(encoding="utf-8"))
+        except (OSError, ValueError, RecursionError) as error:
+            raise IntegrityError(
+                "E-RES-015",
+                "the case of a run cannot be read",
+                where=str(path),
+                why=str(error),
+                remedy="copy the folder again from its source, or run the case again: billow run CASE.toml --out RUN",
+            ) from error

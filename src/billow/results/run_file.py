@@ -14,11 +14,12 @@ from pathlib import Path
 
 import numpy as np
 
-from billow.errors import InputError, IntegrityError
+from billow.errors import InputError, IntegrityError, shown
 from billow.results.atomic import write_atomically
 
 FORMAT = 1
 RUN_FILE = "run.json"
+STATUSES = ("completed", "stopped", "interrupted")
 FILES = ("case.toml", "fabric.vtkhdf", "histories.csv")
 """Files that every run has."""
 
@@ -90,22 +91,23 @@ def read_run_file(folder: str | Path, verify: bool = True) -> dict:
         )
     try:
         record = json.loads(path.read_bytes())
-        intact = record["record_sha256"] == _record_sha256(record) and set(FILES) <= set(record["files"])
-        files, version = dict(record["files"]), record["format"]
-    except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
+        intact = record["record_sha256"] == _record_sha256(record)
+    except (ValueError, TypeError, KeyError, RecursionError):
         intact = False
     if not intact:
         raise _damaged("E-RES-003", path, "its contents do not match the checksum it carries")
-    if version != FORMAT:
+    if record.get("format") != FORMAT:
         raise IntegrityError(
             "E-RES-006",
-            f"run format {version} is not known",
+            f"run format {shown(record.get('format'))} is not known",
             where=str(path),
             why=f"this version of Billow reads format {FORMAT}",
             remedy="install the version of Billow named in the file: pip install billow",
         )
+    if not _is_record(record):
+        raise _damaged("E-RES-003", path, "it does not say what a run's record must say")
     if verify:
-        for name, expected in files.items():
+        for name, expected in record["files"].items():
             if not (folder / name).is_file():
                 raise _damaged("E-RES-005", folder / name, "run.json lists this file, and it is missing")
             measured = file_sha256(folder / name)
@@ -113,6 +115,20 @@ def read_run_file(folder: str | Path, verify: bool = True) -> dict:
                 why = f"its SHA-256 begins {measured[:8]}, run.json says {expected[:8]}"
                 raise _damaged("E-RES-004", folder / name, why)
     return record
+
+
+def _is_record(record: dict) -> bool:
+    files, seconds = record.get("files"), record.get("wall_seconds")
+    return (
+        record.get("status") in STATUSES
+        and isinstance(record.get("case_digest"), str)
+        and isinstance(record.get("ledger"), dict)
+        and isinstance(seconds, int | float)
+        and isinstance(files, dict)
+        and set(FILES) <= set(files)
+        # Names of files in the folder itself: a record cannot point elsewhere.
+        and all(name == Path(name).name and isinstance(sha256, str) for name, sha256 in files.items())
+    )
 
 
 def _damaged(code: str, path: Path, why: str) -> IntegrityError:

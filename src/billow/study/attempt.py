@@ -110,6 +110,17 @@ def out_of_space(problem: OSError, place: Path) -> ResourceError | None:
     )
 
 
+def cannot_write(problem: OSError, place: Path) -> ResourceError:
+    """E-STU-012 if the disk is full, else E-STU-023: the study folder refuses for another reason."""
+    return out_of_space(problem, place) or ResourceError(
+        "E-STU-023",
+        "the study folder cannot be written",
+        where=str(problem.filename or place),
+        why=problem.strerror or str(problem),
+        remedy="check path and permissions, or choose another folder with --out",
+    )
+
+
 def _unexpected(run: str, problem: Exception) -> BillowError:
     trace = problem.__traceback__
     while trace and trace.tb_next:

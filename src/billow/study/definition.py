@@ -20,18 +20,29 @@ scale = "linear"                  # or "log": drawn evenly in the logarithm
 from __future__ import annotations
 
 import difflib
+import os
 import tomllib
 from pathlib import Path
 from typing import Annotated, Literal
 
 import tomli_w
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 
-from billow.errors import InputError
+from billow.errors import InputError, shown
 from billow.results.dataset_files import Parameter
 
 _STRICT = ConfigDict(strict=True, frozen=True, extra="forbid", allow_inf_nan=False)
-_Text = Annotated[str, Field(min_length=1)]
+LARGEST_FILE = 1_000_000  # bytes; a study file is a few kilobytes
+MOST_RUNS = 10_000
+
+
+def _one_line(value: str) -> str:
+    if not value.isprintable():
+        raise ValueError("a line break or a control character does not belong here")
+    return value
+
+
+_Text = Annotated[str, Field(min_length=1), AfterValidator(_one_line)]
 
 
 class StudyParameter(BaseModel):
@@ -41,10 +52,10 @@ class StudyParameter(BaseModel):
 
     name: Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")]
     label: _Text
-    unit: Annotated[str, Field(pattern=r"^[^\[\]]+$")]
+    unit: Annotated[str, Field(pattern=r"^[^\[\]]+$"), AfterValidator(_one_line)]
     low: float
     high: float
-    keys: Annotated[tuple[_Text, ...], Field(strict=False, min_length=1)]
+    keys: Annotated[tuple[_Text, ...], Field(strict=False, min_length=1, max_length=100)]
     scale: Literal["linear", "log"] = "linear"
 
 
@@ -55,11 +66,11 @@ class StudyDefinition(BaseModel):
 
     title: _Text
     case: _Text
-    seed: Annotated[int, Field(ge=0)]
-    train: Annotated[int, Field(ge=2)]
-    test: Annotated[int, Field(ge=1)]
+    seed: Annotated[int, Field(ge=0, lt=2**63)]
+    train: Annotated[int, Field(ge=2, le=MOST_RUNS)]
+    test: Annotated[int, Field(ge=1, le=MOST_RUNS)]
     reference_length: Annotated[float, Field(gt=0)]
-    parameters: Annotated[tuple[StudyParameter, ...], Field(strict=False, min_length=1)]
+    parameters: Annotated[tuple[StudyParameter, ...], Field(strict=False, min_length=1, max_length=100)]
 
     @classmethod
     def load(cls, path: str | Path) -> StudyDefinition:
@@ -69,31 +80,14 @@ class StudyDefinition(BaseModel):
         -005: a key is missing; -006: the case file does not exist.
         """
         path = Path(path)
-        try:
-            content = tomllib.loads(path.read_text(encoding="utf-8"))
-        except OSError as error:
-            raise InputError(
-                "E-STU-001",
-                "the study file cannot be read",
-                where=str(path),
-                why=error.strerror or str(error),
-                remedy="check the path; an example is in examples/",
-            ) from error
-        except ValueError as error:  # TOML and UTF-8 alike
-            raise InputError(
-                "E-STU-002",
-                "the study file is not valid TOML",
-                where=str(path),
-                why=str(error),
-                remedy='write texts in quotes and numbers without, such as title = "Driver bag", train = 48',
-            ) from error
+        content = _read_toml(path)
         try:
             definition = cls.model_validate(content)
         except ValidationError as error:
             raise _told(path, content, error) from error
         _check_parameters(path, definition.parameters)
         case = path.parent / definition.case
-        if not case.is_file():
+        if not os.path.isfile(case):  # unlike Path.is_file, no error for a name that is too long
             raise InputError(
                 "E-STU-006",
                 f"the case file {definition.case} does not exist",
@@ -111,6 +105,32 @@ class StudyDefinition(BaseModel):
     def to_toml(self) -> str:
         """The text of a study.toml with every default filled in."""
         return tomli_w.dumps(self.model_dump(mode="json"))
+
+
+def _read_toml(path: Path) -> dict:
+    try:
+        with open(path, "rb") as file:
+            content = file.read(LARGEST_FILE + 1)
+    except (OSError, ValueError) as error:  # ValueError: a path that no file can have
+        raise InputError(
+            "E-STU-001",
+            "the study file cannot be read",
+            where=str(path),
+            why=getattr(error, "strerror", None) or str(error),
+            remedy="check the path; `billow demo` writes an example, study.toml",
+        ) from error
+    try:
+        if len(content) > LARGEST_FILE:
+            raise ValueError(f"a study file has at most {LARGEST_FILE} bytes")
+        return tomllib.loads(content.decode("utf-8"))
+    except (ValueError, RecursionError) as error:  # TOML and UTF-8 alike
+        raise InputError(
+            "E-STU-002",
+            "the study file is not valid TOML",
+            where=str(path),
+            why=str(error) if isinstance(error, ValueError) else "it is nested too deeply",
+            remedy='write texts in quotes and numbers without, such as title = "Driver bag", train = 48',
+        ) from error
 
 
 def _check_parameters(path: Path, parameters: tuple[StudyParameter, ...]) -> None:
@@ -157,6 +177,7 @@ def _told(path: Path, content: dict, error: ValidationError) -> InputError:
     problems = error.errors(include_url=False)
     first = problems[0]
     *parents, key = first["loc"]
+    name = next((part for part in reversed(first["loc"]) if isinstance(part, str)), key)
     where = f"{path}: {_place(content, parents)}{key}"
     others = f" (and {len(problems) - 1} more after this one)" if len(problems) > 1 else ""
     if first["type"] == "missing":
@@ -165,7 +186,7 @@ def _told(path: Path, content: dict, error: ValidationError) -> InputError:
             f"the key {key!r} is missing{others}",
             where=where,
             why="it has no default",
-            remedy=f"add {key} = ...; an example is in examples/",
+            remedy=f"add {key} = ...; `billow demo` writes an example, study.toml",
         )
     if first["type"] == "extra_forbidden":
         schema = StudyParameter if "parameters" in parents else StudyDefinition
@@ -180,10 +201,10 @@ def _told(path: Path, content: dict, error: ValidationError) -> InputError:
         )
     return InputError(
         "E-STU-004",
-        f"{key} = {first['input']!r} cannot be used{others}",
+        f"{name} = {shown(first['input'])} cannot be used{others}",
         where=where,
         why=first["msg"][0].lower() + first["msg"][1:],
-        remedy="correct the value; an example is in examples/",
+        remedy="correct the value; `billow demo` writes an example, study.toml",
     )
 
 

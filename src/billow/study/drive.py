@@ -18,7 +18,7 @@ from billow.results.dataset_files import (
     write_dataset_file,
 )
 from billow.results.result import Result
-from billow.study.attempt import Outcome, Runner, Task, out_of_space
+from billow.study.attempt import Outcome, Runner, Task, cannot_write
 from billow.study.execute import WORKER_DIED, available_cores, dask_client, run_here, run_on_dask
 
 if TYPE_CHECKING:
@@ -65,10 +65,7 @@ class Drive:
         try:
             return self._go(workers, scheduler, runner)
         except OSError as problem:  # of this process; those of workers come as outcomes
-            full = out_of_space(problem, self.study.folder)
-            if full is None:
-                raise
-            raise full from problem
+            raise cannot_write(problem, self.study.folder) from problem
 
     def _go(self, workers: int | None, scheduler: str | None, runner: Runner | None) -> StudySummary:
         tasks = self._survey()

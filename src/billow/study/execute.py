@@ -74,6 +74,7 @@ def dask_client(workers: int, scheduler: str | None) -> Iterator:
         **{f"distributed.nanny.pre-spawn-environ.{name}": "1" for name in _ONE_THREAD},
     }
     with contextlib.ExitStack() as stack:
+        stack.enter_context(_environment_kept())
         scratch = stack.enter_context(tempfile.TemporaryDirectory(prefix="billow-workers-"))
         stack.enter_context(dask.config.set(settings))
         try:
@@ -99,6 +100,20 @@ def dask_client(workers: int, scheduler: str | None) -> Iterator:
         client = stack.enter_context(Client(cluster))
         _leave_interrupts_to_this_process(client)
         yield client
+
+
+@contextlib.contextmanager
+def _environment_kept() -> Iterator[None]:
+    """Dask sets the workers' variables in this process too and leaves them there; numba would refuse to go on here."""
+    before = {name: os.environ.get(name) for name in _ONE_THREAD}
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                os.environ.pop(name, None)
+            else:
+                os.environ[name] = value
 
 
 def _leave_interrupts_to_this_process(client) -> None:

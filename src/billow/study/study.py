@@ -12,7 +12,7 @@ from billow.errors import InputError, IntegrityError
 from billow.results.atomic import publish_folder, write_atomically
 from billow.results.dataset import Dataset
 from billow.results.dataset_files import read_design, read_split, write_design, write_split
-from billow.study.attempt import Runner
+from billow.study.attempt import Runner, cannot_write
 from billow.study.definition import StudyDefinition
 from billow.study.design import Design, draw
 from billow.study.drive import Drive, ProgressEvent, StudySummary
@@ -44,9 +44,10 @@ class Study:
         """Draw the designs of a study and write them to `folder`; if it holds this very study already, open it.
 
         Every design is tried on the case before anything is written. InputError E-STU-001 to -006: the definition;
-        -007: the case does not accept a value; -008: `folder` holds something else.
+        -007: the case does not accept a value; -008: `folder` holds something else. ResourceError E-STU-012, -023:
+        it cannot be written.
         """
-        definition_file, folder = Path(definition_file), Path(folder)
+        definition_file, folder = Path(definition_file), Path(folder).absolute()  # "." has a name only in full
         given = StudyDefinition.load(definition_file)
         case = _load_case(definition_file.parent / given.case)
         _try_ranges(definition_file, given, case)
@@ -54,22 +55,13 @@ class Study:
         for run, values in design.runs.items():
             _vary(case, definition, values, f"{definition_file}: run {run} of its design")
         files = {STUDY_FILE: definition.to_toml(), CASE_FILE: case.to_toml()}
-        if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-            _refuse_another(folder, files)
-            return cls.open(folder)
-        folder.parent.mkdir(parents=True, exist_ok=True)
-        partial = folder.with_name(f"{folder.name}.{uuid.uuid4().hex[:12]}.partial")
-        partial.mkdir()
         try:
-            for name, text in files.items():
-                write_atomically(partial / name, text)
-            write_design(partial, definition.axes, design.runs)
-            write_split(partial, list(design.train), list(design.test))
-            for name in ("runs", "failed"):
-                (partial / name).mkdir()
-            publish_folder(partial, folder)
-        finally:
-            shutil.rmtree(partial, ignore_errors=True)
+            if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+                _refuse_another(folder, files)
+            else:
+                _write(folder, files, definition, design)
+        except OSError as problem:
+            raise cannot_write(problem, folder) from problem
         return cls.open(folder)
 
     @classmethod
@@ -85,14 +77,14 @@ class Study:
                 remedy="make it: billow study STUDY.toml",
             )
         definition = StudyDefinition.load(folder / STUDY_FILE)
-        runs, (train, test) = read_design(folder), read_split(folder)
+        runs, (train, test) = read_design(folder, definition.axes), read_split(folder)
         unknown = sorted({*train, *test} - set(runs))
-        if unknown or any(len(values) != len(definition.parameters) for values in runs.values()):
+        if unknown:
             raise IntegrityError(
                 "E-STU-020",
                 "the files of the study contradict each other",
                 where=str(folder),
-                why=f"design.csv does not give every run of split.toml one value a parameter; {unknown[:3]}",
+                why=f"split.toml names runs that design.csv does not have: {', '.join(unknown[:3])}",
                 remedy="restore design.csv and split.toml, or make the study again in a new folder",
             )
         design = Design({run: runs[run] for run in train}, {run: runs[run] for run in test})
@@ -126,7 +118,8 @@ class Study:
 
         A run that fails is recorded in failed/ and the others go on. InputError E-STU-013: another process runs this
         study; -015: no scheduler answers; -021: workers. IntegrityError E-STU-010: a run on disk belongs to another
-        case; -011: runs differ in mesh or times. ResourceError E-STU-012: disk full; -017, -018: the cluster.
+        case; -011: runs differ in mesh or times. ResourceError E-STU-012: disk full; -023: no permission; -017, -018:
+        the cluster.
         """
         if (workers is not None and workers < 1) or (workers is not None and scheduler is not None):
             raise InputError(
@@ -169,6 +162,23 @@ def _try_ranges(path: Path, definition: StudyDefinition, case) -> None:
             _vary(case, one, (value,), f"{path}: [[parameters]] number {number} ({parameter.name})")
     for corner in itertools.islice(itertools.product(*((p.low, p.high) for p in definition.parameters)), 256):
         _vary(case, definition, corner, f"{path}: a corner of the design space")
+
+
+def _write(folder: Path, files: dict[str, str], definition: StudyDefinition, design: Design) -> None:
+    """Write a new study; its folder appears whole or not at all."""
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    partial = folder.with_name(f"{folder.name}.{uuid.uuid4().hex[:12]}.partial")
+    partial.mkdir()
+    try:
+        for name, text in files.items():
+            write_atomically(partial / name, text)
+        write_design(partial, definition.axes, design.runs)
+        write_split(partial, list(design.train), list(design.test))
+        for name in ("runs", "failed"):
+            (partial / name).mkdir()
+        publish_folder(partial, folder)
+    finally:
+        shutil.rmtree(partial, ignore_errors=True)
 
 
 def _refuse_another(folder: Path, files: dict[str, str]) -> None:

@@ -1,0 +1,45 @@
+"""What tests share: a driver case that runs in half a second, its result, and one hypothesis profile."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import settings
+
+from billow.case.schema import Case
+from billow.results.result import Result
+from billow.simulate import simulate
+
+# The same examples on every machine and every day: a test that fails, fails for everyone.
+settings.register_profile("billow", deadline=None, derandomize=True, database=None, max_examples=100)
+settings.load_profile("billow")
+
+SMALL = {
+    "title": "Small driver bag",
+    "bag": {"element_size": 0.05},
+    "fabric": {"permeability": 0.0275},
+    "obstacles": [
+        {"shape": "plate"},
+        {
+            "shape": "super-ellipsoid",
+            "name": "impactor",
+            "radii": 0.175,
+            "degree": 3.0,
+            "clearance": 0.05,
+            "slope": 5e5,
+            "locked": False,
+        },
+    ],
+    "run": {"end_time": 0.015, "frames": 3, "histories_per_frame": 2},
+}
+
+
+@pytest.fixture(scope="session")
+def small_case() -> Case:
+    """612 triangles, 15 ms, plate and a free impactor that is hit at about 8 ms: every part of the solver works."""
+    return Case.from_dict(SMALL)
+
+
+@pytest.fixture(scope="session")
+def small_run(small_case, tmp_path_factory) -> Result:
+    """The result of the small case; read it, do not write to its folder."""
+    return simulate(small_case, tmp_path_factory.mktemp("small") / "run")

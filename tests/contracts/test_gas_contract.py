@@ -1,0 +1,193 @@
+"""What every gas promises (billow.gas.gas_model), checked for every gas there is.
+
+A new gas model joins by a line in `GASES`. Bags are moved by hand, so that only the gas is tested.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import asdict, dataclass
+
+import numpy as np
+import pytest
+
+from billow.case.build import build_gas, build_shape, fabric_triangles, flat_area
+from billow.case.schema import Case
+from billow.gas.gas_model import Bag
+from billow.gas.mixture import mixture_enthalpy, mixture_gas_constant
+
+GASES = {
+    "no gas": {"gas": {"model": "none"}},
+    "uniform pressure": {"inflator": {"jets": {"count": 0}}},
+    "uniform pressure with jets": {"inflator": {"jets": {"count": 6, "angle": 40.0}}},
+}
+"""Name -> what the case says of it."""
+
+FIRST_ORDER = {"uniform pressure with jets"}
+"""Gases whose books of work are of first order only: jets book the force at a step's end, not its mean."""
+
+FLOW = {"time": [0.0, 0.002, 0.008], "value": [0.0, 1.5, 0.0]}  # 6 g within 8 ms: a promise holds after it, too
+
+
+@pytest.fixture(params=GASES, scope="module")
+def gas_name(request):
+    return request.param
+
+
+def scene(name, *, vents=2, permeability=0.03):
+    """The gas of that name and a bag of 300 triangles with a gap of 40 mm, about 2 litres."""
+    case = Case.from_dict(
+        {
+            "bag": {
+                "diameter": 0.4,
+                "element_size": 0.035,
+                "initial_gap": 0.04,
+                "vents": {"count": vents, "distance": 0.13, "diameter": 0.03},
+                "straps": {"count": 0},
+            },
+            "fabric": {"permeability": permeability},
+            "gas": GASES[name].get("gas", {}),
+            "inflator": {"mass_flow": FLOW, "temperature": 600.0} | GASES[name].get("inflator", {}),
+        }
+    )
+    shape = build_shape(case.bag)
+    return build_gas(case, shape, float(flat_area(shape.reference)[fabric_triangles(shape)].sum())), shape
+
+
+def still(start, time):
+    return start
+
+
+def breathing(start, time):
+    """Fills to ten times the volume while swaying, then shrinks again; the mouth stays where it is."""
+    swing = np.sin(np.pi * time / 0.010) ** 2
+    moved = start * [1.0, 1.0, 1.0 + 9.0 * swing]
+    moved[:, 0] += 0.4 * moved[:, 2] * np.sin(2.0 * np.pi * time / 0.010)
+    return moved
+
+
+@dataclass
+class Drive:
+    """What happened while a bag was moved by hand: totals after each step, corner forces at the end, work of all
+    corner forces over the motion (trapezoid rule) [J]."""
+
+    totals: list
+    corner_force: np.ndarray
+    work: float
+    fields: dict
+
+
+def drive(gas, shape, motion, end=0.012, dt=2e-5) -> Drive:
+    surface = shape.surface
+    positions = motion(shape.positions, 0.0)
+    state = gas.start(Bag(surface, positions, np.zeros_like(positions)))
+    force = np.zeros((surface.triangle_count, 3, 3))
+    gas.advance(state, Bag(surface, positions, np.zeros_like(positions)), 0.0, 0.0, force)
+    totals, work = [gas.totals(state)], 0.0
+    for step in range(round(end / dt)):
+        moved = motion(shape.positions, (step + 1) * dt)
+        before, force = force, np.zeros_like(force)
+        gas.advance(state, Bag(surface, moved, (moved - positions) / dt), step * dt, dt, force)
+        work += 0.5 * float(np.sum((before + force) * (moved - positions)[surface.triangles]))
+        positions = moved
+        totals.append(gas.totals(state))
+    return Drive(totals, force, work, gas.fields(state))
+
+
+def test_mass_closes(gas_name):
+    gas, shape = scene(gas_name)
+    totals = drive(gas, shape, breathing).totals
+    start = totals[0].mass
+    for now in totals:
+        booked = start + now.injected + now.drawn_in - now.vented - now.leaked
+        assert now.mass == pytest.approx(booked, rel=1e-12)
+        assert now.mass_error <= 1e-12
+        assert (now.mass_by_species >= 0.0).all()
+    if totals[-1].mass:  # it breathed: every way in and out was used, and the inflator delivered what its curve says
+        assert totals[-1].injected == pytest.approx(0.006, rel=1e-12)
+        assert min(now.vented, now.leaked, now.drawn_in) > 1e-5
+
+
+def test_energy_closes(gas_name):
+    gas, shape = scene(gas_name)
+    totals = drive(gas, shape, breathing).totals
+    start = totals[0].energy
+    for now in totals:
+        booked = start + now.enthalpy_in - now.enthalpy_out - now.work - now.jet_work
+        scale = start + now.enthalpy_in
+        assert abs(now.energy - booked) <= 1e-12 * scale
+        assert now.energy_error <= 1e-12
+        if now.mass:  # the energy is that of these species at this temperature
+            masses = now.mass_by_species
+            thermal = mixture_enthalpy(gas.table, masses, now.temperature)
+            thermal -= mixture_gas_constant(gas.table, masses) * now.temperature
+            assert now.energy == pytest.approx(thermal, rel=1e-11)
+            # Gas brings its enthalpy, not its internal energy.
+            inflow = now.injected * mixture_enthalpy(gas.table, gas.inflator.mass_fractions, 600.0)
+            air = now.drawn_in * mixture_enthalpy(gas.table, gas.ambient.mass_fractions, gas.ambient.temperature)
+            assert now.enthalpy_in == pytest.approx(inflow + air, rel=1e-12, abs=1e-12)
+
+
+def test_sealed_rigid_bag_obeys_the_gas_law(gas_name):
+    gas, shape = scene(gas_name, vents=0, permeability=0.0)
+    result = drive(gas, shape, still)
+    now = result.totals[-1]
+    assert now.volume == pytest.approx(shape.surface.volume(shape.positions), rel=1e-14)
+    assert now.work == now.jet_work == now.vented == now.leaked == now.drawn_in == 0.0
+    if now.mass == 0.0:
+        assert not result.corner_force.any()
+        return
+    gas_constant = mixture_gas_constant(gas.table, now.mass_by_species)
+    assert now.pressure * now.volume == pytest.approx(gas_constant * now.temperature, rel=1e-12)
+    assert now.pressure > 3.0 * gas.ambient.pressure
+    assert result.fields["pressure"] == pytest.approx(now.pressure - gas.ambient.pressure)
+
+
+def test_gas_at_rest_puts_no_net_force_on_a_closed_bag(gas_name):
+    gas, shape = scene(gas_name, vents=0, permeability=0.0)
+    force = drive(gas, shape, still).corner_force  # 4 ms after the inflator's end
+    arm = shape.positions[shape.surface.triangles]
+    scale = np.abs(force).sum() + 1e-300
+    assert np.abs(force.sum(axis=(0, 1))).max() <= 1e-13 * scale
+    assert np.abs(np.cross(arm, force).sum(axis=(0, 1))).max() <= 1e-13 * scale
+
+
+def test_constant_velocity_changes_nothing(gas_name):
+    gas, shape = scene(gas_name)
+
+    def carried(start, time):
+        return breathing(start, time) + np.array([3.0, -2.0, 1.0]) + time * np.array([12.0, -7.0, 5.0])
+
+    here, there = drive(gas, shape, breathing), drive(gas, shape, carried)
+    assert there.corner_force == pytest.approx(here.corner_force, rel=1e-8, abs=1e-8 * np.abs(here.corner_force).max())
+    for name, value in asdict(here.totals[-1]).items():
+        if not name.endswith("_error"):
+            assert asdict(there.totals[-1])[name] == pytest.approx(value, rel=1e-9, abs=1e-9), name
+
+
+def test_work_booked_is_work_done(gas_name):
+    """To the scheme's order: half the step, a quarter (or half) of the gap."""
+    gas, shape = scene(gas_name)
+    gaps = []
+    for dt in (4e-5, 2e-5, 1e-5):
+        result = drive(gas, shape, breathing, dt=dt)
+        gaps.append(result.work - result.totals[-1].work_on_fabric)
+    if result.totals[-1].mass == 0.0:
+        assert gaps == [0.0, 0.0, 0.0]
+        return
+    done = sum(abs(b.work_on_fabric - a.work_on_fabric) for a, b in zip(result.totals, result.totals[1:], strict=False))
+    assert done > 50.0
+    assert abs(gaps[2]) < 1e-4 * done
+    shrinks = 1.8 if gas_name in FIRST_ORDER else 3.5
+    assert abs(gaps[0]) / abs(gaps[1]) > shrinks
+    assert abs(gaps[1]) / abs(gaps[2]) > shrinks
+
+
+def test_same_bits_twice(gas_name):
+    def digest():
+        gas, shape = scene(gas_name)
+        result = drive(gas, shape, breathing)
+        numbers = np.array([v for v in asdict(result.totals[-1]).values() if np.ndim(v) == 0])
+        return hashlib.sha256(result.corner_force.tobytes() + numbers.tobytes()).hexdigest()
+
+    assert digest() == digest()

@@ -1,0 +1,90 @@
+"""A run that has become meaningless is stopped, and the message says where and why."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from free_scene import Silent, free_model
+
+from billow.case.build import build_model
+from billow.case.schema import Case
+from billow.dynamics.run import Schedule, run
+from billow.errors import InputError, NumericalStop
+
+
+def stopped(model, spoil, at_step=20):
+    """The stop of a run whose state `spoil(state)` damages after some steps, and the state as it was left."""
+    left = []
+
+    def step(model, state):
+        left[:] = [state]
+        if state.step == at_step:
+            spoil(state)
+
+    with pytest.raises(NumericalStop) as caught:
+        run(model, Schedule(0.01, 2, 1), Silent(step))
+    return caught.value, left[0]
+
+
+@pytest.mark.parametrize("node", [0, 100])
+@pytest.mark.parametrize("bad", [np.nan, np.inf])
+@pytest.mark.parametrize("field", ["positions", "velocities"])
+def test_a_number_that_is_none_stops_the_run_and_names_its_node(node, bad, field):
+    def spoil(state):
+        getattr(state, field)[node, 1] = bad
+
+    stop, state = stopped(free_model(), spoil)
+    assert stop.code == "E-NUM-001"
+    assert stop.exit_code == 3
+    assert "node " in stop.where
+    assert "part" in stop.where
+    assert "step 21" in stop.where
+    assert state.step == 21  # at once
+    assert f"node {node} " in stop.where  # itself, not one of the neighbours it has spoiled within the step
+    assert stop.nodes[0] == node
+
+
+def test_a_bad_body_is_told_from_a_bad_node():
+    def spoil(state):
+        state.bodies[0].angular_momentum[0] = np.nan
+
+    stop, _ = stopped(free_model(apart=1.0), spoil)
+    assert stop.code == "E-NUM-001"
+    assert "rigid body" in stop.where
+
+
+def test_gas_outside_its_range_stops_the_run(small_case):
+    def spoil(state):
+        state.gas.energy *= 30.0
+
+    stop, _ = stopped(build_model(small_case), spoil)
+    assert stop.code == "E-NUM-002"
+    assert "K" in stop.what
+    assert "inflator" in stop.remedy
+
+
+def test_energy_from_nowhere_stops_the_run():
+    """Three times the stable step: it blows up, and is caught while the numbers are still numbers."""
+    model = free_model()
+    with pytest.raises(NumericalStop) as caught:
+        run(model, Schedule(0.01, 2, 1, dt_scale=3.0), Silent())
+    assert caught.value.code == "E-NUM-003"
+    assert "dt_scale" in caught.value.remedy
+
+
+def test_a_collapsing_step_stops_the_run():
+    """When the next interval is planned, a fabric stretched beyond all bounds leaves no step to take."""
+
+    def step(model, state):
+        state.largest_stretch = 1e6
+
+    with pytest.raises(NumericalStop) as caught:
+        run(free_model(), Schedule(0.002, 2, 1), Silent(step))
+    assert caught.value.code == "E-NUM-004"
+    assert "1e+06" in caught.value.why
+
+
+@pytest.mark.parametrize("scale", [1.0001, 0.0, -1.0, float("nan"), float("inf")])
+def test_a_step_beyond_the_stable_one_cannot_be_asked_for(scale):
+    with pytest.raises(InputError, match="dt_scale"):
+        Case.from_dict({"run": {"dt_scale": scale}})

@@ -1,0 +1,167 @@
+"""Inputs that nobody meant, by the thousand: each must be used or refused with a message, in bounded time and memory.
+
+`fuzz` works in a process of its own with a limit on memory, so that a crash of compiled code or a runaway allocation is
+a finding and not the end. What is fed, and by what share, is listed in `KINDS`.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import resource
+import signal
+import sys
+import tempfile
+import time
+import traceback
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from random import Random
+
+from billow.errors import LONGEST_TEXT, BillowError
+from trust import fuzz_inputs
+from trust.payloads import security
+
+__all__ = ["FuzzReport", "fuzz", "security"]
+
+SECONDS = 5.0
+"""Time one input may take."""
+
+MEMORY = 2 * 2**30
+"""Bytes that inputs may add to the address space of the process."""
+
+SILENCE = 120.0
+"""Seconds without a word from the process after which it counts as hanging."""
+
+KINDS: dict[str, tuple[float, Callable]] = {
+    "generated cases": (0.22, fuzz_inputs.generated_cases),
+    "generated curves": (0.06, fuzz_inputs.generated_curves),
+    "mutated case dictionaries": (0.18, fuzz_inputs.mutated_cases),
+    "mutated case files": (0.18, fuzz_inputs.mutated_case_files),
+    "assignments": (0.04, fuzz_inputs.assignments),
+    "study files": (0.12, fuzz_inputs.study_files),
+    "study folders": (0.04, fuzz_inputs.study_folders),
+    "datasets": (0.04, fuzz_inputs.datasets),
+    "damaged runs": (0.04, fuzz_inputs.damaged_runs),
+    "forged runs": (0.02, fuzz_inputs.forged_runs),
+    "damaged checkpoints": (0.02, fuzz_inputs.damaged_checkpoints),
+    "damaged surrogates": (0.02, fuzz_inputs.damaged_surrogates),
+    "forged surrogates": (0.02, fuzz_inputs.forged_surrogates),
+}
+"""Kind of input -> its share, and what feeds that many of them."""
+
+
+class TooSlow(BaseException):
+    """An input took longer than `SECONDS`."""
+
+
+@dataclass
+class FuzzReport:
+    """inputs = refused + accepted + len(tracebacks). tracebacks: what ended in anything but success or a `BillowError`,
+    or in a message that is empty, endless or unprintable. slowest_seconds: of one input. peak_bytes: largest memory in
+    use by the process. by_kind: kind -> [accepted, refused]."""
+
+    inputs: int = 0
+    refused: int = 0
+    accepted: int = 0
+    tracebacks: list[str] = field(default_factory=list)
+    slowest_seconds: float = 0.0
+    peak_bytes: int = 0
+    by_kind: dict[str, list[int]] = field(default_factory=dict)
+
+
+def fuzz(count: int, seed: int) -> FuzzReport:
+    """Feed about `count` inputs; the same ones for the same seed."""
+    context = multiprocessing.get_context("spawn")
+    here, there = context.Pipe(duplex=False)
+    process = context.Process(target=_feed, args=(count, seed, there))
+    process.start()
+    there.close()
+    report = FuzzReport()
+    try:
+        while here.poll(SILENCE):
+            report, done = here.recv()
+            if done:
+                return report
+        report.tracebacks.append(f"no word for {SILENCE} s after input {report.inputs}")
+    except EOFError:
+        process.join()
+        report.tracebacks.append(f"the process ended with {process.exitcode} after input {report.inputs}")
+    finally:
+        process.kill()
+    return report
+
+
+def _feed(count: int, seed: int, connection) -> None:
+    signal.signal(signal.SIGALRM, _ring)
+    with tempfile.TemporaryDirectory(prefix="billow-fuzz-") as folder:
+        bench = fuzz_inputs.Bench(Path(folder))
+        size = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+        resource.setrlimit(resource.RLIMIT_AS, (size + MEMORY, resource.RLIM_INFINITY))
+        trials = Trials(connection)
+        for kind, (share, feed) in KINDS.items():
+            trials.begin(kind)
+            feed(trials.attempt, max(1, round(share * count)), Random(f"{seed} {kind}"), bench)
+    trials.report.peak_bytes = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+    connection.send((trials.report, True))
+
+
+def _ring(number, frame) -> None:
+    raise TooSlow(f"it took longer than {SECONDS} s")
+
+
+class Trials:
+    """Counts how attempts end."""
+
+    def __init__(self, connection):
+        self.connection, self.report = connection, FuzzReport()
+        self.kind, self.codes = "", Counter()
+        sys.unraisablehook = self._unraisable
+
+    def begin(self, kind: str) -> None:
+        self.kind = kind
+        self.report.by_kind[kind] = [0, 0]
+
+    def attempt(self, use: Callable[[], object], shown: object) -> bool:
+        """Use one input; True if it was accepted. shown: the input, for the report."""
+        report, begun = self.report, time.perf_counter()
+        report.inputs += 1
+        accepted = False
+        signal.setitimer(signal.ITIMER_REAL, SECONDS)
+        try:
+            use()
+            accepted = True
+        except BillowError as error:
+            problem = badly_told(error)
+            if problem:
+                report.tracebacks.append(f"{self.kind}: {problem}: {error}")
+            else:
+                report.refused += 1
+                report.by_kind[self.kind][1] += 1
+        except BaseException:
+            end = traceback.format_exc().splitlines()
+            report.tracebacks.append("\n".join([f"{self.kind}: {str(shown)[:400]!r}", *end[-8:]]))
+        finally:
+            signal.setitimer(signal.ITIMER_REAL, 0.0)
+        report.accepted += accepted
+        report.by_kind[self.kind][0] += accepted
+        report.slowest_seconds = max(report.slowest_seconds, time.perf_counter() - begun)
+        if report.inputs % 100 == 0:
+            self.connection.send((report, False))
+        return accepted
+
+    def _unraisable(self, problem) -> None:
+        """Python prints such errors, traceback and all, and goes on."""
+        self.report.tracebacks.append(f"{self.kind}: ignored {problem.exc_value!r}")
+
+
+def badly_told(error: BillowError) -> str | None:
+    """What is wrong with a message, or None."""
+    for part in ("what", "where", "why", "remedy"):
+        text = getattr(error, part)
+        if not text or not text.isprintable() or len(text) > 12 * LONGEST_TEXT:
+            return f"{part} is empty, unprintable or endless"
+        if "Traceback" in text or " object at 0x" in text:
+            return f"{part} shows Python's insides"
+    return None
