@@ -30,9 +30,9 @@ from billow.dynamics.model import Model, State, start_state
 from billow.dynamics.run import run
 from billow.dynamics.step import advance, close_ledger, stable_dt
 from billow.gas.jets import UPDATE_INTERVAL, aim
+from billow.recorder import environment
 from billow.results.dataset import Dataset
 from billow.rom.surrogate import Surrogate
-from billow.recorder import environment
 
 REPEATS = 200
 FULL_SIZE = 0.0085  # m; 20,000 triangles of a driver bag 0.70 m across

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 from hypothesis import settings
 
 from billow.case.schema import Case
+from billow.interrupts import STOP_FILE, RunInterrupted
 from billow.results.result import Result
-from billow.simulate import simulate
+from billow.simulate import resume, simulate
 
 # The same examples on every machine and every day: a test that fails, fails for everyone.
 settings.register_profile("billow", deadline=None, derandomize=True, database=None, max_examples=100)
@@ -39,7 +42,25 @@ def small_case() -> Case:
     return Case.from_dict(SMALL)
 
 
+def simulate_in_two(case: Case, folder: Path) -> Result:
+    """Recover mode: the run is asked to stop half-way by a STOP file, and resumed from its checkpoint."""
+
+    def stop_half_way(progress) -> None:
+        if progress.time >= 0.5 * progress.end:
+            (folder.with_name(folder.name + ".partial") / STOP_FILE).touch()
+
+    with pytest.raises(RunInterrupted):
+        simulate(case, folder, progress=stop_half_way)
+    return resume(folder)
+
+
+@pytest.fixture(scope="session", params=[simulate, simulate_in_two], ids=["straight", "recovered"])
+def deploy(request):
+    """`simulate`, and the same stopped half-way and resumed: every scenario must pass both ways."""
+    return request.param
+
+
 @pytest.fixture(scope="session")
-def small_run(small_case, tmp_path_factory) -> Result:
+def small_run(deploy, small_case, tmp_path_factory) -> Result:
     """The result of the small case; read it, do not write to its folder."""
-    return simulate(small_case, tmp_path_factory.mktemp("small") / "run")
+    return deploy(small_case, tmp_path_factory.mktemp("small") / "run")

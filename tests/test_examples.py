@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from billow.case.schema import Case
-from billow.simulate import simulate
 
 EXAMPLES = sorted((Path(__file__).parents[1] / "examples").glob("*.toml"))
 
@@ -18,10 +17,10 @@ def test_there_are_examples():
 
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
-def test_an_example_runs(path, tmp_path):
+def test_an_example_runs(deploy, path, tmp_path):
     case = Case.load(path)
     coarse = {"bag.element_size": 0.05, "run.end_time": 0.03, "run.frames": 3}
-    result = simulate(case.vary(coarse), tmp_path / "run")
+    result = deploy(case.vary(coarse), tmp_path / "run")
     assert result.status == "completed"
     assert result.ledger["gas_mass_error"] <= 1e-12
     assert result.ledger["gas_energy_error"] <= 1e-12

@@ -16,7 +16,7 @@ from billow.checkpoint_file import newest_checkpoint
 from billow.dynamics.model import Model, State
 from billow.dynamics.run import run
 from billow.errors import BillowError, InputError, IntegrityError, NumericalStop, ResourceError
-from billow.interrupts import Interrupts
+from billow.interrupts import STOP_FILE, Interrupts
 from billow.recorder import Progress, RunRecorder
 from billow.results.atomic import publish_folder, write_atomically
 from billow.results.result import Result
@@ -75,6 +75,7 @@ def resume(
             why="the run has finished" if finished else "no such folder",
             remedy="give the --out folder of the interrupted run" if not finished else "open its results",
         )
+    (partial / STOP_FILE).unlink(missing_ok=True)  # who resumes wants the run to go on
     case = _case_left_in(partial)
     model = build_model(case)
     state, offset = newest_checkpoint(partial, model, case.digest())

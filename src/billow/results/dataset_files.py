@@ -99,18 +99,21 @@ def read_dataset_file(folder: str | Path) -> DatasetRecord:
             seed=int(_number(content["seed"])),
             mesh_sha256=_text(content["mesh_sha256"]),
             times=tuple(map(_number, _list(content["times"]))),
-            parameters=tuple(
-                Parameter(*(_text(p[k]) for k in ("name", "label", "unit")), _number(p["low"]), _number(p["high"]))
-                for p in content["parameters"]
-            ),
+            parameters=tuple(map(parameter_of, _list(content["parameters"]))),
         )
     except (OSError, ValueError, TypeError, KeyError, RecursionError) as error:
         raise _damaged(path, error) from error
 
 
+def parameter_of(entry: Mapping[str, object]) -> Parameter:
+    """A parameter as read from a file. KeyError, TypeError or ValueError if it is none."""
+    texts = (_text(entry[key]) for key in ("name", "label", "unit"))
+    return Parameter(*texts, _number(entry["low"]), _number(entry["high"]))
+
+
 def _text(value: object) -> str:
-    if not isinstance(value, str):
-        raise ValueError(f"{shown(value)} stands where a text is expected")
+    if not isinstance(value, str) or not value.isprintable():
+        raise ValueError(f"{shown(value)} stands where a text in one line is expected")
     return value
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from billow import __version__
 from billow.errors import InputError, IntegrityError
-from billow.results.dataset_files import Parameter
+from billow.results.dataset_files import parameter_of
 from billow.results.tensor_file import read_tensors, write_tensors
 from billow.rom.basis import Basis
 from billow.rom.regression import ACTIVATIONS, Regression
@@ -88,8 +88,13 @@ def _fields(tensors, record) -> dict:
     recipe = record["recipe"]
     if recipe not in ACTIVATIONS:
         raise ValueError(f"recipe {recipe!r}")
-    parameters = tuple(Parameter(**parameter) for parameter in record["parameters"])
-    low, high = (np.array([getattr(p, side) for p in parameters], float) for side in ("low", "high"))
+    title, training = record["title"], record["training"]
+    if not isinstance(title, str) or not isinstance(training, dict) or not isinstance(training.get("runs"), list):
+        raise ValueError("it does not say what it was trained on")
+    parameters = tuple(map(parameter_of, record["parameters"]))
+    low, high = (np.array([getattr(p, side) for p in parameters]) for side in ("low", "high"))
+    if not (low < high).all():
+        raise ValueError("a parameter has no range")
     times = _take(tensors, "times", np.float64, None)
     if len(times) < 2 or not (np.diff(times) > 0).all():
         raise ValueError("times do not rise")
@@ -115,14 +120,14 @@ def _fields(tensors, record) -> dict:
         _take(tensors, f"outputs.{name}", np.float32, len(times), count) for name in ("mean", "deviation")
     )
     return {
-        "title": record["title"],
+        "title": title,
         "parameters": parameters,
         "times": times,
         "reference": reference,
         "triangles": triangles,
         "bases": tuple(Basis(modes[c], singular_values[c], float(energy[c])) for c in range(3)),
         "regression": Regression(recipe, tuple(weights), tuple(biases), inputs, OutputScaling(times, mean, deviation)),
-        "training": record["training"],
+        "training": training,
     }
 
 
