@@ -160,10 +160,14 @@ def _require_fit(radius, element_size, mouth_radius, vent_count, vent_half, vent
 
 
 def square_bag(side: float, divisions: int, initial_gap: float) -> BagShape:
-    """Two square panels sewn along their edges ("teabag"): side [m], divisions per side, gap at the middle [m].
+    """Two square panels sewn along their edges ("teabag"): side [m], even number of divisions per side, gap at the
+    middle [m].
 
-    Quads are split with alternating diagonals, so that no direction is preferred.
+    Quads are split with alternating diagonals, so that no direction is preferred. ValueError for odd divisions: two
+    corners would be cut off by a diagonal that both panels share.
     """
+    if divisions % 2:
+        raise ValueError(f"divisions must be even, not {divisions}")
     s = np.linspace(-0.5 * side, 0.5 * side, divisions + 1)
     x, y = (g.ravel() for g in np.meshgrid(s, s, indexing="ij"))
     i, j = (g.ravel() for g in np.meshgrid(np.arange(divisions), np.arange(divisions), indexing="ij"))
