@@ -54,6 +54,12 @@ def simulate_in_two(case: Case, folder: Path) -> Result:
     return resume(folder)
 
 
+@pytest.fixture(scope="session")
+def in_two():
+    """`simulate_in_two`."""
+    return simulate_in_two
+
+
 @pytest.fixture(scope="session", params=[simulate, simulate_in_two], ids=["straight", "recovered"])
 def deploy(request):
     """`simulate`, and the same stopped half-way and resumed: every scenario must pass both ways."""

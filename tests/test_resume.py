@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import pytest
-from conftest import simulate_in_two
 
 from billow.checkpoint_file import SLOTS
 from billow.errors import InputError, IntegrityError
@@ -25,9 +24,9 @@ def interrupted(case, folder):
     return partial
 
 
-def test_the_same_bits_with_and_without_interruption(brief, tmp_path):
+def test_the_same_bits_with_and_without_interruption(in_two, brief, tmp_path):
     straight = simulate(brief, tmp_path / "straight", threads=1)
-    resumed = simulate_in_two(brief, tmp_path / "resumed")
+    resumed = in_two(brief, tmp_path / "resumed")
     assert fingerprint(resumed.folder) == fingerprint(straight.folder)
     assert resumed.record["ledger"] == straight.record["ledger"]
 
