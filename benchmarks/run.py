@@ -154,19 +154,28 @@ def inference(study: Path) -> dict[str, str]:
         lambda: big.predict(design),
         lambda: np.copyto(big_copy, big_output),
     )
-    solver = float(np.median(dataset.wall_seconds(dataset.train)))
+    solver = float(np.median([_deployment_seconds() for _ in range(3)]))
     return {
         f"inference, {surrogate.nodes} nodes": f"{1e3 * predict:.2f} ms, {predict / copying:.1f} x copying its output",
         f"inference, {big.nodes} nodes (aim: at most 4 x)": (
             f"{1e3 * big_predict:.2f} ms, {big_predict / big_copying:.1f} x copying its output"
         ),
-        f"training, default recipe, {len(dataset.train)} runs": f"{trained:.1f} s with POD",
+        f"training, default recipe, {len(surrogate.training['runs'])} runs": f"{trained:.1f} s with POD",
         "training, paper's recipe (15,000 epochs, extrapolated from 300)": f"{paper_seconds:.0f} s",
         "default recipe's share of the paper's training time": f"1/{paper_seconds / trained:.0f}",
         "solver / surrogate, one deployment": (
             f"{solver / predict:,.0f} x ({solver:.1f} s against {1e3 * predict:.2f} ms)"
         ),
     }
+
+
+def _deployment_seconds() -> float:
+    """One deployment of the demo's mesh, here and now: those of the study shared the machine with others."""
+    case = driver_case(0.020)
+    model = build_model(case)
+    begun = time.perf_counter()
+    run(model, build_schedule(case.run), Silent())
+    return time.perf_counter() - begun
 
 
 def _at_full_size(surrogate: Surrogate) -> Surrogate:
