@@ -131,7 +131,7 @@ FAULTS = [
     Fault(
         "vent larger than panel", "E-GEO-010", ("bag.vents", "fit"), {"bag.vents": {"diameter": 0.2, "distance": 0.3}}
     ),
-    Fault("overlapping vents", "E-CASE-005", ("vents", "overlap"), {"bag.vents": {"count": 8, "diameter": 0.15}}),
+    Fault("overlapping vents", "E-GEO-010", ("vents", "overlap"), {"bag.vents": {"count": 8, "diameter": 0.15}}),
     Fault("strap stitched outside", "E-GEO-010", ("stitch_radius", "outside"), {"bag.straps.stitch_radius": 0.5}),
     Fault("strap too short", "W-MESH-003", ("straps.length",), {"bag.straps.length": 0.02}),
     Fault("start shape too high", "W-MESH-002", ("initial_gap",), {"bag.initial_gap": 0.12}),

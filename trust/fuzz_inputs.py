@@ -203,7 +203,8 @@ def damaged_runs(attempt: Attempt, count: int, random: Random, bench: Bench) -> 
 def forged_runs(attempt: Attempt, count: int, random: Random, bench: Bench) -> None:
     """Contents changed, and checksums written anew to match: nothing to notice but what is said."""
     record = bench.run / "run.json"
-    for _ in range(count):
+    made = 0
+    while made < count:
         path = bench.run / random.choice(["run.json", "histories.csv", "case.toml", "fabric.vtkhdf"])
         data = mutate_bytes(path.read_bytes(), random)
         with bench.damaged(record, record.read_bytes()), bench.damaged(path, data):
@@ -216,6 +217,7 @@ def forged_runs(attempt: Attempt, count: int, random: Random, bench: Bench) -> N
             except (TypeError, ValueError):
                 continue
             attempt(lambda: _read_all(Result.open(bench.run)), (path.name, said, data))
+            made += 1
 
 
 def _read_all(result: Result) -> None:
@@ -263,7 +265,8 @@ def forged_surrogates(attempt: Attempt, count: int, random: Random, bench: Bench
         repr(surrogate)
         surrogate.predict([0.5 * (p.low + p.high) for p in surrogate.parameters])
 
-    for _ in range(count):
+    made = 0
+    while made < count:
         forged, said = dict(tensors), record
         if random.random() < 0.5:
             said = mutate_dictionary(record, random)
@@ -275,6 +278,7 @@ def forged_surrogates(attempt: Attempt, count: int, random: Random, bench: Bench
         except (TypeError, ValueError):  # what JSON cannot say
             continue
         attempt(use, said)
+        made += 1
 
 
 def _forged_array(array: np.ndarray, random: Random) -> np.ndarray:

@@ -120,38 +120,42 @@ def large_step():
     return mock.patch.object(time_loop, "stable_dt", lambda model, state: 4.0 * limit(model, state))
 
 
-def _at_step(number: int, damage: Callable[[State], None]):
-    """Damage the state once, between two steps."""
+def at_every_step(damage: Callable[[State], None]):
+    """Damage the state between all steps."""
     look = recorder.RunRecorder.step
 
     def step(self, model: Model, state: State) -> None:
         look(self, model, state)
-        if state.step == number:
-            damage(state)
+        damage(state)
 
     return mock.patch.object(recorder.RunRecorder, "step", step)
 
 
+def at_step(number: int, damage: Callable[[State], None]):
+    """Damage the state once, after so many steps."""
+    return at_every_step(lambda state: damage(state) if state.step == number else None)
+
+
 def nan_position():
-    return _at_step(50, lambda state: state.positions.__setitem__((123, 1), np.nan))
+    return at_step(50, lambda state: state.positions.__setitem__((123, 1), np.nan))
 
 
 def nan_gas():
     def damage(state):
         state.gas.energy *= np.nan
 
-    return _at_step(50, damage)
+    return at_step(50, damage)
 
 
 def hot_gas():
     def damage(state):
         state.gas.energy *= 30.0
 
-    return _at_step(50, damage)
+    return at_step(50, damage)
 
 
 def kicked_node():
-    return _at_step(50, lambda state: state.velocities.__setitem__((100, 2), 3000.0))
+    return at_step(50, lambda state: state.velocities.__setitem__((100, 2), 3000.0))
 
 
 def full_disk():

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
-import platform
 import time
 from collections import deque
 from collections.abc import Callable
@@ -28,6 +26,7 @@ from billow.results import journal as journals
 from billow.results.atomic import write_atomically
 from billow.results.histories import write_histories
 from billow.results.journal import Journal
+from billow.results.machine import machine
 from billow.results.quality import Criterion, judge, overall
 from billow.results.run_file import write_run_file
 from billow.results.vtkhdf import FabricWriter
@@ -283,20 +282,4 @@ def _describe(obstacle: Obstacle) -> dict:
 
 def environment() -> dict[str, str | int]:
     """What a timing or a last bit may depend on."""
-    return {
-        "python": platform.python_version(),
-        "numpy": np.__version__,
-        "numba": numba.__version__,
-        "machine": platform.machine(),
-        "system": platform.system(),
-        "processor": _processor(),
-        "cores": os.cpu_count() or 1,
-    }
-
-
-def _processor() -> str:
-    try:
-        with open("/proc/cpuinfo", encoding="utf-8") as file:
-            return next(line.split(":", 1)[1].strip() for line in file if line.startswith("model name"))
-    except (OSError, StopIteration):
-        return platform.processor() or "unknown"
+    return {**machine(), "numpy": np.__version__, "numba": numba.__version__}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import shlex
 import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -164,7 +165,7 @@ def _make_partial(folder: Path) -> Path:
             "an interrupted run is waiting there",
             where=str(partial),
             why="it has a checkpoint; starting over would lose it",
-            remedy=f"billow resume {folder}, or delete {partial.name}",
+            remedy=f"go on with it: billow resume {shlex.quote(str(folder))}; or delete {partial.name}",
         )
     shutil.rmtree(partial, ignore_errors=True)  # of an earlier try that never reached a checkpoint
     partial.mkdir(parents=True)

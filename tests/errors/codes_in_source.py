@@ -56,6 +56,6 @@ def _classes(call: ast.Call, tree: ast.Module) -> Iterator[str]:
         if isinstance(function, ast.FunctionDef) and function.name == name:
             given = {argument.arg for argument in function.args.args}
             for inner in ast.walk(function):
-                if isinstance(inner, ast.Call) and inner.args and isinstance(inner.args[0], ast.Name):
-                    if inner.args[0].id in given:
-                        yield from _classes(inner, tree)
+                hands_on = isinstance(inner, ast.Call) and inner.args and isinstance(inner.args[0], ast.Name)
+                if hands_on and inner.args[0].id in given:
+                    yield from _classes(inner, tree)

@@ -33,6 +33,7 @@ def build_model(case: schema.Case) -> Model:
     Raises InputError: E-GEO-001..011 geometry, E-GAS-001 unknown species.
     """
     _require_modest(case.bag)
+    _require_apart(case.bag.vents)
     shape = build_shape(case.bag)
     check_closed(shape.surface, shape.positions, "bag")
     fabric = build_fabric(case.fabric)
@@ -65,6 +66,18 @@ def _require_modest(bag: schema.Bag) -> None:
             where="bag.element_size, bag.diameter",
             why=f"at most {MOST_TRIANGLES} are allowed, to fit into memory; a length may be in another unit",
             remedy=f"raise bag.element_size to {bag.element_size * np.sqrt(triangles / MOST_TRIANGLES):.2g} m or more",
+        )
+
+
+def _require_apart(vents: schema.Vents) -> None:
+    apart = 2.0 * vents.distance * np.sin(np.pi / vents.count) if vents.count > 1 else np.inf
+    if apart <= vents.diameter:
+        raise InputError(
+            "E-GEO-010",
+            "the vents overlap",
+            where="bag.vents",
+            why=f"{vents.count} vents of {vents.diameter:g} m have their centres {apart:.3g} m apart",
+            remedy="reduce bag.vents.diameter or bag.vents.count, or raise bag.vents.distance",
         )
 
 

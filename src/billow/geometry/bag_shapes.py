@@ -149,7 +149,14 @@ def _require_fit(radius, element_size, mouth_radius, vent_count, vent_half, vent
         _, reach = hole_polygon(vent_half, element_size)
         inner = vent_radius - max(reach, vent_half + CLEARANCE * element_size)  # the retainer ring keeps all its nodes
         outer = radius * np.cos(np.pi / rim_count(radius, element_size))  # the rim is a polygon too
-        if inner <= mouth_radius or vent_radius + reach >= outer or apart <= 2.0 * reach:
+        if apart <= 2.0 * reach:
+            refuse(
+                "vents overlap",
+                "vents",
+                f"the centres of {vent_count} vents lie {apart:.3g} m apart, each reaches {reach:.3g} m",
+                "reduce bag.vents.count or bag.vents.diameter, or raise bag.vents.distance",
+            )
+        if inner <= mouth_radius or vent_radius + reach >= outer:
             refuse(
                 "a vent does not fit into the rear panel",
                 "vents",

@@ -79,7 +79,7 @@ class Dataset:
                 "the dataset has no completed run",
                 where=str(self.folder),
                 why=f"{len(self.missing)} runs are missing; the first: {next(iter(self.missing.values()), 'no run')}",
-                remedy="make its runs first: billow study STUDY.toml",
+                remedy="make its runs first: billow study STUDY.toml --out FOLDER",
             )
         result = self._checked(run)
         return result.reference, result.triangles

@@ -87,7 +87,7 @@ def read_dataset_file(folder: str | Path) -> DatasetRecord:
             "the folder holds no dataset with a completed run",
             where=str(folder),
             why=f"{DATASET_FILE}, written when the first run is in, is missing",
-            remedy="make its runs first: billow study STUDY.toml",
+            remedy="make its runs first: billow study STUDY.toml --out FOLDER",
         )
     try:
         content = tomllib.loads(path.read_text(encoding="utf-8"))
@@ -191,5 +191,5 @@ def _damaged(path: Path, error: Exception) -> IntegrityError:
         "a file of the dataset cannot be read",
         where=str(path),
         why=f"{missing}{error}",
-        remedy="restore the file, or make the study again in a new folder: billow study STUDY.toml",
+        remedy="restore the file, or make the study again in a new folder: billow study STUDY.toml --out FOLDER",
     )

@@ -60,6 +60,6 @@ def read_histories(path: str | Path) -> dict[str, np.ndarray]:
             "histories cannot be read",
             where=str(path),
             why=str(error),
-            remedy="run the case again: billow run CASE.toml",
+            remedy="run the case again: billow run CASE.toml --out RUN",
         ) from error
     return {name: values[:, column] for column, name in enumerate(header)}

@@ -87,7 +87,7 @@ def read_run_file(folder: str | Path, verify: bool = True) -> dict:
             "the folder holds no finished run",
             where=str(folder),
             why="run.json, written when a run ends, is missing",
-            remedy="give the folder of a finished run, or run the case again: billow run CASE.toml",
+            remedy="give the folder of a finished run, or run the case again: billow run CASE.toml --out RUN",
         )
     try:
         record = json.loads(path.read_bytes())
@@ -102,7 +102,7 @@ def read_run_file(folder: str | Path, verify: bool = True) -> dict:
             f"run format {shown(record.get('format'))} is not known",
             where=str(path),
             why=f"this version of Billow reads format {FORMAT}",
-            remedy="install the version of Billow named in the file: pip install billow",
+            remedy="use the version of Billow that the file names as billow_version",
         )
     if not _is_record(record):
         raise _damaged("E-RES-003", path, "it does not say what a run's record must say")
@@ -137,5 +137,5 @@ def _damaged(code: str, path: Path, why: str) -> IntegrityError:
         "a run is damaged",
         where=str(path),
         why=why,
-        remedy="copy the folder again from its source, or run the case again: billow run CASE.toml",
+        remedy="copy the folder again from its source, or run the case again: billow run CASE.toml --out RUN",
     )

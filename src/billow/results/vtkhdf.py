@@ -231,5 +231,5 @@ class _Reading:
             "the moving mesh cannot be read",
             where=str(self.path),
             why=str(error.args[0] if error.args else error),
-            remedy="check the path; if the file is damaged, run the case again: billow run CASE.toml",
+            remedy="check the path; if the file is damaged, run the case again: billow run CASE.toml --out RUN",
         )

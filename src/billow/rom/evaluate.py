@@ -178,7 +178,7 @@ def _require_match(dataset, surrogate):
             "there are no unseen runs to compare with",
             where=surrogate.title or "dataset",
             why="the dataset has no completed test run",
-            remedy="ask for test runs in study.toml, or finish the study: billow study STUDY.toml",
+            remedy="ask for test runs in study.toml, or finish the study: billow study STUDY.toml --out FOLDER",
         )
     else:
         return

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import base64
-import os
-import platform
 from importlib import resources
 from pathlib import Path
 
@@ -13,6 +11,7 @@ import numpy as np
 
 from billow import __version__
 from billow.results.atomic import write_atomically
+from billow.results.machine import machine
 from billow.rom import figures
 from billow.rom.evaluate import BASELINES, Evaluation
 from billow.rom.findings import gain, strongest_baseline, verdict, weaknesses
@@ -158,17 +157,5 @@ def _ledger(evaluation) -> list[dict]:
 
 
 def _machine() -> dict[str, str]:
-    return {
-        "processor": _processor(),
-        "cores": str(os.cpu_count()),
-        "system": platform.platform(terse=True),
-        "Billow, now": __version__,
-    }
-
-
-def _processor() -> str:
-    try:
-        with open("/proc/cpuinfo", encoding="utf-8") as file:
-            return next(line.split(":", 1)[1].strip() for line in file if line.startswith("model name"))
-    except (OSError, StopIteration):
-        return platform.processor() or "unknown"
+    here = machine()
+    return {name: str(here[name]) for name in ("processor", "cores", "system")} | {"Billow, now": __version__}

@@ -59,7 +59,7 @@ def collect(dataset, runs, field: str = "displacement") -> Snapshots:
             "there are no runs to learn from",
             where="dataset",
             why="the list of completed runs is empty",
-            remedy="finish the study first: billow study STUDY.toml",
+            remedy="finish the study first: billow study STUDY.toml --out FOLDER",
         )
     nodes, count = len(dataset.reference), len(times)
     matrices = np.empty((3, nodes, len(runs) * count), np.float32)

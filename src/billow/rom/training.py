@@ -78,7 +78,7 @@ def _import_network():
             "PyTorch is not installed",
             where="billow.rom.network",
             why=f"training needs it, prediction does not ({error})",
-            remedy="pip install 'billow[train]'",
+            remedy="pip install torch",
         ) from error
     return network
 

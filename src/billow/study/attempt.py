@@ -131,7 +131,7 @@ def _unexpected(run: str, problem: Exception) -> BillowError:
         f"the simulation ended with {type(problem).__name__}",
         where=f"run {run}, {place}",
         why=str(problem) or "no message",
-        remedy=f"make the run by itself: billow run on a case with the values of run {run} in design.csv",
+        remedy=f"make the run by itself, with the values of run {run} in design.csv: billow run CASE.toml --out RUN",
     )
 
 

@@ -191,5 +191,5 @@ def _workers_died(run: str, attempts: int) -> ResourceError:
         "the worker process died",
         where=f"run {run}",
         why=f"it died in each of {attempts} attempts: killed from outside, out of memory, or a crash in compiled code",
-        remedy="check the memory of the machine, then repeat failed runs: billow study STUDY.toml --retry-failed",
+        remedy="check the machine's memory, then: billow study STUDY.toml --out FOLDER --retry-failed",
     )

@@ -74,7 +74,7 @@ class Study:
                 "the folder holds no study",
                 where=str(folder),
                 why=f"{STUDY_FILE} is missing",
-                remedy="make it: billow study STUDY.toml",
+                remedy="make it: billow study STUDY.toml --out FOLDER",
             )
         definition = StudyDefinition.load(folder / STUDY_FILE)
         runs, (train, test) = read_design(folder, definition.axes), read_split(folder)
