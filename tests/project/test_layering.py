@@ -8,8 +8,6 @@ PACKAGE = Path(__file__).parents[2] / "src" / "billow"
 BASE = {"errors", "units", "compiled"}
 MAY_IMPORT = {
     "errors": set(),
-    "error_catalogue": {"errors"},
-    "error_catalogue": {"errors"},
     "units": {"errors"},
     "compiled": set(),
     "geometry": BASE,
