@@ -8,6 +8,7 @@ PACKAGE = Path(__file__).parents[2] / "src" / "billow"
 BASE = {"errors", "units", "compiled"}
 MAY_IMPORT = {
     "errors": set(),
+    "error_catalogue": {"errors"},
     "units": {"errors"},
     "compiled": set(),
     "geometry": BASE,
