@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import json
 import time
 from collections import deque
@@ -35,6 +36,9 @@ CHECKPOINT_SECONDS = 30.0
 """Wall time [s] between two checkpoints."""
 
 JOURNAL = "journal.bin"
+LAST_GOOD = "last_good.safetensors"
+"""State at the last frame before a run was stopped, beside its post-mortem."""
+
 LAST_STEPS = 100
 """Steps whose energies go into a post-mortem."""
 
@@ -74,6 +78,7 @@ class RunRecorder:
         self.begun = self.saved = time.perf_counter()
         self.slot = 0
         self.state: State | None = None
+        self.last_good: tuple[State, int] | None = None
         self.last_steps: deque[tuple[float, ...]] = deque(maxlen=LAST_STEPS)
 
     # --- while the run goes on -------------------------------------------------------------------------------------
@@ -124,6 +129,7 @@ class RunRecorder:
         }
         arrays |= {f"cell.{name}": field.astype(np.float32) for name, field in model.gas.fields(state.gas).items()}
         self.journal.frame(arrays)
+        self.last_good = copy.deepcopy(state), self.journal.offset
         self.say(self._line(state))
 
     def step(self, model: Model, state: State) -> None:
@@ -216,6 +222,9 @@ class RunRecorder:
             },
         }
         write_atomically(self.folder / "postmortem.json", json.dumps(record, indent=1) + "\n")
+        if self.last_good is not None:
+            self.journal.sync()
+            write_checkpoint(self.folder / LAST_GOOD, self.last_good[0], self.digest, self.last_good[1])
 
     def _write_fabric(self) -> None:
         surface = self.model.surface
