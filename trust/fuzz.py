@@ -13,7 +13,6 @@ import sys
 import tempfile
 import time
 import traceback
-from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -116,7 +115,7 @@ class Trials:
 
     def __init__(self, connection):
         self.connection, self.report = connection, FuzzReport()
-        self.kind, self.codes = "", Counter()
+        self.kind = ""
         sys.unraisablehook = self._unraisable
 
     def begin(self, kind: str) -> None:
@@ -141,7 +140,7 @@ class Trials:
                 report.by_kind[self.kind][1] += 1
         except BaseException:
             end = traceback.format_exc().splitlines()
-            report.tracebacks.append("\n".join([f"{self.kind}: {str(shown)[:400]!r}", *end[-8:]]))
+            report.tracebacks.append("\n".join([f"{self.kind}: {brief(shown)}", *end[-8:]]))
         finally:
             signal.setitimer(signal.ITIMER_REAL, 0.0)
         report.accepted += accepted
@@ -154,6 +153,14 @@ class Trials:
     def _unraisable(self, problem) -> None:
         """Python prints such errors, traceback and all, and goes on."""
         self.report.tracebacks.append(f"{self.kind}: ignored {problem.exc_value!r}")
+
+
+def brief(shown: object) -> str:
+    """The beginning of an input."""
+    try:
+        return repr(shown)[:400]
+    except ValueError:  # Python refuses to write integers of more than 4,300 digits
+        return "an input that holds a number too long to be written"
 
 
 def badly_told(error: BillowError) -> str | None:

@@ -22,7 +22,8 @@ NAMES = ["", "extra", "float", "plate", "Curve[K]", "function-wrap[x]", "__class
 TOKENS = [
     *("[", "]", "[[", "]]", "[[obstacles]]\n", "{", "}", "=", '"', '"""', "'", ",", "\n", "\r", "#", "\\", "\\u0000"),
     *("\\ud800", "\x00", "\ufeff", "nan", "-inf", "1e999", "0x" + "f" * 5000, "1" + "0" * 5000, "1979-05-27T07:32:00Z"),
-    *("true", "[" * 3000, "{a=" * 1000, "a." * 3000, "é", "٣"),
+    *("\nx = " + "[" * 3000, "\nx = " + "{a=" * 3000, "\nx = 0x" + "f" * 5000, "[" * 3000, "{a=" * 1000, "a." * 3000),
+    *("true", "é", "٣"),
 ]
 """What is put into text: TOML's own signs, numbers beyond all bounds, depths beyond all stacks."""
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import copy
+import dataclasses
 import os
 import shutil
 import tempfile
@@ -23,6 +24,7 @@ from billow.case.schema import Case
 from billow.check import describe
 from billow.cli import _assignments
 from billow.errors import BillowError
+from billow.prediction import describe_surrogate
 from billow.results.result import Result
 from billow.rom.surrogate import Surrogate
 from billow.simulate import simulate
@@ -160,14 +162,22 @@ def fields(place: Path) -> dict[str, Callable[[str], str | None]]:
         path = made.folder / "design.csv"
         path.write_text(path.read_text().replace("0000", '"' + payload.replace('"', '""') + '"'))
         (made.folder / "split.toml").write_text(tomli_w.dumps({"train": [payload, "0001"], "test": ["0002"]}))
-        Study.open(made.folder)
+        opened = Study.open(made.folder)
+        for run in opened.runs:
+            if (opened.store.runs / run).resolve().parent != opened.store.runs.resolve():
+                raise Broken(f"run {run!r} leads out of the study")
+
+    def surrogate(**changes) -> str:
+        made = dataclasses.replace(small_surrogate(), **changes)
+        loaded = Surrogate.load(made.save(place / "out.safetensors"))
+        return describe_surrogate(loaded)
 
     def surrogate_title(payload: str) -> str:
-        made = small_surrogate()
-        object.__setattr__(made, "title", payload)
-        loaded = Surrogate.load(made.save(place / "out.safetensors"))
-        kept(loaded.title, payload)
-        return repr(loaded)
+        return surrogate(title=payload)
+
+    def surrogate_label(payload: str) -> str:
+        first, second = small_surrogate().parameters
+        return surrogate(parameters=(dataclasses.replace(first, label=payload), second))
 
     return {
         "case title": case("title"),
@@ -192,6 +202,7 @@ def fields(place: Path) -> dict[str, Callable[[str], str | None]]:
         "parameter keys": study("keys"),
         "name of a run": run_name,
         "surrogate title": surrogate_title,
+        "label in a surrogate": surrogate_label,
     }
 
 
