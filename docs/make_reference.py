@@ -10,7 +10,7 @@ import types
 import typing
 from pathlib import Path
 
-from billow.case import schema
+from billow.case import schema, schema_obstacle
 from billow.case.quantity import Strict, unit_of
 from billow.demo import CASE
 from billow.units import CONVERSIONS
@@ -44,7 +44,13 @@ def render() -> str:
 
 def _section(key: str, model: type[Strict]) -> list[str]:
     """Heading, text and table of one table of the case, then those inside it."""
-    title = f"[[{key}]]" if model in (schema.Plate, schema.SuperEllipsoid) else f"[{key}]" if key else "Top level"
+    title = (
+        f"[[{key}]]"
+        if model in (schema_obstacle.Plate, schema_obstacle.SuperEllipsoid)
+        else f"[{key}]"
+        if key
+        else "Top level"
+    )
     rows, inner = [], []
     for name, field in model.model_fields.items():
         nested = _models(field.annotation)

@@ -6,7 +6,10 @@ import dataclasses
 
 import numpy as np
 
-from billow.case.build import build_fabric, build_gas, build_obstacle, build_schedule
+from billow.case.build import build_schedule
+from billow.case.build_fabric import build_fabric
+from billow.case.build_gas import build_gas
+from billow.case.build_obstacle import build_obstacle
 from billow.dynamics.model import State
 from billow.dynamics.run import run
 from billow.gas.no_gas import NoGas

@@ -23,7 +23,7 @@ from billow.case.build import build_model
 from billow.case.schema import Case
 from billow.check import describe
 from billow.checkpoint_file import newest_checkpoint
-from billow.cli import _assignments
+from billow.commands.options import parse_settings
 from billow.results.dataset import Dataset
 from billow.results.journal import Journal
 from billow.results.result import Result
@@ -107,7 +107,7 @@ def assignments(attempt: Attempt, count: int, random: Random, bench: Bench) -> N
         text = f"{random.choice(keys)}={random.choice(['1', '0.3 mm', '-1', 'nan', '1e400', '', 'plate', '[1]'])}"
         if random.random() < 0.5:
             text = mutate_text(text, random)
-        attempt(lambda text=text: bench.case.vary(_assignments([text])), text)
+        attempt(lambda text=text: bench.case.vary(parse_settings([text])), text)
 
 
 def _use_case(data: Any, random: Random, bench: Bench) -> None:

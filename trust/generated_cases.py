@@ -11,7 +11,7 @@ from typing import Any
 
 from hypothesis import strategies as st
 
-from billow.case import schema
+from billow.case import schema, schema_obstacle
 from billow.case.quantity import Strict, unit_of
 from billow.units import CONVERSIONS
 
@@ -53,8 +53,8 @@ def fields(model: type[Strict] = schema.Case, path: tuple[str | int, ...] = ()) 
     """Path and pydantic field of every setting, obstacles as they stand in `EXAMPLE`."""
     for name, field in model.model_fields.items():
         if name == "obstacles":
-            yield from fields(schema.Plate, (*path, name, 0))
-            yield from fields(schema.SuperEllipsoid, (*path, name, 1))
+            yield from fields(schema_obstacle.Plate, (*path, name, 0))
+            yield from fields(schema_obstacle.SuperEllipsoid, (*path, name, 1))
         elif isinstance(field.annotation, type) and issubclass(field.annotation, Strict) and not _is_curve(field):
             yield from fields(field.annotation, (*path, name))
         else:

@@ -22,7 +22,7 @@ import tomli_w
 from billow import demo
 from billow.case.schema import Case
 from billow.check import describe
-from billow.cli import _assignments
+from billow.commands.options import parse_settings
 from billow.errors import BillowError
 from billow.prediction import describe_surrogate
 from billow.results.result import Result
@@ -130,10 +130,10 @@ def fields(place: Path) -> dict[str, Callable[[str], str | None]]:
         return describe(Case.from_dict({**EXAMPLE, "inflator": {"gas": {payload: 1.0}}}))
 
     def assigned_key(payload: str) -> None:
-        Case.from_dict(EXAMPLE).vary(_assignments([f"{payload}=1"]))
+        Case.from_dict(EXAMPLE).vary(parse_settings([f"{payload}=1"]))
 
     def assigned_value(payload: str) -> None:
-        Case.from_dict(EXAMPLE).vary(_assignments([f"fabric.permeability={payload}"]))
+        Case.from_dict(EXAMPLE).vary(parse_settings([f"fabric.permeability={payload}"]))
         raise Broken(f"{payload!r} was taken for a number")
 
     def case_file(payload: str) -> None:

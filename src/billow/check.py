@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 
-from billow.case.build import build_model, build_schedule, require_start_clear
+from billow.case.build import build_model, build_schedule
+from billow.case.build_obstacle import require_start_clear
 from billow.case.plausibility import warnings
 from billow.case.schema import Case
 from billow.dynamics.model import start_state

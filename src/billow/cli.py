@@ -14,6 +14,7 @@ import typer
 from rich.console import Console
 
 from billow import __version__
+from billow.commands.options import CaseFile, Settings, parse_settings, make_console
 from billow.errors import BillowError, InputError, ResourceError
 
 INTERRUPTED = 130
@@ -77,10 +78,6 @@ def _unexpected(problem: Exception) -> BillowError:
     )
 
 
-def _console() -> Console:
-    return Console(highlight=False, soft_wrap=True)
-
-
 def _version(wanted: bool) -> None:
     if wanted:
         print(__version__)
@@ -92,33 +89,6 @@ def _options(
     version: Annotated[bool, typer.Option("--version", callback=_version, is_eager=True, help="Print it.")] = False,
 ) -> None:
     pass
-
-
-def _assignments(texts: list[str] | None) -> dict[str, float | str]:
-    """{"key": value} from "key=value" texts."""
-    pairs = {}
-    for text in texts or []:
-        key, equals, value = text.partition("=")
-        if not equals or not key.strip():
-            raise InputError(
-                "E-CLI-001",
-                f"{text!r} is no assignment",
-                where="--set",
-                why="expected KEY=VALUE",
-                remedy="write for example --set fabric.permeability=0.03",
-            )
-        try:
-            pairs[key.strip()] = float(value)
-        except ValueError:
-            pairs[key.strip()] = value.strip()
-    return pairs
-
-
-CaseFile = Annotated[Path, typer.Argument(help="Case file (TOML). Keys, units and defaults: docs/case.md.")]
-Settings = Annotated[
-    list[str] | None,
-    typer.Option("--set", metavar="KEY=VALUE", help="Change a key of the case; obstacles are addressed by name."),
-]
 
 
 @app.command()
@@ -144,7 +114,7 @@ def check(
     from billow.case.schema import Case
     from billow.check import describe
 
-    print(describe(Case.load(case_file).vary(_assignments(settings))))
+    print(describe(Case.load(case_file).vary(parse_settings(settings))))
 
 
 def _show(progress) -> None:
@@ -166,7 +136,7 @@ def run(
     from billow.case.schema import Case
     from billow.simulate import simulate
 
-    case = Case.load(case_file).vary(_assignments(settings))
+    case = Case.load(case_file).vary(parse_settings(settings))
     result = simulate(case, out, progress=None if quiet else _show, threads=threads)
     print(f"{result.folder}: {result.status}")
 
@@ -202,7 +172,7 @@ def study(
     from billow.study.progress import study_progress
     from billow.study.study import Study
 
-    console = _console()
+    console = make_console()
     made = Study.create(study_file, out)
     with study_progress(console) as report:
         summary = made.run(workers, scheduler, report, retry_failed=retry_failed)
@@ -232,7 +202,7 @@ def train(
     from billow.rom.surrogate import Surrogate
     from billow.terminal import epochs as show_epochs
 
-    console = _console()
+    console = make_console()
     dataset = Dataset.open(folder)
     _say_left_out(console, dataset)
     with show_epochs(console, "training") as progress:
@@ -261,10 +231,10 @@ def evaluate(
 
     dataset = Dataset.open(folder)
     surrogate = Surrogate.load(surrogate_file or folder / "surrogate.safetensors")
-    with steps(_console()) as progress:
+    with steps(make_console()) as progress:
         evaluation = measure(dataset, surrogate, progress=progress)
     path = write_report(dataset, surrogate, evaluation, out or folder / "report")
-    _console().print(f"report: {path}", markup=False)
+    make_console().print(f"report: {path}", markup=False)
 
 
 @app.command()
@@ -286,7 +256,7 @@ def predict(
     if not settings:
         print(describe_surrogate(surrogate))
         return
-    print(write_prediction(surrogate, _assignments(settings), out, extrapolate))
+    print(write_prediction(surrogate, parse_settings(settings), out, extrapolate))
 
 
 @app.command()
@@ -327,7 +297,7 @@ def demo(
     """The whole idea at reduced size: 60 deployments, a surrogate learned from 48, judged on 12, and a report."""
     from billow.demo import run_demo
 
-    run_demo(out, train, test, workers, _console())
+    run_demo(out, train, test, workers, make_console())
 
 
 if __name__ == "__main__":

@@ -9,14 +9,16 @@ reproducibility.
 `@scalar` marks plain scalar functions (a stress, a flux, a closest point) that kernels call; they take and return
 numbers and tuples, so that another back end can compile the same text.
 
-numba keeps a stale kernel when a function in *another* file that it calls has changed. The cache folder is therefore
-keyed by a hash over every source file that holds kernels.
+numba keeps a stale kernel when a function in *another* file that it calls has changed. The cache folder of a file is
+therefore keyed by a hash over that file and every file of the package it imports.
 """
 
 from __future__ import annotations
 
+import functools
 import hashlib
 import os
+import re
 import types
 from pathlib import Path
 
@@ -28,42 +30,56 @@ CHUNK = 1024
 PARALLEL_FROM = 8192
 """Fewest items for which a parallel launch (10-200 us) pays."""
 
-
-def _source_key() -> str:
-    package = Path(__file__).parent
-    digest = hashlib.sha256(numba.__version__.encode())
-    for folder in ("geometry", "fabric", "gas", "contact", "impactor", "dynamics"):
-        for path in sorted((package / folder).glob("*.py")):
-            text = path.read_bytes()
-            if b"@kernel" in text or b"@scalar" in text:
-                digest.update(path.name.encode() + text)
-    digest.update(Path(__file__).read_bytes())
-    return digest.hexdigest()[:16]
+_PACKAGE = Path(__file__).parent
+_IMPORT = re.compile(rb"^\s*(?:from|import) billow\.([\w.]+)", re.MULTILINE)
 
 
 def cache_folder() -> Path:
-    """Folder of compiled kernels for exactly these sources (set BILLOW_CACHE to move it)."""
+    """Folder of all compiled kernels (set BILLOW_CACHE to move it)."""
     root = os.environ.get("BILLOW_CACHE") or os.path.join(
         os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"), "billow"
     )
-    return Path(root) / "kernels" / _source_key()
+    return Path(root) / "kernels"
 
 
-_FOLDER = cache_folder()
-try:
-    _FOLDER.mkdir(parents=True, exist_ok=True)
-    numba.config.CACHE_DIR = str(_FOLDER)
-    _CACHE = os.access(_FOLDER, os.W_OK)
-except OSError:  # a read-only home: kernels are compiled again in every process
-    _CACHE = False
+def _sources(path: Path, found: set[Path]) -> set[Path]:
+    """The file and everything of the package it imports, directly or through others."""
+    if path not in found and path.is_file():
+        found.add(path)
+        for name in _IMPORT.findall(path.read_bytes()):
+            _sources(_PACKAGE.joinpath(*name.decode().split(".")).with_suffix(".py"), found)
+    return found
+
+
+@functools.cache
+def _module_folder(source: str) -> str | None:
+    """Folder for the kernels of one file, keyed by its text and all it imports; None if it cannot be written, or if
+    there is no file (a kernel typed into a prompt)."""
+    if not Path(source).is_file():
+        return None
+    digest = hashlib.sha256(numba.__version__.encode())
+    for path in sorted(_sources(Path(source), {Path(__file__)})):
+        digest.update(path.name.encode() + path.read_bytes())
+    folder = cache_folder() / f"{Path(source).stem}-{digest.hexdigest()[:16]}"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError:  # a read-only home: kernels are compiled again in every process
+        return None
+    return str(folder) if os.access(folder, os.W_OK) else None
+
+
+def _compile(function, **options):
+    folder = _module_folder(function.__code__.co_filename)
+    numba.config.CACHE_DIR = folder or ""
+    return numba.njit(function, cache=folder is not None, error_model="numpy", **options)
+
+
 numba.config.DISABLE_INTEL_SVML = 1  # vector math of another library would change last bits between machines
 
-scalar = numba.njit(cache=_CACHE, error_model="numpy", inline="never")
 
-
-def is_warm() -> bool:
-    """True if some kernels for these sources are already compiled on this machine."""
-    return _CACHE and any(_FOLDER.rglob("*.nbc"))
+def scalar(function):
+    """Compile a plain function of numbers that kernels call."""
+    return _compile(function, inline="never")
 
 
 def kernel(function):
@@ -71,14 +87,14 @@ def kernel(function):
 
     `n` chooses between the serial and the parallel compilation. Both share one source, hence one set of results.
     """
-    serial = numba.njit(function, cache=_CACHE, error_model="numpy")
+    serial = _compile(function)
     twin = types.FunctionType(
         function.__code__, function.__globals__, function.__name__ + "_parallel", function.__defaults__
     )
     # numba's cache does not tell serial from parallel; the name does.
     twin.__qualname__ = function.__qualname__ + "_parallel"
     twin.__module__ = function.__module__
-    parallel = numba.njit(twin, cache=_CACHE, error_model="numpy", parallel=True)
+    parallel = _compile(twin, parallel=True)
 
     def launch(n, *arguments):
         if n >= PARALLEL_FROM and numba.get_num_threads() > 1:

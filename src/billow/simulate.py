@@ -10,7 +10,8 @@ from pathlib import Path
 
 import numba
 
-from billow.case.build import build_model, build_schedule, require_start_clear
+from billow.case.build import build_model, build_schedule
+from billow.case.build_obstacle import require_start_clear
 from billow.case.plausibility import Warning
 from billow.case.schema import Case
 from billow.checkpoint_file import newest_checkpoint

@@ -11,7 +11,9 @@ from dataclasses import asdict, dataclass
 import numpy as np
 import pytest
 
-from billow.case.build import build_gas, build_shape, fabric_triangles, flat_area
+from billow.case.build import fabric_triangles, flat_area
+from billow.case.build_bag import build_shape
+from billow.case.build_gas import build_gas
 from billow.case.schema import Case
 from billow.gas.gas_model import Bag
 from billow.gas.mixture import mixture_enthalpy, mixture_gas_constant

@@ -9,7 +9,7 @@ import numpy as np
 
 from billow.contact.rigid_contact import SuperEllipsoid, SurfaceLaw
 from billow.dynamics.model import Model, Obstacle
-from billow.fabric.fabric import LinearFabric
+from billow.fabric.linear_law import LinearFabric
 from billow.fabric.membrane import Membrane
 from billow.fabric.straps import NO_STRAPS
 from billow.gas.no_gas import NoGas

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from billow.fabric.fabric import LinearFabric
-from billow.fabric.linear_law import KEEP, PRINCIPAL, YARN, add_linear_forces
+from billow.fabric.fabric import SUMS
+from billow.fabric.linear_law import KEEP, PRINCIPAL, YARN, LinearFabric
 from billow.fabric.membrane import Membrane
 
 COMMON = {"density": 800.0, "thickness": 3e-4, "young_warp": 0.4e9}
@@ -30,9 +30,10 @@ def patch(rule: int) -> Membrane:
 
 def forces(membrane: Membrane, positions, velocities=None):
     """Corner forces [N] (4, 3, 3), energy [J], damping power [W] of the patch."""
-    corner_force, sums = np.zeros((4, 3, 3)), np.zeros((1, 3))
+    corner_force, sums = np.zeros((4, 3, 3)), np.zeros((1, SUMS))
     velocities = np.zeros_like(positions) if velocities is None else velocities
-    add_linear_forces(membrane, TRIANGLES, positions, velocities, corner_force, sums)
+    history = membrane.fresh_history()
+    membrane.fabric.add_forces(membrane, TRIANGLES, positions, velocities, history, corner_force, sums)
     return corner_force, sums[0, 0], sums[0, 1]
 
 

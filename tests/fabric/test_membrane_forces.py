@@ -9,8 +9,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from billow.errors import InputError
-from billow.fabric.fabric import LinearFabric
-from billow.fabric.linear_law import KEEP, PRINCIPAL, YARN
+from billow.fabric.linear_law import KEEP, PRINCIPAL, YARN, LinearFabric
 from billow.fabric.membrane import Membrane
 
 RULES = pytest.mark.parametrize("rule", [KEEP, PRINCIPAL, YARN])

@@ -9,10 +9,10 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from billow.case import schema
+from billow.case import schema, schema_obstacle
 from billow.errors import InputError, shown
 
-OBSTACLES = {"plate": schema.Plate, "super-ellipsoid": schema.SuperEllipsoid}
+OBSTACLES = {"plate": schema_obstacle.Plate, "super-ellipsoid": schema_obstacle.SuperEllipsoid}
 LARGEST_FILE = 1_000_000  # bytes; a case file is a few kilobytes
 
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from billow.case import schema
+from billow.case import schema, schema_obstacle
 from billow.dynamics.guards import worst_stretch
 from billow.dynamics.model import Model
 from billow.gas.mixture import mixture_gas_constant
@@ -189,7 +189,7 @@ def _losses(case: schema.Case, gas: UniformPressure, specific: float, temperatur
 
 def _obstacles(case: schema.Case) -> Iterator[Warning]:
     for obstacle in case.obstacles:
-        if not isinstance(obstacle, schema.SuperEllipsoid):
+        if not isinstance(obstacle, schema_obstacle.SuperEllipsoid):
             continue
         key = f"obstacles.{obstacle.name}"
         if obstacle.clearance > 0.7 * case.bag.diameter:

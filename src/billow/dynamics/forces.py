@@ -10,7 +10,7 @@ import numpy as np
 from billow.contact.rigid_contact import push
 from billow.dynamics.model import Model, State
 from billow.dynamics.nodes import gather
-from billow.fabric.linear_law import add_linear_forces
+from billow.fabric.fabric import ENERGY, HYSTERESIS, POWER, STRETCH
 from billow.fabric.straps import add_strap_forces
 from billow.gas.gas_model import Bag
 from billow.impactor import rigid_body
@@ -30,17 +30,18 @@ def evaluate_forces(model: Model, state: State, time: float, dt: float) -> None:
 
 
 def add_membrane_forces(model: Model, state: State, dt: float) -> None:
-    """Fabric stress on the corners; books strain energy, damping and the largest stretch."""
-    state.ledger.strain = 0.0
+    """Fabric stress on the corners; books strain energy, damping, hysteresis and the largest stretch."""
+    state.ledger.strain = state.ledger.hysteresis = 0.0
     largest = 0.0
-    for membrane, sums in zip(model.membranes, state.membrane_sums, strict=True):
-        add_linear_forces(
-            membrane, model.surface.triangles, state.positions, state.velocities, state.corner_force, sums
+    for membrane, history, sums in zip(model.membranes, state.membrane_history, state.membrane_sums, strict=True):
+        membrane.fabric.add_forces(
+            membrane, model.surface.triangles, state.positions, state.velocities, history, state.corner_force, sums
         )
-        energy, power, _ = sums.sum(axis=0)
-        state.ledger.strain += float(energy)
-        state.ledger.damping += float(power) * dt
-        largest = max(largest, float(sums[:, 2].max()))
+        total = sums.sum(axis=0)
+        state.ledger.strain += float(total[ENERGY])
+        state.ledger.damping += float(total[POWER]) * dt
+        state.ledger.hysteresis += float(total[HYSTERESIS])
+        largest = max(largest, float(sums[:, STRETCH].max()))
     state.largest_stretch = float(np.sqrt(largest))
 
 

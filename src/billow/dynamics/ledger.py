@@ -18,7 +18,8 @@ class Ledger:
     """Energies [J] at the current time; dissipated ones and works are sums since the start.
 
     kinetic: fabric. body_kinetic: rigid bodies. strain: fabric. strap. contact: springs of the penalty contact.
-    damping: fabric, straps and mass damping together. friction: contact damping and friction.
+    damping: fabric, straps and mass damping together. hysteresis: fabric that unloads on another curve than it was
+    loaded on. friction: contact damping and friction.
     gas_work: net work of the gas on the fabric. gas_temperature: [K], for the guards. gravity_work. start: total at
     time zero. residual: left minus right side of the balance. largest_gain, largest_loss: its extremes so far.
     largest_energy: largest of kinetic, internal and gas work so far, the denominator for relative errors.
@@ -30,6 +31,7 @@ class Ledger:
     strap: float = 0.0
     contact: float = 0.0
     damping: float = 0.0
+    hysteresis: float = 0.0
     friction: float = 0.0
     gas_work: float = 0.0
     gas_temperature: float = 0.0
@@ -50,7 +52,8 @@ class Ledger:
         stored = self.kinetic + self.body_kinetic + self.internal
         if self.start is None:
             self.start = stored
-        self.residual = stored + self.damping + self.friction - self.start - self.gas_work - self.gravity_work
+        dissipated = self.damping + self.hysteresis + self.friction
+        self.residual = stored + dissipated - self.start - self.gas_work - self.gravity_work
         self.largest_gain = max(self.largest_gain, self.residual)
         self.largest_loss = min(self.largest_loss, self.residual)
         self.largest_energy = max(

@@ -13,6 +13,7 @@ import numpy as np
 from billow.compiled import CHUNK
 from billow.contact.rigid_contact import ContactState, ObstacleTable, Plate, SuperEllipsoid, SurfaceLaw
 from billow.dynamics.ledger import Ledger
+from billow.fabric.fabric import SUMS
 from billow.fabric.membrane import Membrane
 from billow.fabric.straps import Straps
 from billow.gas.gas_model import Bag, GasModel
@@ -69,8 +70,8 @@ class State:
     """Everything that changes.
 
     positions [m], velocities [m/s], nodal_force [N]: (nodes, 3) at `time` [s]. corner_force: [N], (triangles, 3, 3),
-    of the last evaluation. gas: the gas model's own state. bodies: one per obstacle. step: number of steps
-    taken.
+    of the last evaluation. membrane_history: what each membrane's fabric remembers, (elements, width). gas: the gas
+    model's own state. bodies: one per obstacle. step: number of steps taken.
     """
 
     time: float
@@ -81,6 +82,7 @@ class State:
     corner_force: np.ndarray
     inverse_mass: np.ndarray
     bar: np.ndarray
+    membrane_history: tuple[np.ndarray, ...]
     membrane_sums: tuple[np.ndarray, ...]
     gas: object
     bodies: tuple[RigidState, ...]
@@ -107,7 +109,8 @@ def start_state(model: Model) -> State:
         corner_force=np.zeros((model.surface.triangle_count, 3, 3)),
         inverse_mass=model.inverse_mass,
         bar=np.zeros((len(model.straps.bars), 3)),
-        membrane_sums=tuple(np.zeros((-(-len(m.elements) // CHUNK), 3)) for m in model.membranes),
+        membrane_history=tuple(m.fresh_history() for m in model.membranes),
+        membrane_sums=tuple(np.zeros((-(-len(m.elements) // CHUNK), SUMS)) for m in model.membranes),
         gas=model.gas.start(Bag(model.surface, positions, velocities)),
         bodies=tuple(
             RigidState(

@@ -1,53 +1,70 @@
-"""What a fabric is made of, independent of any mesh."""
+"""What every fabric law promises."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import cached_property
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
+if TYPE_CHECKING:
+    from billow.fabric.membrane import Membrane
 
-@dataclass(frozen=True)
-class LinearFabric:
-    """Orthotropic linear fabric (FORM 0): second Piola-Kirchhoff stress linear in Green strain, plane stress.
+ENERGY, POWER, STRETCH, HYSTERESIS = range(4)
+"""Columns of `partial`, what a law sums up per chunk of elements."""
 
-    density [kg/m^3], thickness [m], young_warp and young_weft [Pa], poisson (nu_ab, warp strain under weft stress
-    follows from symmetry) [-], shear [Pa], compression: whether the fabric carries compression, damping: fraction of
-    critical damping of an element's highest mode [-].
+SUMS = 4
+"""Number of those columns."""
+
+
+class FabricLaw(Protocol):
+    """Stress from deformation. `Membrane` knows the elements, the law knows what they are made of.
+
+    Promises, which tests/fabric/test_law_contract.py checks for every law:
+
+    1. Fabric moved or turned as a rigid body feels no force; forces turn with it.
+    2. A triangle has neither net force nor net torque.
+    3. Force is minus the gradient of the recoverable energy wherever the history stands still.
+    4. What is put in is either recoverable or has been turned to heat: no loop creates energy.
+    5. Forces are finite for any finite positions, crumpled, inverted and collapsed triangles included, and so is a
+       number that is not finite visible in the sums.
+    6. Stress follows from strain and history, so that evaluating twice changes nothing. (The law "curves" keeps this
+       only while no shear rate changes its sign.)
+    7. `wave_speed` bounds the speed of every wave, so that `Membrane.stable_dt` is stable.
+
+    density: [kg/m^3]. thickness: [m], that the stress acts on. damping: fraction of critical damping of an element's
+    highest mode [-]. history_width: numbers that are remembered per element; all start at zero. wave_speed: fastest
+    membrane wave [m/s], from the steepest slope, unloading included. warp_modulus: [Pa], of straps cut along the warp.
     """
 
     density: float
     thickness: float
-    young_warp: float
-    young_weft: float
-    poisson: float
-    shear: float
-    compression: bool
     damping: float
-
-    @cached_property
-    def is_isotropic(self) -> bool:
-        return bool(
-            np.isclose(self.young_warp, self.young_weft)
-            and np.isclose(self.shear, 0.5 * self.young_warp / (1.0 + self.poisson))
-        )
-
-    @cached_property
-    def stiffness(self) -> np.ndarray:
-        """Plane-stress moduli (c11, c22, c12, c66) [Pa], (4,)."""
-        reverse_poisson = self.poisson * self.young_weft / self.young_warp
-        d = 1.0 - self.poisson * reverse_poisson
-        return np.array([self.young_warp / d, self.young_weft / d, self.poisson * self.young_weft / d, self.shear])
+    history_width: int
 
     @property
-    def wave_speed(self) -> float:
-        """Fastest membrane wave [m/s]: sqrt(Emax / (rho (1 - nu^2))) (physics notes, section 4), or the fastest plane
-        wave in any direction where weft or shear make that faster."""
-        young = max(self.young_warp, self.young_weft)
-        c11, c22, c12, c66 = self.stiffness
-        angle = np.linspace(0.0, 0.5 * np.pi, 91)
-        c, s = np.cos(angle) ** 2, np.sin(angle) ** 2
-        warp, weft, both = c11 * c + c66 * s, c66 * c + c22 * s, (c12 + c66) ** 2 * c * s
-        plane = 0.5 * (warp + weft) + np.sqrt(0.25 * (warp - weft) ** 2 + both)  # of the acoustic tensor
-        return float(np.sqrt(max(young / (1.0 - self.poisson**2), plane.max()) / self.density))
+    def wave_speed(self) -> float: ...
+
+    @property
+    def warp_modulus(self) -> float: ...
+
+    def along_yarns(self, reference_inverse: np.ndarray) -> np.ndarray:
+        """Inverse flat edges Dm^-1, row by row, [1/m], (4, n), with its columns along the law's two yarn directions
+        instead of the axes of the flat cut."""
+
+    def add_forces(
+        self,
+        membrane: Membrane,
+        triangles: np.ndarray,
+        positions: np.ndarray,
+        velocities: np.ndarray,
+        history: np.ndarray,
+        corner_force: np.ndarray,
+        partial: np.ndarray,
+    ) -> None:
+        """Add membrane forces [N] to corner_force (triangles, 3, 3), and bring history up to date.
+
+        triangles: (triangles, 3). positions [m] and velocities [m/s]: (nodes, 3). history: (elements, history_width).
+        partial: (chunks, 4), receives per chunk of elements the recoverable strain energy [J], the power turned to
+        heat [W], a bound on the largest squared stretch [-] (for the stable step), and the energy turned to heat so far
+        that follows from the history [J].
+        """

@@ -8,39 +8,118 @@ conserves energy on any closed path:
 - orthotropic: each yarn family drops out when its stress would be negative, the other keeps its uniaxial stiffness,
   shear stays.
 
+A *liner* is an isotropic layer on the fabric that carries compression too. A thin one (1 to 5 % of the thickness)
+keeps crushed folds from collapsing. It adds stress, no mass.
+
 Damping stress S_v = viscosity dE/dt is proportional to stiffness in the highest mode of each element.
 """
 
 from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 from numba import prange
 
 from billow.compiled import CHUNK, kernel, scalar
 from billow.fabric.membrane import Membrane
+from billow.fabric.triangle import add_corner_forces, along
 
 KEEP, PRINCIPAL, YARN = 0, 1, 2  # what compression does
 
 
-def add_linear_forces(
-    membrane: Membrane,
-    triangles: np.ndarray,
-    positions: np.ndarray,
-    velocities: np.ndarray,
-    corner_force: np.ndarray,
-    partial: np.ndarray,
-) -> None:
-    """Add membrane forces [N] to corner_force (triangles, 3, 3).
+@dataclass(frozen=True)
+class Liner:
+    """Isotropic layer. ratio: its thickness over the fabric's [-], 0 for none; young [Pa]; poisson [-]."""
 
-    positions [m] and velocities [m/s]: (nodes, 3). partial: (chunks, 3), receives per chunk of elements the strain
-    energy [J], the damping power [W] and a bound on the largest squared stretch [-] (for the stable step).
+    ratio: float = 0.0
+    young: float = 0.0
+    poisson: float = 0.0
+
+    @property
+    def stiffness(self) -> np.ndarray:
+        """Plane-stress moduli (c11, c22, c12, c66) [Pa], (4,), spread over the fabric's thickness."""
+        c11 = self.ratio * self.young / (1.0 - self.poisson**2)
+        return np.array([c11, c11, self.poisson * c11, 0.5 * (1.0 - self.poisson) * c11])
+
+
+NO_LINER = Liner()
+
+
+@dataclass(frozen=True)
+class LinearFabric:
+    """Orthotropic linear fabric (FORM 0): second Piola-Kirchhoff stress linear in Green strain, plane stress.
+
+    density [kg/m^3], thickness [m], young_warp and young_weft [Pa], poisson (nu_ab, warp strain under weft stress
+    follows from symmetry) [-], shear [Pa], compression: whether the fabric carries compression, damping: fraction of
+    critical damping of an element's highest mode [-].
     """
-    rule = KEEP if membrane.fabric.compression else PRINCIPAL if membrane.fabric.is_isotropic else YARN
-    c11, c22, c12, c66 = membrane.fabric.stiffness
-    _linear_forces(
-        len(membrane.elements), rule, c11, c22, c12, c66, membrane.elements, membrane.reference_inverse,
-        membrane.volume, membrane.viscosity, triangles, positions, velocities, corner_force, partial,
-    )  # fmt: skip
+
+    density: float
+    thickness: float
+    young_warp: float
+    young_weft: float
+    poisson: float
+    shear: float
+    compression: bool
+    damping: float
+    liner: Liner = NO_LINER
+    history_width: ClassVar[int] = 0
+
+    @cached_property
+    def is_isotropic(self) -> bool:
+        return bool(
+            np.isclose(self.young_warp, self.young_weft)
+            and np.isclose(self.shear, 0.5 * self.young_warp / (1.0 + self.poisson))
+        )
+
+    @cached_property
+    def stiffness(self) -> np.ndarray:
+        """Plane-stress moduli (c11, c22, c12, c66) [Pa], (4,), without the liner."""
+        reverse_poisson = self.poisson * self.young_weft / self.young_warp
+        d = 1.0 - self.poisson * reverse_poisson
+        return np.array([self.young_warp / d, self.young_weft / d, self.poisson * self.young_weft / d, self.shear])
+
+    @property
+    def wave_speed(self) -> float:
+        """Fastest membrane wave [m/s]: sqrt(Emax / (rho (1 - nu^2))) (physics notes, section 4), or the fastest plane
+        wave in any direction where weft or shear make that faster."""
+        young = max(self.young_warp, self.young_weft)
+        c11, c22, c12, c66 = self.stiffness + self.liner.stiffness
+        angle = np.linspace(0.0, 0.5 * np.pi, 91)
+        c, s = np.cos(angle) ** 2, np.sin(angle) ** 2
+        warp, weft, both = c11 * c + c66 * s, c66 * c + c22 * s, (c12 + c66) ** 2 * c * s
+        plane = 0.5 * (warp + weft) + np.sqrt(0.25 * (warp - weft) ** 2 + both)  # of the acoustic tensor
+        return float(np.sqrt(max(young / (1.0 - self.poisson**2), plane.max()) / self.density))
+
+    @property
+    def warp_modulus(self) -> float:
+        """[Pa]."""
+        return self.young_warp
+
+    def along_yarns(self, reference_inverse: np.ndarray) -> np.ndarray:
+        """As it is: the yarns lie along the axes of the flat cut."""
+        return reference_inverse
+
+    def add_forces(
+        self,
+        membrane: Membrane,
+        triangles: np.ndarray,
+        positions: np.ndarray,
+        velocities: np.ndarray,
+        history: np.ndarray,
+        corner_force: np.ndarray,
+        partial: np.ndarray,
+    ) -> None:
+        """As `billow.fabric.fabric.FabricLaw` promises; there is no history."""
+        rule = KEEP if self.compression else PRINCIPAL if self.is_isotropic else YARN
+        _linear_forces(
+            len(membrane.elements), rule, *self.stiffness, *self.liner.stiffness, membrane.elements,
+            membrane.reference_inverse, membrane.volume, membrane.viscosity, triangles, positions, velocities,
+            corner_force, partial,
+        )  # fmt: skip
 
 
 @scalar
@@ -76,8 +155,8 @@ def linear_stress(rule, c11, c22, c12, c66, e11, e22, e12):
 
 @kernel
 def _linear_forces(
-    n, rule, c11, c22, c12, c66, elements, reference_inverse, volume, viscosity, triangles, positions, velocities,
-    corner_force, partial_out,
+    n, rule, c11, c22, c12, c66, l11, l22, l12, l66, elements, reference_inverse, volume, viscosity, triangles,
+    positions, velocities, corner_force, partial_out,
 ):  # fmt: skip
     chunks = (n + CHUNK - 1) // CHUNK
     for chunk in prange(chunks):
@@ -89,26 +168,9 @@ def _linear_forces(
                 reference_inverse[0, i], reference_inverse[1, i], reference_inverse[2, i], reference_inverse[3, i],
             )  # fmt: skip
             # Columns of F and of its rate: f1 = dx/dX1 (warp), f2 = dx/dX2 (weft).
-            ux, uy, uz = (
-                positions[b, 0] - positions[a, 0], positions[b, 1] - positions[a, 1], positions[b, 2] - positions[a, 2],
-            )  # fmt: skip
-            wx, wy, wz = (
-                positions[c, 0] - positions[a, 0], positions[c, 1] - positions[a, 1], positions[c, 2] - positions[a, 2],
-            )  # fmt: skip
-            f1x, f1y, f1z = ux * d11 + wx * d21, uy * d11 + wy * d21, uz * d11 + wz * d21
-            f2x, f2y, f2z = ux * d12 + wx * d22, uy * d12 + wy * d22, uz * d12 + wz * d22
-            ux, uy, uz = (
-                velocities[b, 0] - velocities[a, 0],
-                velocities[b, 1] - velocities[a, 1],
-                velocities[b, 2] - velocities[a, 2],
-            )
-            wx, wy, wz = (
-                velocities[c, 0] - velocities[a, 0],
-                velocities[c, 1] - velocities[a, 1],
-                velocities[c, 2] - velocities[a, 2],
-            )
-            g1x, g1y, g1z = ux * d11 + wx * d21, uy * d11 + wy * d21, uz * d11 + wz * d21
-            g2x, g2y, g2z = ux * d12 + wx * d22, uy * d12 + wy * d22, uz * d12 + wz * d22
+            f = along(positions, a, b, c, d11, d12, d21, d22)
+            f1x, f1y, f1z, f2x, f2y, f2z = f
+            g1x, g1y, g1z, g2x, g2y, g2z = along(velocities, a, b, c, d11, d12, d21, d22)
 
             c1, c2 = f1x * f1x + f1y * f1y + f1z * f1z, f2x * f2x + f2y * f2y + f2z * f2z
             e11, e22 = 0.5 * (c1 - 1.0), 0.5 * (c2 - 1.0)
@@ -118,26 +180,16 @@ def _linear_forces(
             r12 = 0.5 * (f1x * g2x + f1y * g2y + f1z * g2z + f2x * g1x + f2y * g1y + f2z * g1z)
 
             s11, s22, s12 = linear_stress(rule, c11, c22, c12, c66, e11, e22, e12)
+            s11 += l11 * e11 + l12 * e22
+            s22 += l12 * e11 + l22 * e22
+            s12 += 2.0 * l66 * e12
             v, mu = volume[i], viscosity[i]
             energy += 0.5 * v * (s11 * e11 + s22 * e22 + 2.0 * s12 * e12)
             power += v * mu * (r11 * r11 + r22 * r22 + 2.0 * r12 * r12)
             largest = max(largest, max(c1, c2) + abs(2.0 * e12))  # Gershgorin bound of F^T F
             s11, s22, s12 = s11 + mu * r11, s22 + mu * r22, s12 + mu * r12
-
-            # First Piola columns P = F S, then corner forces -v P Dm^-T.
-            p1x, p1y, p1z = f1x * s11 + f2x * s12, f1y * s11 + f2y * s12, f1z * s11 + f2z * s12
-            p2x, p2y, p2z = f1x * s12 + f2x * s22, f1y * s12 + f2y * s22, f1z * s12 + f2z * s22
-            bx, by, bz = v * (p1x * d11 + p2x * d12), v * (p1y * d11 + p2y * d12), v * (p1z * d11 + p2z * d12)
-            cx, cy, cz = v * (p1x * d21 + p2x * d22), v * (p1y * d21 + p2y * d22), v * (p1z * d21 + p2z * d22)
-            corner_force[t, 0, 0] += bx + cx
-            corner_force[t, 0, 1] += by + cy
-            corner_force[t, 0, 2] += bz + cz
-            corner_force[t, 1, 0] -= bx
-            corner_force[t, 1, 1] -= by
-            corner_force[t, 1, 2] -= bz
-            corner_force[t, 2, 0] -= cx
-            corner_force[t, 2, 1] -= cy
-            corner_force[t, 2, 2] -= cz
+            add_corner_forces(corner_force, t, v, f, s11, s22, s12, d11, d12, d21, d22)
         partial_out[chunk, 0] = energy
         partial_out[chunk, 1] = power
         partial_out[chunk, 2] = largest
+        partial_out[chunk, 3] = 0.0

@@ -12,19 +12,19 @@ from dataclasses import dataclass
 import numpy as np
 
 from billow.errors import InputError
-from billow.fabric.fabric import LinearFabric
+from billow.fabric.fabric import FabricLaw
 
 
 @dataclass(frozen=True)
 class Membrane:
     """Elements that share one fabric.
 
-    elements: (n,) int64, indices of their triangles in the surface. reference_inverse: Dm^-1 row by row, [1/m], (4, n).
-    volume: reference area times thickness, [m^3], (n,). viscosity: damping modulus, [Pa s], (n,).
+    elements: (n,) int64, indices of their triangles in the surface. reference_inverse: Dm^-1 along the yarns, row by
+    row, [1/m], (4, n). volume: reference area times thickness, [m^3], (n,). viscosity: damping modulus, [Pa s], (n,).
     altitude: smallest reference altitude, [m], (n,).
     """
 
-    fabric: LinearFabric
+    fabric: FabricLaw
     elements: np.ndarray
     reference_inverse: np.ndarray
     volume: np.ndarray
@@ -32,9 +32,12 @@ class Membrane:
     altitude: np.ndarray
 
     @classmethod
-    def build(cls, fabric: LinearFabric, elements: np.ndarray, reference: np.ndarray) -> Membrane:
+    def build(
+        cls, fabric: FabricLaw, elements: np.ndarray, reference: np.ndarray, thickness: float | np.ndarray | None = None
+    ) -> Membrane:
         """Elements from flat corner coordinates, reference: [m], (n, 3, 2), warp first.
 
+        thickness: where it is not the fabric's own all over (seams, reinforcements), [m], (n,) or one number.
         Raises InputError E-GEO-004 if a reference triangle has no area.
         """
         edge1, edge2 = reference[:, 1] - reference[:, 0], reference[:, 2] - reference[:, 0]
@@ -53,12 +56,17 @@ class Membrane:
         area = 0.5 * np.abs(determinant)
         altitude = 2.0 * area / np.sqrt(longest)
         viscosity = fabric.damping * fabric.density * fabric.wave_speed * altitude
-        return cls(fabric, np.asarray(elements, np.int64), inverse, area * fabric.thickness, viscosity, altitude)
+        volume = area * (fabric.thickness if thickness is None else thickness)
+        return cls(fabric, np.asarray(elements, np.int64), fabric.along_yarns(inverse), volume, viscosity, altitude)
 
     @property
     def mass(self) -> np.ndarray:
         """Mass of each element [kg], (n,)."""
         return self.fabric.density * self.volume
+
+    def fresh_history(self) -> np.ndarray:
+        """History of fabric that has never been strained, (n, history_width)."""
+        return np.zeros((len(self.elements), self.fabric.history_width))
 
     def stable_dt(self, largest_stretch: float = 1.0) -> float:
         """Stable step [s] of the most critical element: h/c (sqrt(1 + xi^2) - xi) / stretch, without a safety factor.

@@ -13,6 +13,10 @@ from numba import prange
 
 from billow.compiled import CHUNK, kernel
 from billow.errors import InputError
+from billow.geometry.chambers import Chambers
+
+PART_KINDS = ("fabric", "mouth", "vent", "opening")
+"""What a triangle is: fabric, the inflator's mouth, a vent hole, or an opening between two chambers."""
 
 
 @dataclass(frozen=True)
@@ -20,26 +24,47 @@ class Surface:
     """Connectivity of a surface; positions live elsewhere.
 
     triangles: (triangles, 3) uint32, counter-clockwise seen from outside, so that normals point outwards.
-    part: (triangles,) int32, index into part_names. part_names: for example ("front", "rear", "mouth", "vent").
+    part: (triangles,) int32, index into part_names. part_names: for example ("front", "rear", "mouth", "vent_1").
+    part_kinds: one of PART_KINDS for each part; all but fabric are virtual triangles that close a hole.
+    chambers: which chamber lies on either side of each triangle.
     corner_start: (nodes + 1,) int64 and corners: (3 * triangles,) int64, the corners of each node in ascending order.
     """
 
     triangles: np.ndarray
     part: np.ndarray
     part_names: tuple[str, ...]
+    part_kinds: tuple[str, ...]
+    chambers: Chambers
     node_count: int
     corner_start: np.ndarray
     corners: np.ndarray
 
     @classmethod
-    def build(cls, triangles: np.ndarray, part: np.ndarray, part_names: tuple[str, ...], node_count: int) -> Surface:
-        """Surface from (triangles, 3) node indices and (triangles,) part indices."""
+    def build(
+        cls,
+        triangles: np.ndarray,
+        part: np.ndarray,
+        part_names: tuple[str, ...],
+        node_count: int,
+        part_kinds: tuple[str, ...] | None = None,
+        chambers: Chambers | None = None,
+    ) -> Surface:
+        """Surface from (triangles, 3) node indices and (triangles,) part indices.
+
+        part_kinds: by default what each name begins with, else fabric. chambers: a single one by default.
+        """
+        if part_kinds is None:
+            part_kinds = tuple(next((k for k in PART_KINDS if name.startswith(k)), "fabric") for name in part_names)
+        chambers = chambers or Chambers.single(len(triangles))
         triangles = np.ascontiguousarray(triangles, dtype=np.uint32)
         flat = triangles.ravel().astype(np.int64)
         corners = np.argsort(flat, kind="stable").astype(np.int64)
         start = np.zeros(node_count + 1, dtype=np.int64)
         np.cumsum(np.bincount(flat, minlength=node_count), out=start[1:])
-        return cls(triangles, np.ascontiguousarray(part, dtype=np.int32), part_names, node_count, start, corners)
+        return cls(
+            triangles, np.ascontiguousarray(part, dtype=np.int32), part_names, part_kinds, chambers, node_count, start,
+            corners,
+        )  # fmt: skip
 
     @property
     def triangle_count(self) -> int:
@@ -50,6 +75,10 @@ class Surface:
         if part_name not in self.part_names:
             return np.empty(0, dtype=np.int64)
         return np.flatnonzero(self.part == self.part_names.index(part_name))
+
+    def triangles_of_kind(self, kind: str) -> np.ndarray:
+        """Indices (n,) int64 of the triangles of all parts of a kind."""
+        return np.flatnonzero(np.array([k == kind for k in self.part_kinds])[self.part])
 
     def volume(self, positions: np.ndarray) -> float:
         """Enclosed volume [m^3] by Gauss' theorem; positions: [m], (nodes, 3)."""
@@ -71,17 +100,31 @@ def nodal_share(triangles: np.ndarray, per_triangle: np.ndarray, node_count: int
 
 
 def check_closed(surface: Surface, positions: np.ndarray, where: str) -> None:
-    """Require every edge to be used exactly twice, in opposite directions, and outward normals.
+    """Require of every chamber: each edge of its boundary is used exactly twice, in opposite directions, and its volume
+    is not negative.
 
     Raises InputError E-GEO-001 (open or not manifold), E-GEO-002 (mixed orientation), E-GEO-003 (normals point
     inwards).
     """
-    t = surface.triangles.astype(np.int64)
-    edges = np.concatenate([t[:, [0, 1]], t[:, [1, 2]], t[:, [2, 0]]])
+    for chamber, name in enumerate(surface.chambers.names):
+        place = where if surface.chambers.count == 1 else f"{where}, chamber {name}"
+        boundary = surface.chambers.boundary(chamber, surface.triangles).astype(np.int64)
+        _check_edges(boundary, positions, place)
+        if surface.chambers.volumes(surface.triangles, positions)[chamber] < 0.0:
+            raise InputError(
+                "E-GEO-003",
+                "all normals point inwards (the enclosed volume is negative)",
+                where=place,
+                why="pressure would crush the bag instead of inflating it",
+                remedy="reverse the node order of every triangle",
+            )
+
+
+def _check_edges(boundary: np.ndarray, positions: np.ndarray, where: str) -> None:
+    edges = np.concatenate([boundary[:, [0, 1]], boundary[:, [1, 2]], boundary[:, [2, 0]]])
     undirected = np.sort(edges, axis=1)
-    _, first, count = np.unique(
-        undirected[:, 0] * surface.node_count + undirected[:, 1], return_index=True, return_counts=True
-    )
+    nodes = len(positions)
+    _, first, count = np.unique(undirected[:, 0] * nodes + undirected[:, 1], return_index=True, return_counts=True)
     if (count != 2).any():
         edge = undirected[first[np.argmax(count != 2)]]
         place = ", ".join(f"{v:.4g}" for v in positions[edge].mean(axis=0))
@@ -93,7 +136,7 @@ def check_closed(surface: Surface, positions: np.ndarray, where: str) -> None:
             why="gas would escape through the gap; every edge must join exactly two triangles",
             remedy="merge the nodes along the seam, or close the opening with a vent or mouth part",
         )
-    directed = edges[:, 0] * surface.node_count + edges[:, 1]
+    directed = edges[:, 0] * nodes + edges[:, 1]
     if len(np.unique(directed)) != len(directed):
         raise InputError(
             "E-GEO-002",
@@ -101,14 +144,6 @@ def check_closed(surface: Surface, positions: np.ndarray, where: str) -> None:
             where=where,
             why="inside and outside cannot be told apart, so pressure would push both ways",
             remedy="reverse the node order of the flipped triangles",
-        )
-    if surface.volume(positions) < 0.0:
-        raise InputError(
-            "E-GEO-003",
-            "all normals point inwards (the enclosed volume is negative)",
-            where=where,
-            why="pressure would crush the bag instead of inflating it",
-            remedy="reverse the node order of every triangle",
         )
 
 

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 from scipy.integrate import quad
 
-from billow.case import schema
-from billow.case.build import build_obstacle
+from billow.case import schema_obstacle
+from billow.case.build_obstacle import build_obstacle
 from billow.contact.rigid_contact import Plate, SuperEllipsoid, SurfaceLaw
 from billow.dynamics.model import Model, Obstacle, start_state
 from billow.dynamics.run import Schedule, run
@@ -88,7 +88,7 @@ def super_ellipsoid_constants() -> Iterator[Measurement]:
         yield Measurement(
             f"volume/(a b c), n = {n} [-]", super_ellipsoid.volume(radii, n) / np.prod(radii), unit_volume, 1e-6
         )
-        described = schema.SuperEllipsoid(shape="super-ellipsoid", radii=tuple(radii), degree=n, mass=mass)
+        described = schema_obstacle.SuperEllipsoid(shape="super-ellipsoid", radii=tuple(radii), degree=n, mass=mass)
         inertia = build_obstacle(described).body.inertia
         for axis, (i, j) in enumerate(((1, 2), (2, 0), (0, 1))):
             expected = mass * (radii[i] ** 2 + radii[j] ** 2) * second_moment / unit_volume

@@ -10,7 +10,7 @@ from scipy.special import j0, jn_zeros
 from billow.dynamics.forces import add_membrane_forces, evaluate_forces
 from billow.dynamics.model import Model, State, start_state
 from billow.dynamics.run import Schedule, run
-from billow.fabric.fabric import LinearFabric
+from billow.fabric.linear_law import LinearFabric
 from billow.geometry.bag_shapes import BagShape, round_bag, square_bag
 from billow.verification.check import Measurement
 from billow.verification.meshes import disc, sphere, tube

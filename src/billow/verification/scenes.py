@@ -10,7 +10,7 @@ import numpy as np
 from billow.case.build import flat_area, nodal_mass
 from billow.dynamics.model import Model, Obstacle, State
 from billow.dynamics.run import Schedule, run
-from billow.fabric.fabric import LinearFabric
+from billow.fabric.linear_law import LinearFabric
 from billow.fabric.membrane import Membrane
 from billow.fabric.straps import NO_STRAPS
 from billow.gas.gas_model import Bag, GasModel, GasTotals

@@ -1,0 +1,36 @@
+"""Field types of the case schema that are words: names and titles."""
+
+from __future__ import annotations
+
+import re
+from typing import Annotated
+
+from pydantic import AfterValidator
+from pydantic_core import PydanticCustomError
+
+
+def _plain_name(value: str) -> str:
+    if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_-]{0,39}", value):
+        raise PydanticCustomError(
+            "name",
+            "{reason}",
+            {
+                "reason": "names head columns of histories.csv and lead to settings",
+                "try": "use letters, digits, - and _ (at most 40), a letter first",
+            },
+        )
+    return value
+
+
+def _one_line(value: str) -> str:
+    if not value.isprintable():
+        raise PydanticCustomError(
+            "text",
+            "{reason}",
+            {"reason": "it holds a line break or a control character", "try": "use plain text in one line"},
+        )
+    return value
+
+
+Name = Annotated[str, AfterValidator(_plain_name)]
+Text = Annotated[str, AfterValidator(_one_line)]

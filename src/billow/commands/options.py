@@ -1,0 +1,43 @@
+"""What several commands of `billow` share: the console, the case argument, --set."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from billow.errors import InputError
+
+
+def make_console() -> Console:
+    """Console for messages, with paths left as they are."""
+    return Console(highlight=False, soft_wrap=True)
+
+
+def parse_settings(texts: list[str] | None) -> dict[str, float | str]:
+    """{"key": value} from "key=value" texts."""
+    pairs = {}
+    for text in texts or []:
+        key, equals, value = text.partition("=")
+        if not equals or not key.strip():
+            raise InputError(
+                "E-CLI-001",
+                f"{text!r} is no assignment",
+                where="--set",
+                why="expected KEY=VALUE",
+                remedy="write for example --set fabric.permeability=0.03",
+            )
+        try:
+            pairs[key.strip()] = float(value)
+        except ValueError:
+            pairs[key.strip()] = value.strip()
+    return pairs
+
+
+CaseFile = Annotated[Path, typer.Argument(help="Case file (TOML). Keys, units and defaults: docs/case.md.")]
+Settings = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="KEY=VALUE", help="Change a key of the case; obstacles are addressed by name."),
+]

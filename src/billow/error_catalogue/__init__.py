@@ -1,0 +1,51 @@
+"""Every error and warning code: what it means, what usually causes it, and what helps.
+
+docs/errors.md is made from this file. Codes are stable: a code keeps its meaning, and one that is no longer used is
+never given to something else. A test compares the catalogue with the codes in the source.
+"""
+
+from __future__ import annotations
+
+from billow.error_catalogue import (
+    case,
+    command_line,
+    fabric,
+    gas,
+    geometry,
+    obstacles,
+    results,
+    runs,
+    studies,
+    surrogates,
+)
+from billow.error_catalogue.entry import Entry
+
+GROUPS = {
+    "CASE": "The case file",
+    "GEO": "Geometry",
+    "GAS": "Gas",
+    "NUM": "Runs that are stopped",
+    "RES": "Results, datasets and interrupted runs",
+    "STU": "Studies",
+    "ROM": "Surrogates",
+    "CLI": "The command line",
+    "FAB": "Fabric",
+    "MESH": "Mesh",
+    "OBS": "Obstacles",
+}
+"""What the middle of a code stands for."""
+
+CATALOGUE: dict[str, Entry] = {
+    **case.CODES,
+    **command_line.CODES,
+    **fabric.CODES,
+    **gas.CODES,
+    **geometry.CODES,
+    **obstacles.CODES,
+    **results.CODES,
+    **runs.CODES,
+    **studies.CODES,
+    **surrogates.CODES,
+}
+
+__all__ = ["CATALOGUE", "GROUPS", "Entry"]

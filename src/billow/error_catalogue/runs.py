@@ -1,0 +1,43 @@
+"""Codes of runs that are stopped."""
+
+from billow.error_catalogue.entry import Entry
+from billow.errors import NumericalStop
+
+CODES: dict[str, Entry] = {
+    "E-NUM-001": Entry(
+        NumericalStop,
+        "A position, a velocity or a state of the gas is no longer a finite number.",
+        "A step too large for the smallest or stiffest element.",
+        "Reduce run.dt_scale; look at the node that the message names, and at the warnings of the case.",
+    ),
+    "E-NUM-002": Entry(
+        NumericalStop,
+        "The gas left its temperature range, 150 to 3,000 K.",
+        "Mass flow or temperature of the inflator in another unit.",
+        "Check inflator.mass_flow and inflator.temperature.",
+    ),
+    "E-NUM-003": Entry(
+        NumericalStop,
+        "More than a fifth of the energy appeared from nowhere.",
+        "A step too large for the stiffest part, or gas that fills a very soft bag within a few steps.",
+        "Reduce run.dt_scale; check the moduli of the fabric.",
+    ),
+    "E-NUM-004": Entry(
+        NumericalStop,
+        "The stable step fell below a ten-thousandth of the first.",
+        "Fabric stretched beyond all bounds.",
+        "Check the moduli of the fabric and inflator.mass_flow.",
+    ),
+    "E-NUM-005": Entry(
+        NumericalStop,
+        "Fabric is stretched to three times its length; real fabric tears at 1.3.",
+        "Too much gas, or fabric that is too soft or too thin.",
+        "Check inflator.mass_flow, fabric.young_warp, fabric.young_weft and fabric.thickness.",
+    ),
+    "E-NUM-006": Entry(
+        NumericalStop,
+        "Fabric went deeper into an obstacle than half its smallest radius.",
+        "The obstacle is too soft for the load.",
+        "Raise the slope of the obstacle.",
+    ),
+}

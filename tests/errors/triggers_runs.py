@@ -1,0 +1,132 @@
+"""What goes wrong while a run goes on, and with what it leaves behind."""
+
+from __future__ import annotations
+
+import contextlib
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+from here import Here, dotted
+
+from billow.case.schema import Case
+from billow.results import run_file
+from billow.results.dataset import Dataset
+from billow.results.histories import read_histories
+from billow.results.result import Result
+from billow.results.vtkhdf import FabricFile
+from billow.simulate import resume, simulate
+from trust import injections as inject
+from trust.faults import SOUND, changed
+
+
+def spoilt(spoil: Callable, **changes) -> Callable[[Here], object]:
+    """Run a sound case in a spoilt solver."""
+
+    def trigger(here: Here):
+        with spoil():
+            simulate(Case.from_dict(changed(SOUND, dotted(changes))), here.place / "run", threads=1)
+
+    return trigger
+
+
+def collapsing():
+    return inject.at_every_step(lambda state: setattr(state, "largest_stretch", 1e6))
+
+
+def tearing():
+    def damage(state):
+        state.ledger.largest_energy = 1e12  # so that the energy of the tear is no news
+        state.positions[100, 2] += 0.3
+
+    return inject.at_step(50, damage)
+
+
+def changed_file(name: str, load: Callable[[Path], object]) -> Callable[[Here], object]:
+    def trigger(here: Here):
+        run = here.run()
+        (run / name).write_bytes((run / name).read_bytes()[:-9] + b"x")
+        return load(run)
+
+    return trigger
+
+
+def other_format(here: Here):
+    run = here.run()
+    here.patch.setattr(run_file, "FORMAT", 2)
+    run_file.write_run_file(run, {"status": "completed"})
+    here.patch.setattr(run_file, "FORMAT", 1)
+    Result.open(run)
+
+
+def missing_file(here: Here):
+    run = here.run()
+    (run / "histories.csv").unlink()
+    Result.open(run)
+
+
+def forged_case(here: Here):
+    run = here.run()
+    (run / "case.toml").write_text("title =")
+    run_file.write_run_file(run, {"status": "completed", "case_digest": "", "wall_seconds": 1.0, "ledger": {}})
+    return Result.open(run).case_toml
+
+
+def other_mesh(here: Here):
+    study = here.study()
+    path = study.folder / "dataset.toml"
+    path.write_text(re.sub('mesh_sha256 = ".', 'mesh_sha256 = "x', path.read_text()))
+    study.dataset().snapshots("displacement", ["0000"])
+
+
+def damaged_design(here: Here):
+    folder = here.study().folder
+    (folder / "design.csv").write_text("run\n")
+    Dataset.open(folder)
+
+
+def left_behind(name: str, damage: Callable[[bytes], bytes] | None) -> Callable[[Here], object]:
+    """Resume an interrupted run one of whose files is damaged, or gone."""
+
+    def trigger(here: Here):
+        path = here.interrupted() / name
+        path.unlink() if damage is None else path.write_bytes(damage(path.read_bytes()))
+        resume(here.place / "run", threads=1)
+
+    return trigger
+
+
+TRIGGERS: dict[str, Callable[[Here], object]] = {
+    "E-GEO-001": spoilt(inject.hole),
+    "E-GEO-002": spoilt(inject.flipped_triangle),
+    "E-GEO-003": spoilt(inject.reversed_normals),
+    "E-GEO-004": spoilt(inject.degenerate_reference),
+    "E-NUM-001": spoilt(inject.nan_position),
+    "E-NUM-002": spoilt(inject.hot_gas),
+    "E-NUM-003": spoilt(inject.kicked_node),
+    "E-NUM-004": spoilt(collapsing),
+    "E-NUM-005": spoilt(tearing),
+    "E-NUM-006": spoilt(contextlib.nullcontext, obstacles__1__slope=1.0),
+    "E-RES-001": lambda here: Result.open(here.place / "none"),
+    "E-RES-002": lambda here: Result.open(here.place),
+    "E-RES-003": changed_file("run.json", Result.open),
+    "E-RES-004": changed_file("fabric.vtkhdf", Result.open),
+    "E-RES-005": missing_file,
+    "E-RES-006": other_format,
+    "E-RES-007": lambda here: FabricFile(here.write("fabric.vtkhdf", "no HDF5")),
+    "E-RES-008": lambda here: read_histories(here.write("histories.csv", "time [s],p [Pa]\n0.0\n")),
+    "E-RES-009": lambda here: simulate(here.bench.case, here.run()),
+    "E-RES-010": lambda here: Dataset.open(here.place),
+    "E-RES-011": damaged_design,
+    "E-RES-012": other_mesh,
+    "E-RES-013": lambda here: here.bench.study.dataset().snapshots("velocity", ["0000"]),
+    "E-RES-014": lambda here: here.bench.study.dataset().design(["9999"]),
+    "E-RES-015": forged_case,
+    "E-RES-020": spoilt(inject.full_disk),
+    "E-RES-021": lambda here: resume(here.place / "none"),
+    "E-RES-022": lambda here: simulate(here.bench.case, here.interrupted().with_suffix("")),
+    "E-RES-030": left_behind("journal.bin", lambda data: data[:1000]),
+    "E-RES-031": left_behind("checkpoint_a.safetensors", lambda data: data[:-9]),
+    "E-RES-032": left_behind("checkpoint_a.safetensors", None),
+    "E-RES-033": left_behind("case.toml", lambda data: data[:100]),
+}

@@ -1,0 +1,94 @@
+"""What is wrong with a surrogate, or with what it is to learn from."""
+
+from __future__ import annotations
+
+import builtins
+import dataclasses
+import sys
+from collections.abc import Callable
+from types import SimpleNamespace
+
+import numpy as np
+from here import Here
+
+from billow.results.dataset_files import Parameter
+from billow.rom import basis
+from billow.rom.evaluate import evaluate
+from billow.rom.snapshots import collect
+from billow.rom.surrogate import Surrogate
+from trust.small_surrogate import small_surrogate
+
+ANSWERABLE = {"permeability": 0.03, "temperature": 600.0}
+
+
+def ask(design=ANSWERABLE, **options) -> Callable[[Here], object]:
+    return lambda here: Surrogate.load(here.bench.surrogate).predict(design, **options)
+
+
+ONE = (Parameter("a", "A", "-", 0.0, 1.0),)
+
+
+def dataset(parameters=ONE, shape: float = 0.0, train=("0000",)) -> SimpleNamespace:
+    """What a surrogate learns from, in memory."""
+    return SimpleNamespace(
+        title="Made up", parameters=parameters, times=np.array([0.1, 0.2]), reference=np.zeros((4, 3), np.float32),
+        triangles=np.array([[0, 1, 2]]), train=train, test=(), trusted=train,
+        design=lambda runs: np.zeros((len(runs), len(parameters))),
+        snapshots=lambda field, runs: np.full((len(runs), 2, 4, 3), shape, np.float32),
+    )  # fmt: skip
+
+
+def without_torch(here: Here):
+    def missing(name, *arguments, **options):
+        if name == "torch":
+            raise ModuleNotFoundError("No module named 'torch'")
+        return imported(name, *arguments, **options)
+
+    imported = builtins.__import__
+    here.patch.setattr(builtins, "__import__", missing)
+    here.patch.delitem(sys.modules, "billow.rom.network", raising=False)
+    here.patch.delattr("billow.rom.network", raising=False)
+    Surrogate.train(dataset())
+
+
+def one_network_each(here: Here):
+    made = small_surrogate()
+    single = dataclasses.replace(made.regression, recipe="paper")
+    dataclasses.replace(made, regression=single).spread(ANSWERABLE)
+
+
+def bad_factors(here: Here):
+    here.patch.setattr(basis, "_orthonormal", lambda matrix: np.linalg.qr(matrix.astype(float))[0] * 1.1)
+    basis.pod(np.random.default_rng(1).normal(size=(6, 5)).astype(np.float32), 2)
+
+
+def diverging(here: Here):
+    from billow.rom import network
+
+    network.train_shared(np.ones((8, 3), np.float32), np.full((8, 2), np.nan, np.float32), epochs=1)
+
+
+def no_test_runs(here: Here):
+    made = small_surrogate()
+    own = dataset(made.parameters, train=("0000", "0001"))
+    own.times, own.reference, own.triangles = made.times, made.reference, made.triangles
+    evaluate(own, made)
+
+
+TRIGGERS: dict[str, Callable[[Here], object]] = {
+    "E-ROM-001": ask({"permeability": 0.03}),
+    "E-ROM-002": ask({"permeability": 0.3, "temperature": 600.0}),
+    "E-ROM-003": ask(times=[1.0]),
+    "E-ROM-004": lambda here: Surrogate.load(here.write("s.safetensors", here.bench.surrogate.read_bytes()[:-9])),
+    "E-ROM-005": lambda here: Surrogate.load(here.place / "none"),
+    "E-ROM-006": without_torch,
+    "E-ROM-007": lambda here: collect(dataset(), ()),
+    "E-ROM-008": lambda here: Surrogate.train(dataset(), recipe="secret"),
+    "E-ROM-009": lambda here: collect(dataset(shape=np.nan), ("0000",)),
+    "E-ROM-010": lambda here: Surrogate.train(dataset((Parameter("a", "A", "-", 1.0, 1.0),))),
+    "E-ROM-011": one_network_each,
+    "E-ROM-012": lambda here: evaluate(dataset(), small_surrogate()),
+    "E-ROM-013": bad_factors,
+    "E-ROM-014": diverging,
+    "E-ROM-015": no_test_runs,
+}
