@@ -10,7 +10,7 @@ import types
 import typing
 from pathlib import Path
 
-from billow.case import schema, schema_obstacle
+from billow.case import schema
 from billow.case.quantity import Strict, unit_of
 from billow.demo import CASE
 from billow.units import CONVERSIONS
@@ -38,28 +38,28 @@ Accepted units: {"; ".join(f"{unit}: {', '.join(texts)}" for unit, texts in CONV
 
 def render() -> str:
     """The whole page."""
-    parts = [INTRODUCTION, *_section("", schema.Case)]
+    parts = [INTRODUCTION, *_section("", schema.Case, set())]
     return "\n".join(parts).rstrip() + "\n"
 
 
-def _section(key: str, model: type[Strict]) -> list[str]:
-    """Heading, text and table of one table of the case, then those inside it."""
-    title = (
-        f"[[{key}]]"
-        if model in (schema_obstacle.Plate, schema_obstacle.SuperEllipsoid)
-        else f"[{key}]"
-        if key
-        else "Top level"
-    )
+def _section(key: str, model: type[Strict], told: set, several: bool = False) -> list[str]:
+    """Heading, text and table of one table of the case, then those inside it that were not told yet."""
+    if (key, model) in told:
+        return []
+    told.add((key, model))
+    title = "Top level" if not key else f"[[{key}]]" if several else f"[{key}]"
     rows, inner = [], []
-    for name, field in model.model_fields.items():
+    for name, field in sorted(model.model_fields.items(), key=lambda item: item[0] != "shape"):  # it chooses the rest
         nested = _models(field.annotation)
         path = f"{key}.{name}" if key else name
+        if typing.get_origin(field.annotation) is dict:
+            path += ".NAME"  # tables under names of the user's
         if nested and not any(m.__name__.startswith("Curve") for m in nested):
             for choice in nested:
-                inner += _section(path, choice)
+                inner += _section(path, choice, told, typing.get_origin(field.annotation) is tuple)
             continue
-        rows.append(f"| `{name}` | {_kind(field)} | {_default(field)} | {field.description or ''} |")
+        description = " ".join((field.description or "").split())
+        rows.append(f"| `{name}` | {_kind(field)} | {_default(field)} | {description} |")
     heading = [
         f"## `{title}` {model.__name__}" if key else f"## {title}",
         "",
@@ -73,7 +73,7 @@ def _section(key: str, model: type[Strict]) -> list[str]:
 def _models(annotation) -> list[type[Strict]]:
     if isinstance(annotation, type) and issubclass(annotation, Strict):
         return [annotation]
-    if typing.get_origin(annotation) in (typing.Annotated, typing.Union, types.UnionType, tuple):
+    if typing.get_origin(annotation) in (typing.Annotated, typing.Union, types.UnionType, tuple, dict):
         return [model for part in typing.get_args(annotation) for model in _models(part)]
     return []
 
@@ -93,19 +93,33 @@ def _kind(field) -> str:
         d = documented[0]
         text = f"{d.unit}, {d.low:g} to {d.high:g}"
         if typing.get_origin(field.annotation) is tuple:
-            text = f"{len(typing.get_args(field.annotation))} numbers, {text}"
-        return text + (" or curve" if curve else "")
+            numbers = typing.get_args(field.annotation)
+            text = f"{'list of' if Ellipsis in numbers else len(numbers)} numbers, {text}"
+        words = [f" or `{option}`" for option in _words(field.annotation)]
+        return text + "".join(words) + (" or curve" if curve else "")
     if curve:
         name = _models(field.annotation)[0].__name__
         return f"curve, {name.removeprefix('Curve[').removesuffix(']')}"
-    if typing.get_origin(field.annotation) is typing.Literal:
-        return " or ".join(f"`{option}`" for option in typing.get_args(field.annotation))
-    return (
-        getattr(field.annotation, "__name__", "table")
-        .replace("str", "text")
-        .replace("bool", "true or false")
-        .replace("int", "whole number")
-    )
+    if words := _words(field.annotation):
+        choice = " or ".join(f"`{option}`" for option in words)
+        return f"list of {choice}" if typing.get_origin(field.annotation) is tuple else choice
+    if typing.get_origin(field.annotation) is tuple:
+        return f"list of {_plain(typing.get_args(field.annotation)[0])}s"
+    return _plain(field.annotation)
+
+
+def _plain(annotation) -> str:
+    while typing.get_origin(annotation) is typing.Annotated:
+        annotation = typing.get_args(annotation)[0]
+    name = getattr(annotation, "__name__", "table")
+    return name.replace("str", "text").replace("bool", "true or false").replace("int", "whole number")
+
+
+def _words(annotation) -> list[str]:
+    """Options of every literal in a type."""
+    if typing.get_origin(annotation) is typing.Literal:
+        return list(typing.get_args(annotation))
+    return [word for part in typing.get_args(annotation) for word in _words(part)]
 
 
 def _default(field) -> str:

@@ -11,7 +11,7 @@ from typing import Any
 
 from hypothesis import strategies as st
 
-from billow.case import schema, schema_obstacle
+from billow.case import schema, schema_bag, schema_gas, schema_obstacle
 from billow.case.quantity import Strict, unit_of
 from billow.units import CONVERSIONS
 
@@ -50,11 +50,15 @@ JUNK = st.one_of(
 
 
 def fields(model: type[Strict] = schema.Case, path: tuple[str | int, ...] = ()) -> Iterator[tuple[tuple, Any]]:
-    """Path and pydantic field of every setting, obstacles as they stand in `EXAMPLE`."""
+    """Path and pydantic field of every setting, bag and obstacles as they stand in `EXAMPLE`."""
     for name, field in model.model_fields.items():
         if name == "obstacles":
             yield from fields(schema_obstacle.Plate, (*path, name, 0))
             yield from fields(schema_obstacle.SuperEllipsoid, (*path, name, 1))
+        elif name == "bag":
+            yield from fields(schema_bag.DriverBag, (*path, name))
+        elif name == "inflator":
+            yield from fields(schema_gas.Inflator, (*path, name))
         elif isinstance(field.annotation, type) and issubclass(field.annotation, Strict) and not _is_curve(field):
             yield from fields(field.annotation, (*path, name))
         else:
@@ -141,6 +145,6 @@ def case_dictionaries(draw) -> dict[str, Any]:
     for path in draw(st.lists(st.sampled_from(list(SETTINGS)), min_size=1, max_size=5, unique=True)):
         place = data
         for part in path[:-1]:
-            place = place[part]
+            place = place[part] if isinstance(place, list) else place.setdefault(part, {})
         place[path[-1]] = draw(SETTINGS[path])
     return data

@@ -39,7 +39,9 @@ def _shape(change: Callable[[BagShape], BagShape]) -> Iterator[None]:
 def _with_triangles(shape: BagShape, triangles: np.ndarray, kept: slice | np.ndarray = slice(None)) -> BagShape:
     old = shape.surface
     surface = Surface.build(triangles[kept], old.part[kept], old.part_names, old.node_count)
-    return dataclasses.replace(shape, surface=surface, reference=shape.reference[kept])
+    return dataclasses.replace(
+        shape, surface=surface, reference=shape.reference[kept], layers=shape.layers[kept], leak=shape.leak[kept]
+    )
 
 
 def reversed_normals():
@@ -197,7 +199,7 @@ def _resume(place: Path, case: Case, name: str, damage: Callable[[bytes], bytes]
 
 
 def resume_damaged_case(place: Path, case: Case) -> None:
-    _resume(place, case, "case.toml", lambda data: data[: len(data) // 2])
+    _resume(place, case, "case.toml", lambda data: data[: len(data) // 2] + b"\n[")
 
 
 def resume_changed_case(place: Path, case: Case) -> None:

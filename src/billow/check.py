@@ -7,6 +7,7 @@ import math
 from billow.case.build import build_model, build_schedule
 from billow.case.build_obstacle import require_start_clear
 from billow.case.plausibility import warnings
+from billow.case.plausible_mesh import start_panels
 from billow.case.schema import Case
 from billow.dynamics.model import start_state
 from billow.dynamics.step import stable_dt
@@ -26,7 +27,7 @@ def describe(case: Case) -> str:
     schedule = build_schedule(case.run)
     dt = schedule.dt_scale * stable_dt(model, start_state(model))
     steps = math.ceil(schedule.end / dt)
-    surface = model.surface
+    surface, chambers = model.surface, model.surface.chambers
     # Forces, positions and contact per node; corner forces and element data per triangle; one frame in memory.
     memory = surface.node_count * 8 * 3 * (6 + 2 * len(model.obstacles)) + surface.triangle_count * 8 * 24
     disk = schedule.frames * (surface.node_count * 4 * 15 + surface.triangle_count * 4)
@@ -34,12 +35,23 @@ def describe(case: Case) -> str:
         f"{case.title}: ready to run",
         f"  mesh      {surface.triangle_count} triangles, {surface.node_count} nodes",
         f"  parts     {', '.join(surface.part_names)}",
+        *(
+            f"  panel     {p.name}: {p.flat_area:.4f} m^2 as cut{', seen from inside' if p.from_inside else ''}; edges "
+            f"start at {100 * p.shortest:.1f} to {100 * p.longest:.1f} % of their cut length"
+            for p in start_panels(model)
+        ),
+        *(
+            f"  chamber   {name}: {1e3 * volume:.3f} l at the start"
+            for name, volume in zip(chambers.names, chambers.volumes(surface.triangles, model.start), strict=True)
+            if chambers.count > 1
+        ),
         f"  fabric    {model.mass.sum():.4f} kg; start volume {1e3 * surface.volume(model.start):.3f} l, closed",
         f"  step      {1e6 * dt:.2f} us, about {steps} steps",
         f"  run time  about {1e-9 * NANOSECONDS_PER_TRIANGLE_STEP * steps * surface.triangle_count:.0f} s on one core",
         f"  needs     about {250 + memory / 1e6:.0f} MB of memory and up to {2 * disk / 1e6:.0f} MB of disk",
     ]
     if case.gas.model != "none":
-        mass = model.gas.inflator.cumulative[-1]
-        lines.append(f"  gas       {1e3 * mass:.1f} g of {' + '.join(case.inflator.gas)}, {case.gas.model}")
+        mass = sum(inflator.cumulative[-1] for inflator in model.gas.inflators)
+        gases = dict.fromkeys(name for inflator in case.inflators for name in inflator.gas)
+        lines.append(f"  gas       {1e3 * mass:.1f} g of {' + '.join(gases)}, {case.gas.model}")
     return "\n".join([*lines, *map(str, warnings(case, model))])

@@ -14,7 +14,8 @@ import typer
 from rich.console import Console
 
 from billow import __version__
-from billow.commands.options import CaseFile, Settings, parse_settings, make_console
+from billow.commands import couple, coupon, export, import_runs, injury, suggest, tank
+from billow.commands.options import CaseFile, Settings, make_console, parse_settings
 from billow.errors import BillowError, InputError, ResourceError
 
 INTERRUPTED = 130
@@ -299,6 +300,14 @@ def demo(
 
     run_demo(out, train, test, workers, make_console())
 
+
+app.command()(coupon.coupon)
+app.add_typer(tank.app)
+app.command()(injury.injury)
+app.add_typer(couple.app)
+app.command()(suggest.suggest)
+app.command()(export.export)
+app.command("import")(import_runs.import_runs)
 
 if __name__ == "__main__":
     main()

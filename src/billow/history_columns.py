@@ -6,6 +6,7 @@ import numpy as np
 
 from billow.dynamics.inspection import shooting_nodes
 from billow.dynamics.model import Model, Obstacle, State
+from billow.fabric.straps import ELONGATION, TENSION
 from billow.gas.gas_model import GasTotals
 from billow.impactor import rigid_body
 
@@ -15,19 +16,23 @@ def history_row(model: Model, state: State) -> dict[str, float]:
     row = {"time [s]": state.time, "dt [s]": state.dt}
     row |= _gas(model.gas.totals(state.gas))
     row |= _energy(state)
+    if model.birth is not None:
+        row["birth_work [J]"] = state.ledger.birth_work
     for k, (obstacle, body) in enumerate(zip(model.obstacles, state.bodies, strict=True)):
         row |= _body(model, obstacle, body)
         row[f"{obstacle.name}_contact [J]"] = float(state.contact.stored[k])
         row[f"{obstacle.name}_penetration [m]"] = float(state.contact.deepest[k])
     for k in range(model.straps.strap_count):
-        row[f"strap_{k + 1}_tension [N]"] = float(state.bar[model.straps.strap == k, 0].sum())
+        bars = state.bar[model.straps.strap == k]
+        row[f"strap_{k + 1}_tension [N]"] = float(bars[:, TENSION].sum())
+        row[f"strap_{k + 1}_elongation [m]"] = float(bars[:, ELONGATION].mean())
     row["largest_stretch [-]"] = state.largest_stretch
     row["shooting_nodes [-]"] = float(shooting_nodes(model, state))
     return row
 
 
 def _gas(totals: GasTotals) -> dict[str, float]:
-    return {
+    columns = {
         "pressure [Pa]": totals.pressure,
         "temperature [K]": totals.temperature,
         "volume [m^3]": totals.volume,
@@ -39,11 +44,25 @@ def _gas(totals: GasTotals) -> dict[str, float]:
         "drawn_in [kg]": totals.drawn_in,
         "enthalpy_in [J]": totals.enthalpy_in,
         "enthalpy_out [J]": totals.enthalpy_out,
+        "heat_lost [J]": totals.heat_lost,
         "pressure_work [J]": totals.work,
         "jet_work [J]": totals.jet_work,
         "jet_impulse_in [N s]": totals.jet_impulse_in,
         "jet_impulse_out [N s]": totals.jet_impulse_out,
+        "blocked_area [m^2]": totals.blocked_area,
     }
+    columns |= {f"{name}_vented [kg]": mass for name, mass in totals.vented_by.items()}
+    columns |= {f"{name}_leaked [kg]": mass for name, mass in totals.leaked_by.items()}
+    columns |= {f"{name}_passed [kg]": mass for name, mass in totals.passed.items()}
+    for chamber in totals.chambers:
+        columns |= {
+            f"{chamber.name}_pressure [Pa]": chamber.pressure,
+            f"{chamber.name}_temperature [K]": chamber.temperature,
+            f"{chamber.name}_volume [m^3]": chamber.volume,
+            f"{chamber.name}_mass [kg]": chamber.mass,
+            f"{chamber.name}_energy [J]": chamber.energy,
+        }
+    return columns
 
 
 def _energy(state: State) -> dict[str, float]:
@@ -55,6 +74,7 @@ def _energy(state: State) -> dict[str, float]:
         "strap [J]": ledger.strap,
         "contact [J]": ledger.contact,
         "damping [J]": ledger.damping,
+        "hysteresis [J]": ledger.hysteresis,
         "friction [J]": ledger.friction,
         "gas_work [J]": ledger.gas_work,
         "gravity_work [J]": ledger.gravity_work,

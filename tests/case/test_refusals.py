@@ -47,7 +47,7 @@ REFUSED = [
     ("[fabric]\nthickness = [3e-4]", "E-CASE-005", "fabric.thickness", "list", "a number in m"),
     ("[fabric]\nthickness = 2026-11-22", "E-CASE-005", "fabric.thickness", "date", "a number in m"),
     ("bag = 3", "E-CASE-005", "bag", "3", "dictionary"),
-    ('[gas]\nmodel = "corpuscular"', "E-CASE-005", "gas.model", "corpuscular", "uniform-pressure"),
+    ('[gas]\nmodel = "ale"', "E-CASE-005", "gas.model", "ale", "uniform-pressure"),
     ('[[obstacles]]\nshape = "cube"', "E-CASE-005", "obstacles.0", "", "'plate' or shape = 'super-ellipsoid'"),
     ('title = "two\\nlines"', "E-CASE-005", "title", "two", "one line"),
     ("[run]\nframes = 10000\nhistories_per_frame = 1000", "E-CASE-005", "run", "", "at most 100000"),

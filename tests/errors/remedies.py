@@ -9,13 +9,15 @@ from pathlib import Path
 import typer
 
 from billow.case import schema
+from billow.case.bags import BAGS
 from billow.cli import app
 from trust.generated_cases import fields
 
 ROOT = Path(__file__).parents[2]
 COMMANDS = typer.main.get_command(app).commands
 OPTIONS = {option for command in COMMANDS.values() for p in command.params for option in p.opts if option[:2] == "--"}
-KEYS = {".".join("*" if isinstance(part, int) else part for part in path) for path, _ in fields()}
+FIELDS = [*fields(), *(field for bag in BAGS.values() for field in fields(bag, ("bag",)))]
+KEYS = {".".join("*" if isinstance(part, int) else part for part in path) for path, _ in FIELDS}
 TABLES = {key.rsplit(".", depth)[0] for key in KEYS for depth in range(1, 4)}
 
 

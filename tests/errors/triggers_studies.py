@@ -9,10 +9,12 @@ import os
 from collections.abc import Callable
 from types import SimpleNamespace
 
+import numpy as np
 from here import Here, Told
 
 from billow.results import run_file
 from billow.study import drive
+from billow.study.import_runs import import_runs
 from billow.study.study import Study
 
 
@@ -136,6 +138,31 @@ def unknown_run(here: Here):
     Study.open(folder)
 
 
+def grown(old: str, new: str) -> Callable[[Here], object]:
+    """A study whose definition changes after it was made."""
+
+    def trigger(here: Here):
+        definition = here.study_file()
+        Study.create(definition, here.place / "out")
+        definition.write_text(definition.read_text().replace(old, new))
+        return Study.create(definition, here.place / "out")
+
+    return trigger
+
+
+def foreign(here: Here, runs: str = "run,a [-]\nr0,0\nr1,1\nr2,2\n", **files):
+    """Import three runs of NumPy arrays after some files were changed."""
+    folder = here.place / "foreign"
+    folder.mkdir()
+    (folder / "runs.csv").write_text(runs)
+    (folder / "times.csv").write_text("time [s]\n0\n0.1\n0.2\n")
+    (folder / "triangles.csv").write_text("a,b,c\n0,1,2\n")
+    arrays = {f"r{n}": np.zeros((3, 4, 3)) + np.eye(4, 3) for n in range(3)} | files
+    for name, array in arrays.items():
+        np.save(folder / f"{name}.npy", array)
+    import_runs(folder, here.place / "imported")
+
+
 TRIGGERS: dict[str, Callable[[Here], object]] = {
     "E-STU-001": lambda here: Study.create(here.place / "none.toml", here.place / "out"),
     "E-STU-002": define("seed = 1", "seed ="),
@@ -160,4 +187,10 @@ TRIGGERS: dict[str, Callable[[Here], object]] = {
     "E-STU-021": lambda here: here.bench.study.run(workers=0),
     "E-STU-022": no_cluster,
     "E-STU-023": lambda here: Study.create(here.study_file(), here.write("file", "") / "below"),
+    "E-STU-024": define("seed = 1", 'seed = 1\nadded_designs = "none.csv"'),
+    "E-STU-025": grown("train = 3", "train = 4"),
+    "E-STU-026": lambda here: foreign(here, "run,a\nr0,0\nr1,1\nr2,2\n"),
+    "E-STU-027": lambda here: foreign(here, r1=np.full((3, 4, 3), np.nan)),
+    "E-STU-028": lambda here: foreign(here, r1=np.zeros((3, 5, 3))),
+    "E-STU-029": lambda here: foreign(here, triangles=np.array([[0, 1, 9]])),
 }

@@ -12,9 +12,12 @@ import numpy as np
 from here import Here
 
 from billow.results.dataset_files import Parameter
-from billow.rom import basis
+from billow.rom import basis, onnx_file, onnx_graph
 from billow.rom.evaluate import evaluate
+from billow.rom.intervals import Intervals
+from billow.rom.onnx_file import export_onnx
 from billow.rom.snapshots import collect
+from billow.rom.suggest import suggest
 from billow.rom.surrogate import Surrogate
 from trust.small_surrogate import small_surrogate
 
@@ -38,14 +41,18 @@ def dataset(parameters=ONE, shape: float = 0.0, train=("0000",)) -> SimpleNamesp
     )  # fmt: skip
 
 
-def without_torch(here: Here):
+def without(here: Here, package: str) -> None:
     def missing(name, *arguments, **options):
-        if name == "torch":
-            raise ModuleNotFoundError("No module named 'torch'")
+        if name == package:
+            raise ModuleNotFoundError(f"No module named '{package}'")
         return imported(name, *arguments, **options)
 
     imported = builtins.__import__
     here.patch.setattr(builtins, "__import__", missing)
+
+
+def without_torch(here: Here):
+    without(here, "torch")
     here.patch.delitem(sys.modules, "billow.rom.network", raising=False)
     here.patch.delattr("billow.rom.network", raising=False)
     Surrogate.train(dataset())
@@ -75,6 +82,28 @@ def no_test_runs(here: Here):
     evaluate(own, made)
 
 
+def without_onnx(here: Here):
+    without(here, "onnx")
+    export_onnx(small_surrogate(), here.place / "s.onnx")
+
+
+def other_level(here: Here):
+    known = Intervals(np.array([0.9]), np.ones((1, 3)), np.zeros((3, 3)), np.zeros((3, 4)))
+    dataclasses.replace(small_surrogate(), intervals=known).half_width(ANSWERABLE, level=0.3)
+
+
+def answering_otherwise(here: Here):
+    here.patch.setattr(onnx_file, "onnx_bytes", lambda surrogate: b"")
+    here.patch.setattr(onnx_file, "largest_difference", lambda *arguments: 1.0)
+    export_onnx(small_surrogate(), here.place / "s.onnx")
+
+
+def with_forces(here: Here):
+    onnx_graph_of = dataclasses.replace(small_surrogate(), forces=object())
+    here.patch.setattr(onnx_graph, "import_onnx", lambda: None)
+    export_onnx(onnx_graph_of, here.place / "s.onnx")
+
+
 TRIGGERS: dict[str, Callable[[Here], object]] = {
     "E-ROM-001": ask({"permeability": 0.03}),
     "E-ROM-002": ask({"permeability": 0.3, "temperature": 600.0}),
@@ -91,4 +120,10 @@ TRIGGERS: dict[str, Callable[[Here], object]] = {
     "E-ROM-013": bad_factors,
     "E-ROM-014": diverging,
     "E-ROM-015": no_test_runs,
+    "E-ROM-016": without_onnx,
+    "E-ROM-017": lambda here: small_surrogate().half_width(ANSWERABLE),
+    "E-ROM-018": other_level,
+    "E-ROM-019": with_forces,
+    "E-ROM-020": answering_otherwise,
+    "E-ROM-021": lambda here: suggest(small_surrogate(), 0, []),
 }

@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from billow.fabric.straps import Straps, add_strap_forces
+from billow.case.build_straps import build_straps, strap_line
+from billow.case.schema_bag import StrapCloth
+from billow.dynamics.run import Schedule, run
+from billow.fabric.straps import ENERGY, LOST, TENSION, TORN, Straps, add_strap_forces
+from billow.verification.meshes import disc
+from billow.verification.scenes import Observer, fabric_model, isotropic
 
 
-def strap(viscosity=0.0):
+def strap(viscosity=0.0, failure=np.inf):
     """Two bars of 0.3 m in a row over three nodes."""
     return Straps(
         bars=np.array([[0, 1], [1, 2]]),
@@ -19,11 +26,12 @@ def strap(viscosity=0.0):
         viscosity=np.full(2, viscosity),
         mass=np.full(2, 0.002),
         strap=np.zeros(2, np.int64),
+        failure=np.full(2, failure),
     )
 
 
 def pull(straps, positions, velocities=None):
-    force, bar = np.zeros((3, 3)), np.zeros((2, 3))
+    force, bar = np.zeros((3, 3)), straps.fresh()
     add_strap_forces(straps, positions, np.zeros((3, 3)) if velocities is None else velocities, force, bar)
     return force, bar
 
@@ -35,7 +43,8 @@ def test_a_strap_pulls_its_ends_together_and_never_pushes(seed, stretch, speed):
     way *= 0.3 * stretch / np.linalg.norm(way, axis=1)[:, None]
     positions = np.concatenate([[np.zeros(3)], np.cumsum(way, axis=0)])
     force, bar = pull(strap(3.0), positions, speed * rng.normal(size=(3, 3)))
-    tension, energy, power = bar.T
+    tension, energy, power, elongation, *_ = bar.T
+    assert elongation == pytest.approx(0.3 * (stretch - 1.0), abs=1e-12)
     assert (tension >= 0.0).all()
     assert (energy >= 0.0).all()
     assert (power >= 0.0).all()
@@ -56,3 +65,68 @@ def test_force_is_minus_the_gradient_of_the_energy():
         step[node, axis] = 1e-6
         gain = pull(strap(), positions + step)[1][:, 1].sum() - pull(strap(), positions - step)[1][:, 1].sum()
         assert force[node, axis] == pytest.approx(-gain / 2e-6, abs=1e-6 * np.abs(force).max())
+
+
+def test_a_bar_tears_once_and_loses_what_it_held():
+    """5000 N per strain, 0.3 m: at 300 N the strain is 6 % and the energy 0.5 F^2 L / EA = 2.7 J."""
+    torn, force = strap(failure=300.0), np.zeros((3, 3))
+    bar = torn.fresh()
+    for stretch, tension in ((1.05, 250.0), (1.0599, 299.5), (1.0601, 0.0), (1.2, 0.0), (1.05, 0.0)):
+        force[:] = 0.0
+        positions = 0.3 * stretch * np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]])
+        add_strap_forces(torn, positions, np.zeros((3, 3)), force, bar)
+        assert bar[:, TENSION] == pytest.approx(tension, rel=1e-9)
+        assert force[0, 0] == pytest.approx(tension, rel=1e-9)
+    assert (bar[:, TORN] == 1.0).all()
+    assert not bar[:, ENERGY].any()
+    assert bar[:, LOST] == pytest.approx(0.5 * 300.0**2 * 0.3 / 5000.0, rel=1e-2)
+
+
+def cloth(**settings):
+    shape = disc(0.2, 0.05)
+    bars = np.array([[0, 9], [1, 8]])
+    line = strap_line(StrapCloth(**settings), bars, shape.positions)
+    apart = np.linalg.norm(shape.positions[bars[:, 0]] - shape.positions[bars[:, 1]], axis=1)
+    fabric = isotropic(4e8, 0.2, 800.0, 3e-4, damping=0.05)
+    return build_straps(dataclasses.replace(shape, straps=(line,)), fabric), apart
+
+
+def test_a_strap_is_as_long_stiff_and_strong_as_its_cloth_says():
+    straps, apart = cloth(width=0.06)
+    assert straps.length == pytest.approx(apart, rel=1e-15)
+    assert straps.stiffness.sum() == pytest.approx(4e8 * 3e-4 * 0.06, rel=1e-12)
+    assert straps.mass.sum() == pytest.approx(800.0 * 3e-4 * 0.03 * apart.sum(), rel=1e-12)
+    # xi rho c A l per rate of strain, as in a membrane.
+    assert straps.viscosity == pytest.approx(0.05 * np.sqrt(4e8 * 800.0) * 3e-4 * 0.03 * apart, rel=1e-12)
+    assert np.isinf(straps.failure).all()
+    straps, apart = cloth(slack=0.05, stiffness=2e4, failure=3000.0)
+    assert straps.length == pytest.approx(apart + 0.05, rel=1e-15)
+    assert straps.stiffness == pytest.approx([1e4, 1e4])
+    assert straps.failure == pytest.approx([1500.0, 1500.0])
+    assert cloth(length=0.4)[0].length == pytest.approx([0.4, 0.4])
+
+
+def test_the_books_close_when_a_strap_tears():
+    """A disc held at one side is thrown sideways; its strap holds, or tears: what it held is lost, and no more."""
+    shape = disc(0.2, 0.05)
+    bars = np.array([[0, len(shape.positions) - 1]])
+    for failure in (np.inf, 5.0):
+        model = fabric_model(
+            dataclasses.replace(shape, fixed=np.arange(len(shape.positions)) < 6),
+            isotropic(4e8, 0.2, 800.0, 3e-4),
+            gravity=(0.0, 0.0, -9e3),
+        )
+        length = np.linalg.norm(shape.positions[bars[0, 0]] - shape.positions[bars[0, 1]])
+        straps = Straps(
+            bars,
+            np.array([length]),
+            np.array([2e3]),
+            np.zeros(1),
+            np.zeros(1),
+            np.zeros(1, np.int64),
+            np.array([failure]),
+        )
+        state = run(dataclasses.replace(model, straps=straps), Schedule(4e-3, 1, 20), Observer())
+        assert (state.bar[0, TORN] == 1.0) == np.isfinite(failure)
+        assert (state.ledger.hysteresis > 0.0) == np.isfinite(failure)
+        assert abs(state.ledger.residual) < 2e-3 * state.ledger.largest_energy

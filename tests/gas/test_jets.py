@@ -9,10 +9,13 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
+from billow.gas.ambient import Ambient
+from billow.gas.gas_model import Bag
 from billow.gas.inflator import Inflator, JetRing
 from billow.gas.jets import Jets, add_jet_force, aim
 from billow.gas.species import SPECIES, thermo_table
-from billow.gas.uniform_pressure import Ambient, Bag, Porosity, UniformPressure, Vents, jet_speed
+from billow.gas.uniform_pressure import UniformPressure, jet_speed
+from billow.geometry.chambers import Chambers
 from billow.geometry.surface import Surface, area_vectors, check_closed
 
 COUNT, LEAN = 6, np.radians(45.0)
@@ -166,17 +169,17 @@ def blown_dome(flow, steps, dt, *, wall):
     """A still dome of nitrogen blown into; flow: times and mass flow. Returns totals and the impulse of each jet."""
     species = thermo_table([SPECIES["N2"]])
     air = Ambient(101325.0, 295.0, np.ones(1))
-    no_vents = Vents(np.empty((0, 3), np.uint32), np.zeros(1, np.int64), np.empty(0), np.empty(0))
     source = Inflator(*map(np.array, flow), np.array([0.0, 1.0]), np.array([600.0, 600.0]), np.ones(1))
-    gas = UniformPressure(species, ("N2",), source, air, no_vents, Porosity(0.0, 1.0), JETS)
     triangles, positions = with_plate(2, 0.08, 0.05, (0.0, 0.0), False) if wall else (TRIANGLES, POSITIONS)
+    chambers = Chambers.single(len(triangles))
+    gas = UniformPressure(species, ("N2",), (source,), air, chambers, jets=(JETS,))
     bag = Bag(Surface.build(triangles, np.zeros(len(triangles)), ("bag",), len(positions)), positions, 0.0 * positions)
     state = gas.start(bag)
     received = np.zeros(COUNT)
     for step in range(steps):
         force = np.zeros((len(triangles), 3, 3))
         gas.advance(state, bag, step * dt, dt, force)
-        force -= (state.pressure - air.pressure) / 3.0 * area_vectors(triangles, positions)[:, None, :]
+        force -= (state.pressure[0] - air.pressure) / 3.0 * area_vectors(triangles, positions)[:, None, :]
         received += dt * along_each_jet(force, triangles, positions)
     return gas.totals(state), received, jet_speed(species, np.ones(1), 600.0)
 
@@ -195,3 +198,35 @@ def test_jets_blow_only_while_gas_flows():
     assert totals.injected == pytest.approx(0.004, rel=1e-12)
     assert totals.jet_impulse_in == pytest.approx(0.004 * speed, rel=0.03)
     assert received.sum() == pytest.approx(totals.jet_impulse_out, rel=1e-9)
+
+
+def two_rooms(chamber):
+    """The dome as a room within a larger one, and jets into the inner room (0); normals point out of the inner room."""
+    outer = 2.0 * POSITIONS
+    triangles = np.concatenate([TRIANGLES, TRIANGLES + len(POSITIONS)])
+    positions = np.concatenate([POSITIONS, outer])
+    walls = np.arange(len(triangles)) if chamber else np.arange(len(TRIANGLES))
+    return triangles, positions, walls
+
+
+def test_jets_fall_on_the_walls_of_their_own_chamber():
+    triangles, positions, walls = two_rooms(0)
+    jets = Jets(RING, np.array([0]), np.array([0.0, 0.0, 1.0]), walls, np.zeros(len(walls), bool))
+    alone, inside = aim(JETS, TRIANGLES, POSITIONS), aim(jets, triangles, positions)
+    assert np.array_equal(inside.triangles, alone.triangles)
+    assert np.array_equal(inside.share, alone.share)
+
+
+def test_a_wall_whose_normal_points_into_the_chamber_is_pushed_out_of_it():
+    """The same dome with some of its triangles turned round: the same forces on the same nodes."""
+    turned = np.arange(len(TRIANGLES)) % 3 == 0
+    triangles = TRIANGLES.copy()
+    triangles[turned] = triangles[turned][:, ::-1]
+    jets = Jets(RING, np.array([0]), np.array([0.0, 0.0, 1.0]), np.arange(len(triangles)), turned)
+    pattern = aim(jets, triangles, POSITIONS)
+    force, same = np.zeros((len(triangles), 3, 3)), np.zeros((len(triangles), 3, 3))
+    still = np.zeros_like(POSITIONS)
+    add_jet_force(pattern, 100.0, triangles, POSITIONS, still, np.zeros(3), force)
+    add_jet_force(aim(JETS, TRIANGLES, POSITIONS), 100.0, TRIANGLES, POSITIONS, still, np.zeros(3), same)
+    assert pattern.seen == COUNT
+    assert force == pytest.approx(same, rel=1e-12, abs=1e-12)

@@ -7,9 +7,20 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from billow.gas.outflow import LINEAR_BELOW, orifice_flux, porous_flux
+from billow.gas.outflow import (
+    GRAEFE,
+    LINEAR_BELOW,
+    ORIFICE,
+    PERMEABILITY,
+    POROUS_MEDIUM,
+    VELOCITY,
+    conductance,
+    orifice_flux,
+    porous_flux,
+)
 
 AMBIENT = 101325.0
+LAWS = (ORIFICE, GRAEFE, POROUS_MEDIUM, VELOCITY, PERMEABILITY)
 gamma = st.floats(1.1, 1.67)
 specific = st.floats(5e4, 5e5)  # R T [J/kg]: 200 to 1000 K of anything but hydrogen
 difference = st.one_of(st.floats(0.0, 200.0), st.floats(49.9, 50.1), st.floats(0.0, 5e5))
@@ -63,3 +74,28 @@ def test_small_orifice_flow_is_that_of_bernoulli_and_leak_speed_its_definition()
     assert flux == pytest.approx(np.sqrt(2.0 * density * 60.0), rel=1e-3)
     assert porous_flux(500.0, 1.2, 0.0275, 1.0, 500.0) == pytest.approx(0.0275 * 1.2, rel=1e-15)
     assert porous_flux(2000.0, 1.2, 0.0275, 1.0, 500.0) == pytest.approx(2.0 * 0.0275 * 1.2, rel=1e-15)
+
+
+@given(
+    law=st.sampled_from(LAWS), gamma=gamma, specific=specific, pressure=st.floats(1.05, 4.0).map(lambda r: r * AMBIENT)
+)
+def test_conductance_is_flow_over_difference(law, gamma, specific, pressure):
+    difference, density = pressure - AMBIENT, pressure / specific
+    expected = {
+        ORIFICE: orifice_flux(pressure, AMBIENT, gamma, specific),
+        GRAEFE: np.sqrt(2.0 * density * difference),
+        POROUS_MEDIUM: difference,
+        VELOCITY: density,
+        PERMEABILITY: density * np.sqrt(difference / 500.0),
+    }[law]
+    assert conductance(law, pressure, AMBIENT, gamma, specific) * difference == pytest.approx(expected, rel=1e-12)
+
+
+@given(law=st.sampled_from(LAWS), gamma=gamma, specific=specific, difference=difference)
+def test_every_law_is_linear_near_equal_pressures_and_continuous(law, gamma, specific, difference):
+    at = lambda d: conductance(law, AMBIENT + d, AMBIENT, gamma, specific)  # noqa: E731
+    if difference <= LINEAR_BELOW:
+        assert at(difference) == pytest.approx(at(0.0), rel=2e-3)  # the density changes by 50 Pa of 1 bar
+    assert at(LINEAR_BELOW * (1.0 - 1e-9)) == pytest.approx(at(LINEAR_BELOW * (1.0 + 1e-9)), rel=1e-8)
+    assert np.isfinite(at(difference))
+    assert at(difference) > 0.0

@@ -77,7 +77,7 @@ def test_an_open_surface_is_refused(missing):
     error = refusal(np.delete(BOX, missing, axis=0))
     assert error.code == "E-GEO-001"
     assert "3 free edges" in error.what
-    assert "near node" in error.where
+    assert "edge of part bag between nodes" in error.where
 
 
 def test_an_unsewn_seam_is_refused():

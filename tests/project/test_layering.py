@@ -19,18 +19,22 @@ MAY_IMPORT = {
     "dynamics": BASE | {"geometry", "fabric", "gas", "contact", "impactor"},
     "case": BASE | {"geometry", "fabric", "gas", "contact", "impactor", "dynamics"},
     "results": {"errors", "units", "geometry"},
-    "rom": {"errors", "units", "geometry", "results"},
+    "rom": {"errors", "units", "geometry", "results", "injury"},
     "study": {"errors", "units", "geometry", "results", "case", "simulate"},
     "checkpoint_file": {"errors", "dynamics", "results"},
-    "history_columns": {"dynamics", "gas", "impactor"},
+    "history_columns": {"dynamics", "fabric", "gas", "impactor"},
     "interrupts": set(),
     "recorder": {
         *("errors", "contact", "dynamics", "case", "results"),
         *("checkpoint_file", "history_columns", "interrupts"),
     },
     "simulate": {"errors", "dynamics", "case", "results", "checkpoint_file", "interrupts", "recorder"},
+    "tank": {"errors", "units", "compiled", "gas", "case", "results"},
+    "coupon": BASE | {"geometry", "fabric", "gas", "dynamics", "case", "results"},
+    "injury": {"errors", "compiled", "results"},
     "verification": BASE
-    | {"geometry", "fabric", "gas", "contact", "impactor", "dynamics", "case", "simulate", "results"},
+    | {"geometry", "fabric", "gas", "contact", "impactor", "dynamics", "case", "simulate", "results"}
+    | {"tank", "coupon", "injury"},
 }
 
 

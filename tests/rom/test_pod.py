@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from billow.errors import InputError
+from billow.errors import InputError, NumericalStop
 from billow.rom.basis import exact_pod, orthogonality_error, pod
 from billow.rom.snapshots import collect
 
@@ -80,3 +80,12 @@ def test_broken_snapshots_are_named(dataset, monkeypatch):
     monkeypatch.setattr(dataset, "snapshots", lambda *_: field)
     with pytest.raises(InputError, match=r"E-ROM-009(?s:.*)time index 5"):
         collect(dataset, ["0000"])
+
+
+def test_values_that_overflow_are_told_before_linear_algebra_fails():
+    huge = np.full((20, 30), 3e38, np.float32)
+    huge[0] *= -1.0
+    with pytest.raises(NumericalStop, match=r"E-ROM-013(?s:.*)overflow"):
+        pod(huge, 3)
+    large = np.random.default_rng(1).standard_normal((20, 30)).astype(np.float32) * np.float32(1e30)
+    assert orthogonality_error(pod(large, 3).modes) < 1e-6  # large but harmless

@@ -18,7 +18,7 @@ def middle(surrogate):
 
 def test_same_seed_same_bits_and_another_seed_others(dataset):
     def train(seed):
-        return Surrogate.train(dataset, modes=3, runs=dataset.train[:8], seed=seed, epochs=3)
+        return Surrogate.train(dataset, modes=3, runs=dataset.train[:8], seed=seed, epochs=3, calibrate=False)
 
     def answer(surrogate):
         return surrogate.predict(dataset.design(dataset.test)).tobytes()
@@ -43,6 +43,16 @@ def test_one_design_or_many_by_name_or_by_order(surrogate, dataset, middle):
     assert many.shape == (2, 20, 800, 3)
     assert np.allclose(many[1], one, atol=1e-6)
     assert np.array_equal(surrogate.predict(row), one)
+
+
+def test_designs_one_after_the_other_in_one_memory(surrogate, dataset):
+    designs = dataset.design(dataset.train)
+    many = surrogate.predict(designs)
+    places = set()
+    for answer, expected in zip(surrogate.predict_each(designs), many, strict=True):
+        np.testing.assert_allclose(answer, expected, atol=1e-6)
+        places.add(answer.__array_interface__["data"][0])
+    assert len(places) == 1
 
 
 def test_prediction_is_coefficients_times_modes(surrogate, middle):

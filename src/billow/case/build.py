@@ -5,12 +5,16 @@ from __future__ import annotations
 import numpy as np
 
 from billow.case import schema
+from billow.case.bags import Bag
 from billow.case.build_bag import build_shape
-from billow.case.build_fabric import build_fabric, build_straps
+from billow.case.build_fabric import build_fabric
 from billow.case.build_gas import build_gas
 from billow.case.build_obstacle import build_obstacle
+from billow.case.build_straps import build_straps
+from billow.case.schema_mesh_bag import MeshBag
 from billow.dynamics.model import Model
 from billow.dynamics.run import Schedule
+from billow.fabric.birth import Birth
 from billow.fabric.membrane import Membrane
 from billow.fabric.straps import Straps
 from billow.geometry.bag_shapes import BagShape
@@ -20,13 +24,13 @@ from billow.geometry.surface import area_vectors, check_closed, nodal_share
 def build_model(case: schema.Case) -> Model:
     """The model of a case.
 
-    Raises InputError: E-GEO-001..011 geometry, E-GAS-001 unknown species.
+    Raises InputError: E-GEO-001..012 geometry, E-GAS-001 unknown species.
     """
     shape = build_shape(case.bag)
     check_closed(shape.surface, shape.positions, "bag")
     fabric = build_fabric(case.fabric)
     cloth = fabric_triangles(shape)
-    membrane = Membrane.build(fabric, cloth, shape.reference[cloth])
+    membrane = Membrane.build(fabric, cloth, shape.reference[cloth], fabric.thickness * shape.layers[cloth])
     straps = build_straps(shape, fabric)
     area = flat_area(shape.reference)
     mass = nodal_mass(shape, membrane, straps)
@@ -35,13 +39,21 @@ def build_model(case: schema.Case) -> Model:
         start=np.ascontiguousarray(shape.positions),
         membranes=(membrane,),
         straps=straps,
-        gas=build_gas(case, shape, float(area[cloth].sum())),
+        gas=build_gas(case, shape),
         obstacles=tuple(build_obstacle(o) for o in case.obstacles),
         mass=mass,
         contact_area=nodal_share(shape.surface.triangles[cloth], area[cloth], shape.surface.node_count),
         fixed=shape.fixed,
         gravity=np.array(case.run.gravity),
+        birth=build_birth(case.bag, membrane, shape),
     )
+
+
+def build_birth(bag: Bag, membrane: Membrane, shape: BagShape) -> Birth | None:
+    """The ramp from the start shape to the flat cut, if the case wants one."""
+    if not isinstance(bag, MeshBag) or not bag.birth_time:
+        return None
+    return Birth.of(bag.birth_time, (membrane,), shape.surface.triangles, shape.positions)
 
 
 def build_schedule(run: schema.Run) -> Schedule:

@@ -1,42 +1,64 @@
-"""From the `[fabric]` table to a fabric, and to the straps cut from it."""
+"""From the `[fabric]` table to a fabric."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from billow.case import schema_fabric
-from billow.fabric.linear_law import LinearFabric
-from billow.fabric.straps import NO_STRAPS, Straps
-from billow.geometry.bag_shapes import BagShape
+from billow.fabric.curve import Curve, TestedCurve
+from billow.fabric.curve_check import check_curves, check_shape
+from billow.fabric.curves_law import CurvesFabric
+from billow.fabric.curves_shear_law import CurvesShearFabric
+from billow.fabric.fabric import FabricLaw
+from billow.fabric.linear_law import LinearFabric, Liner
+
+CURVE_LAWS = {"curves": CurvesFabric, "curves-shear": CurvesShearFabric}
+WHERE = "fabric.curves"
 
 
-def build_fabric(fabric: schema_fabric.Fabric) -> LinearFabric:
-    return LinearFabric(
-        density=fabric.density,
-        thickness=fabric.thickness,
-        young_warp=fabric.young_warp,
-        young_weft=fabric.young_weft,
-        poisson=fabric.poisson,
-        shear=fabric.shear,
-        compression=fabric.compression,
-        damping=fabric.damping,
+def build_fabric(fabric: schema_fabric.Fabric) -> FabricLaw:
+    """The law named in the case. A coating adds its mass to that of the fabric.
+
+    Raises InputError: E-FAB-003..006 curves that describe no fabric.
+    """
+    coating = fabric.coating.density * fabric.coating.thickness / fabric.thickness
+    common = {
+        "density": fabric.density + coating,
+        "thickness": fabric.thickness,
+        "compression": fabric.compression,
+        "damping": fabric.damping,
+    }
+    if fabric.law == "linear":
+        return LinearFabric(
+            young_warp=fabric.young_warp,
+            young_weft=fabric.young_weft,
+            poisson=fabric.poisson,
+            shear=fabric.shear,
+            liner=Liner(fabric.liner.ratio, fabric.liner.young, fabric.liner.poisson),
+            **common,
+        )
+    curves = fabric.curves
+    law = CURVE_LAWS[fabric.law](
+        warp=_tested(curves.warp, "warp"),
+        weft=_tested(curves.weft, "weft"),
+        shear=_tested(curves.shear, "shear"),
+        transverse=curves.transverse,
+        yarn_angle=0.5 * np.pi if curves.yarn_angle == 90.0 else float(np.radians(curves.yarn_angle)),
+        **common,
     )
+    check_curves(law, WHERE)
+    return law
 
 
-def build_straps(shape: BagShape, fabric: LinearFabric) -> Straps:
-    """Bars of the bag's own fabric, warp along the strap."""
-    if not shape.straps:
-        return NO_STRAPS
-    counts = [len(line.bars) for line in shape.straps]
-    width = np.repeat([line.width for line in shape.straps], counts)
-    length = np.repeat([line.length for line in shape.straps], counts)
-    section = fabric.thickness * width
-    wave_speed = np.sqrt(fabric.young_warp / fabric.density)
-    return Straps(
-        bars=np.concatenate([line.bars for line in shape.straps]).astype(np.int64),
-        length=length,
-        stiffness=fabric.young_warp * section,
-        viscosity=fabric.damping * fabric.density * wave_speed * length * section,
-        mass=fabric.density * section * length,
-        strap=np.repeat(np.arange(len(counts)), counts),
-    )
+def _tested(curves: schema_fabric.YarnCurves | schema_fabric.ShearCurves, name: str) -> TestedCurve:
+    loading = _curve(curves.loading, f"{WHERE}.{name}.loading")
+    if not curves.unloading.stress:
+        return TestedCurve(loading)
+    return TestedCurve(loading, _curve(curves.unloading, f"{WHERE}.{name}.unloading"))
+
+
+def _curve(curve: schema_fabric.YarnCurve | schema_fabric.ShearCurve, where: str) -> Curve:
+    is_shear = isinstance(curve, schema_fabric.ShearCurve)
+    strain = tuple(float(np.radians(angle)) for angle in curve.angle) if is_shear else curve.strain
+    check_shape(strain, curve.stress, where)
+    return Curve(strain, curve.stress)

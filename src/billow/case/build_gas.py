@@ -1,68 +1,216 @@
 """From the `[gas]`, `[inflator]` and `[ambient]` tables to a gas model.
 
-Inflator, vents, porosity and ambient are the same objects for all models.
+Inflators, passages and ambient are the same objects for all models.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from billow.case import schema, schema_bag
+from billow.case import schema, schema_gas
+from billow.case.build_passages import build_passages, chamber_of, flat_area
+from billow.errors import InputError
+from billow.gas.ambient import Ambient, InitialGas
+from billow.gas.corpuscular.corpuscular import Corpuscular, Source
 from billow.gas.gas_model import GasModel
 from billow.gas.inflator import Inflator, JetRing
 from billow.gas.jets import Jets
 from billow.gas.no_gas import NoGas
-from billow.gas.species import AIR, find_species, mass_fractions, thermo_table
-from billow.gas.uniform_pressure import Ambient, Porosity, UniformPressure, Vents
+from billow.gas.species import AIR, Species, find_species, mass_fractions, thermo_table
+from billow.gas.uniform_pressure import UniformPressure
 from billow.geometry.bag_shapes import BagShape
+from billow.geometry.chambers import OUTSIDE
+from billow.geometry.surface import area_vectors
 
 
-def build_gas(case: schema.Case, shape: BagShape, porous_area: float) -> GasModel:
-    """The gas model named in the case; inflator, vents, porosity and ambient are the same objects for all."""
+@dataclass(frozen=True)
+class GasNames:
+    """The species of a case in the order of all its tables, and how fractions are put into that order."""
+
+    names: tuple[str, ...]
+    species: tuple[Species, ...]
+
+    @classmethod
+    def of(cls, case: schema.Case) -> GasNames:
+        """Every species that flows in, is there at the start, or comes from outside. Raises InputError E-GAS-001."""
+        own = {name: Species.polynomial(name, s.molar_mass, s.a, s.b, s.c) for name, s in case.gas.species.items()}
+        wheres = {name: f"{_key(case, i)}.gas.{name}" for i in case.inflators for name in i.gas}
+        wheres |= {name: f"gas.initial.gas.{name}" for name in case.gas.initial.gas if name not in wheres}
+        wheres |= {name: "ambient" for name in AIR if name not in wheres}
+        return cls(tuple(wheres), tuple(find_species(name, where, own) for name, where in wheres.items()))
+
+    def mass_fractions(self, gas: dict[str, float], of: str = "mole") -> np.ndarray:
+        """(species,), from mole or mass fractions by name; they sum to one to rounding."""
+        if of == "mole":
+            gas = mass_fractions(gas, dict(zip(self.names, self.species, strict=True)))
+        fractions = np.array([gas.get(name, 0.0) for name in self.names])
+        return fractions / fractions.sum()
+
+
+def build_gas(case: schema.Case, shape: BagShape) -> GasModel:
+    """The gas model named in the case.
+
+    Raises InputError E-GAS-001 (unknown species), E-GAS-004 (a chamber without volume), E-GAS-006 (jets into a chamber
+    without a mouth), and those of `build_passages`.
+    """
     if case.gas.model == "none":
         return NoGas(case.ambient.pressure, case.ambient.temperature)
-    names = tuple(dict.fromkeys([*case.inflator.gas, *AIR]))
-    species = [find_species(name, f"inflator.gas.{name}") for name in names]
+    if case.gas.model == "corpuscular":
+        return build_corpuscular(case, shape)
+    _require_volume(shape)
+    gas, chambers = GasNames.of(case), shape.surface.chambers
+    inflators = tuple(build_inflator(case, i, gas, shape) for i in case.inflators)
+    outer = (chambers.ahead == OUTSIDE) & np.isin(
+        np.arange(len(chambers.ahead)), shape.surface.triangles_of_kind("fabric")
+    )
+    area = np.bincount(chambers.behind[outer], flat_area(shape)[outer], chambers.count)
+    return UniformPressure(
+        table=thermo_table(list(gas.species)),
+        species_names=gas.names,
+        inflators=inflators,
+        ambient=Ambient(case.ambient.pressure, case.ambient.temperature, gas.mass_fractions(AIR)),
+        chambers=chambers,
+        passages=build_passages(case, shape),
+        jets=tuple(
+            build_jets(case, i, inflator.chamber, shape) for i, inflator in zip(case.inflators, inflators, strict=True)
+        ),
+        initial=build_initial(case, gas, chambers.count),
+        heat_conductance=case.gas.heat_transfer * area,
+    )
 
-    def in_order(moles: dict[str, float]) -> np.ndarray:
-        fractions = mass_fractions(moles)
-        return np.array([fractions.get(name, 0.0) for name in names])
 
-    temperature = case.inflator.temperature
+def build_corpuscular(case: schema.Case, shape: BagShape) -> Corpuscular:
+    """Particles, from the same inflators, passages and ambient. Raises as `build_gas`, and InputError E-GAS-007 if a
+    passage has no triangles that a particle could pass."""
+    _require_volume(shape)
+    gas, surface = GasNames.of(case), shape.surface
+    inflators = tuple(build_inflator(case, i, gas, shape) for i in case.inflators)
+    passages = build_passages(case, shape)
+    for row in passages.rows:
+        if not len(row.triangles):
+            raise InputError(
+                "E-GAS-007",
+                f"particles cannot pass {row.name}",
+                where="gas.orifices",
+                why="an orifice without geometry has no place in the mesh",
+                remedy='remove it, draw it into the mesh as an opening, or set gas.model = "uniform-pressure"',
+            )
+    return Corpuscular(
+        table=thermo_table(list(gas.species)),
+        species_names=gas.names,
+        sources=tuple(
+            Source(inflator, mount(case, i, source_ring(i, shape), inflator.chamber, shape))
+            for i, inflator in zip(case.inflators, inflators, strict=True)
+        ),
+        ambient=Ambient(case.ambient.pressure, case.ambient.temperature, gas.mass_fractions(AIR)),
+        surface=surface,
+        reference=shape.reference,
+        passages=passages,
+        initial=build_initial(case, gas, surface.chambers.count),
+        particles=case.gas.particles,
+        seed=case.gas.seed,
+    )
+
+
+def source_ring(inflator: schema_gas.Inflator, shape: BagShape) -> JetRing:
+    """The inflator's jets; a diffuse source blows out of half its mouth, in all directions into the bag."""
+    if inflator.jets.count:
+        return build_ring(inflator)
+    area = flat_area(shape)[shape.surface.triangles_of_kind("mouth")].sum()
+    return JetRing(1, 0.0, float(np.sqrt(area / np.pi)), 0.0, cone=0.5 * np.pi)
+
+
+def build_inflator(case: schema.Case, inflator: schema_gas.Inflator, gas: GasNames, shape: BagShape) -> Inflator:
+    """One inflator, its delay in its curves."""
+    temperature = inflator.temperature
     if isinstance(temperature, float):
         temperature_time, temperature_value = [0.0, 1.0], [temperature, temperature]
     else:
         temperature_time, temperature_value = temperature.time, temperature.value
-    ring = JetRing(
-        case.inflator.jets.count,
-        case.inflator.jets.ring_radius,
-        case.inflator.jets.hole_diameter,
-        float(np.radians(case.inflator.jets.angle)),
-    )
-    inflator = Inflator(
-        flow_time=np.array(case.inflator.mass_flow.time),
-        mass_flow=np.array(case.inflator.mass_flow.value),
-        temperature_time=np.array(temperature_time),
+    names = shape.surface.chambers.names
+    chamber = inflator.chamber
+    if (
+        chamber == "mouth" and chamber not in names
+    ):  # the chamber with the mouth; the first if there are none or several
+        found = np.unique(shape.surface.chambers.behind[shape.surface.triangles_of_kind("mouth")])
+        chamber = names[found[0] if len(found) == 1 else 0]
+    return Inflator(
+        flow_time=np.array(inflator.mass_flow.time) + inflator.delay,
+        mass_flow=np.array(inflator.mass_flow.value),
+        temperature_time=np.array(temperature_time) + inflator.delay,
         temperature=np.array(temperature_value),
-        mass_fractions=in_order(case.inflator.gas),
-    )
-    mouth = np.unique(shape.surface.triangles[shape.surface.triangles_of("mouth")]).astype(np.int64)
-    return UniformPressure(
-        table=thermo_table(species),
-        species_names=names,
-        inflator=inflator,
-        ambient=Ambient(case.ambient.pressure, case.ambient.temperature, in_order(AIR)),
-        vents=build_vents(case.bag.vents, shape),
-        porosity=Porosity(case.fabric.permeability, porous_area),
-        jets=Jets(ring, mouth, shape.mouth_axis) if ring.count else None,
+        mass_fractions=gas.mass_fractions(inflator.gas, inflator.fractions),
+        name=inflator.name,
+        chamber=chamber_of(chamber, shape, f"{_key(case, inflator)}.chamber"),
     )
 
 
-def build_vents(vents: schema_bag.Vents, shape: BagShape) -> Vents:
-    patches = [shape.surface.triangles_of(f"vent_{k + 1}") for k in range(vents.count)]
-    return Vents(
-        triangles=shape.surface.triangles[np.concatenate([*patches, np.empty(0, np.int64)]).astype(np.int64)],
-        start=np.concatenate([[0], np.cumsum([len(p) for p in patches])]).astype(np.int64),
-        discharge=np.full(vents.count, vents.discharge),
-        opening=np.full(vents.count, vents.opening_pressure),
+def build_jets(case: schema.Case, inflator: schema_gas.Inflator, chamber: int, shape: BagShape) -> Jets | None:
+    """The inflator's ring of jets in the mouth of its chamber; None for a diffuse source."""
+    if not inflator.jets.count:
+        return None
+    return mount(case, inflator, build_ring(inflator), chamber, shape)
+
+
+def build_ring(inflator: schema_gas.Inflator) -> JetRing:
+    return JetRing(
+        inflator.jets.count,
+        inflator.jets.ring_radius,
+        inflator.jets.hole_diameter,
+        float(np.radians(inflator.jets.angle)),
+        float(np.radians(inflator.jets.cone)),
+        2.0 * np.pi * inflator.jets.spin,
     )
+
+
+def mount(case: schema.Case, inflator: schema_gas.Inflator, ring: JetRing, chamber: int, shape: BagShape) -> Jets:
+    """A ring of jets in the mouth of a chamber. Raises InputError E-GAS-006 if that has none."""
+    surface, chambers = shape.surface, shape.surface.chambers
+    mouth = surface.triangles_of_kind("mouth")
+    mouth = mouth[chambers.behind[mouth] == chamber]
+    if not len(mouth):
+        raise InputError(
+            "E-GAS-006",
+            f"inflator {inflator.name} has jets, and chamber {chambers.names[chamber]} has no mouth",
+            where=f"{_key(case, inflator)}.jets",
+            why="jets blow from a mouth into the bag",
+            remedy="set inflator.jets.count = 0 for a diffuse source, or name a chamber with a mouth in "
+            "inflator.chamber",
+        )
+    inwards = -area_vectors(surface.triangles[mouth].astype(np.int64), shape.positions).sum(axis=0)
+    nodes = np.unique(surface.triangles[mouth]).astype(np.int64)
+    axis = inwards / np.linalg.norm(inwards)
+    if chambers.count == 1:
+        return Jets(ring, nodes, axis)
+    facing = [np.flatnonzero(side == chamber) for side in (chambers.behind, chambers.ahead)]
+    return Jets(ring, nodes, axis, np.concatenate(facing), np.repeat([False, True], [len(f) for f in facing]))
+
+
+def build_initial(case: schema.Case, gas: GasNames, chambers: int) -> InitialGas:
+    """The same gas in every chamber."""
+    initial, ambient = case.gas.initial, case.ambient
+    pressure = ambient.pressure if initial.pressure == "ambient" else initial.pressure
+    temperature = ambient.temperature if initial.temperature == "ambient" else initial.temperature
+    fractions = gas.mass_fractions(initial.gas, initial.fractions)
+    return InitialGas.like(Ambient(pressure, temperature, fractions), chambers)
+
+
+def _key(case: schema.Case, inflator: schema_gas.Inflator) -> str:
+    """Where in the case an inflator stands."""
+    return f"inflator.{inflator.name}" if isinstance(case.inflator, tuple) else "inflator"
+
+
+def _require_volume(shape: BagShape) -> None:
+    chambers = shape.surface.chambers
+    volumes = chambers.volumes(shape.surface.triangles, shape.positions)
+    for name, volume in zip(chambers.names, volumes, strict=True):
+        if not volume > 0.0:
+            raise InputError(
+                "E-GAS-004",
+                f"chamber {name} encloses no air at the start",
+                where=f"bag, chamber {name}",
+                why=f"its volume is {volume:.3g} m^3, and gas without volume has no pressure",
+                remedy="raise bag.initial_gap, or move the start shape's layers apart",
+            )

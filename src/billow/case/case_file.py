@@ -10,9 +10,13 @@ from typing import Any
 from pydantic import ValidationError
 
 from billow.case import schema, schema_obstacle
+from billow.case.bags import BAGS
+from billow.case.build_mesh_bag import settle_files
+from billow.case.curve_files import with_curves_inlined
 from billow.errors import InputError, shown
 
-OBSTACLES = {"plate": schema_obstacle.Plate, "super-ellipsoid": schema_obstacle.SuperEllipsoid}
+VARIANTS = {"plate": schema_obstacle.Plate, "super-ellipsoid": schema_obstacle.SuperEllipsoid, **BAGS}
+"""Tables that a key `shape` chooses among."""
 LARGEST_FILE = 1_000_000  # bytes; a case file is a few kilobytes
 
 
@@ -58,7 +62,8 @@ def load_case(path: str | Path) -> schema.Case:
             why=str(error) if isinstance(error, ValueError) else "it is nested too deeply",
             remedy="correct that line; see docs/case.md for an example",
         ) from None
-    return validate(data, str(path))
+    settle_files(data, path.parent)
+    return validate(with_curves_inlined(data, path.parent), str(path))
 
 
 def validate(data: dict[str, Any], where: str) -> schema.Case:
@@ -104,7 +109,9 @@ def _explain(error: ValidationError, data: dict[str, Any], where: str) -> InputE
             f"{key} is missing{more}",
             where=place,
             why="it has no default",
-            remedy=f"add {keys[-1]}; docs/case.md describes it",
+            remedy=f"write a list of at least {last + 1} entries"
+            if isinstance(last, int)
+            else f"add {keys[-1]}; docs/case.md describes it",
         )
     context = problem.get("ctx") or {}
     return InputError(
@@ -117,20 +124,20 @@ def _explain(error: ValidationError, data: dict[str, Any], where: str) -> InputE
 
 
 def _remedy(problem: dict[str, Any], keys: list[str]) -> str:
-    if keys == ["obstacles"] and problem["type"] == "tuple_type":
-        return "write [[obstacles]] with two brackets: there may be several"
+    if problem["type"] == "tuple_type" and isinstance(problem["input"], dict):
+        return f"write [[{'.'.join(keys)}]] with two brackets: there may be several"
     expected = (problem.get("ctx") or {}).get("expected")
     if expected:
         return f"use {expected}"
     named = [key for key in keys if not key.isdigit()]
-    meaning = getattr(_find(problem["loc"]), "description", None)
+    meaning = " ".join((getattr(_find(problem["loc"]), "description", None) or "").split())
     meant = f" ({meaning[0].lower()}{meaning[1:].rstrip('.')})" if meaning else ""
     return f"correct {named[-1] if named else 'the file'}{meant}; docs/case.md gives unit and range"
 
 
 def _is_branch(text: str) -> bool:
     """Whether a location part is pydantic's name of a union branch rather than a key."""
-    return "[" in text or text in (*OBSTACLES, "float") or text.startswith(("function", "constrained"))
+    return "[" in text or text in (*VARIANTS, "float") or text.startswith(("function", "constrained"))
 
 
 def _known_keys(location: tuple) -> list[str]:
@@ -146,8 +153,8 @@ def _find(location: tuple) -> Any:
     """The table or field of the schema that a location of a problem leads to, as far as it does."""
     place: Any = schema.Case
     for part in map(str, location):
-        if part in OBSTACLES:
-            place = OBSTACLES[part]
+        if part in VARIANTS:
+            place = VARIANTS[part]
             continue
         annotation = getattr(place, "annotation", place)
         tables = [o for o in (annotation, *getattr(annotation, "__args__", ())) if hasattr(o, "model_fields")]

@@ -7,86 +7,43 @@ before a run, kept in its record, and turn its verdict to REVIEW.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
 from billow.case import schema, schema_obstacle
-from billow.dynamics.guards import worst_stretch
+from billow.case.plausible_curves import curve_warnings
+from billow.case.plausible_mesh import mesh_warnings
+from billow.case.warning import Warning
 from billow.dynamics.model import Model
+from billow.gas.exchange import outflow
 from billow.gas.mixture import mixture_gas_constant
-from billow.gas.outflow import orifice_flux, porous_flux
+from billow.gas.passages import FABRIC, VENT
 from billow.gas.uniform_pressure import UniformPressure
 from billow.geometry import super_ellipsoid
 
 MYLAR_VOLUME = 1.21852
 """Volume of two sewn inextensible discs of radius a, in a^3 (Paulsen, Am. Math. Monthly 101, 1994)."""
 
-START_STRAIN = 0.05
-"""Strain of fabric or straps at the start from which on it cannot be meant."""
-
 WORKING_PRESSURE = 20e3
 """Gauge pressure [Pa] at which vents and fabric are judged."""
 
 
-@dataclass(frozen=True)
-class Warning:
-    """One finding: a stable code, what is odd, where, why it matters, and what to try."""
-
-    code: str
-    what: str
-    where: str
-    why: str
-    remedy: str
-
-    def __str__(self) -> str:
-        return f"{self.code} warning: {self.what}\n  where: {self.where}\n  why:   {self.why}\n  try:   {self.remedy}"
-
-
 def warnings(case: schema.Case, model: Model) -> list[Warning]:
     """Everything about a case that looks unintended."""
-    return [*_mesh(case, model), *_fabric(case), *_gas(case, model), *_obstacles(case)]
-
-
-def _mesh(case: schema.Case, model: Model) -> Iterator[Warning]:
-    if case.bag.element_size > case.bag.diameter / 10.0:
-        yield Warning(
-            "W-MESH-001",
-            f"only {case.bag.diameter / case.bag.element_size:.0f} elements across the bag",
-            "bag.element_size",
-            "shape and volume will be off by several percent",
-            "use at most a twentieth of the diameter",
-        )
-    for membrane in model.membranes:
-        element, stretch = worst_stretch(membrane, model, model.start)
-        if stretch > 1.0 + START_STRAIN:
-            triangle = int(membrane.elements[element])
-            part = model.surface.part_names[model.surface.part[triangle]]
-            yield Warning(
-                "W-MESH-002",
-                f"the fabric starts stretched by {100 * (stretch - 1.0):.3g} %",
-                f"triangle {triangle}, part {part}; bag.initial_gap",
-                "it would snap back at the first step: the start shape is not the shape the fabric was cut in",
-                "use a bag.initial_gap of a few millimetres",
-            )
-    ends = model.start[model.straps.bars]
-    distance = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
-    taut = distance / model.straps.length - 1.0
-    if len(taut) and taut.max() > START_STRAIN:
-        bar = int(taut.argmax())
-        yield Warning(
-            "W-MESH-003",
-            f"a strap of {model.straps.length[bar]:g} m starts {distance[bar]:.3g} m long",
-            f"bag.straps.length, strap {model.straps.strap[bar]}",
-            "it would snap back at the first step",
-            "lengthen bag.straps.length, or bring bag.straps.stitch_radius closer to bag.mouth_radius",
-        )
+    return [
+        *mesh_warnings(case, model),
+        *curve_warnings(model),
+        *_fabric(case),
+        *_gas(case, model),
+        *_obstacles(case, model),
+    ]
 
 
 def _fabric(case: schema.Case) -> Iterator[Warning]:
     fabric = case.fabric
     speed = np.sqrt(max(fabric.young_warp, fabric.young_weft) / fabric.density)
-    if not 100.0 <= speed <= 4000.0:
+    linear = fabric.law == "linear"
+    if linear and not 100.0 <= speed <= 4000.0:
         yield Warning(
             "W-FAB-001",
             f"sound travels at {speed:.3g} m/s in this fabric",
@@ -104,7 +61,7 @@ def _fabric(case: schema.Case) -> Iterator[Warning]:
             'write units, for example thickness = "0.3 mm"',
         )
     ratio = max(fabric.young_warp, fabric.young_weft) / min(fabric.young_warp, fabric.young_weft)
-    if ratio > 20.0 or fabric.shear > 2.0 * max(fabric.young_warp, fabric.young_weft):
+    if linear and (ratio > 20.0 or fabric.shear > 2.0 * max(fabric.young_warp, fabric.young_weft)):
         yield Warning(
             "W-FAB-003",
             "the moduli of the fabric do not go together",
@@ -117,40 +74,44 @@ def _fabric(case: schema.Case) -> Iterator[Warning]:
 def _gas(case: schema.Case, model: Model) -> Iterator[Warning]:
     if not isinstance(model.gas, UniformPressure):
         return
-    inflator = model.gas.inflator
-    total, delivered = inflator.cumulative[-1], inflator.delivered(case.run.end_time)
+    inflators = model.gas.inflators
+    total = sum(i.cumulative[-1] for i in inflators)
+    delivered = sum(i.delivered(case.run.end_time) for i in inflators)
+    latest = max(i.flow_time[-1] for i in inflators)
     if delivered < 0.5 * total:
         yield Warning(
             "W-GAS-001",
             f"only {100 * delivered / total:.2g} % of the gas is delivered before the run ends",
             "inflator.mass_flow, run.end_time",
-            f"the curve ends at {inflator.flow_time[-1]:g} s, the run at {case.run.end_time:g} s: "
-            "times may be in milliseconds",
+            f"the curve ends at {latest:g} s, the run at {case.run.end_time:g} s: times may be in milliseconds",
             'write times with units, for example "50 ms"',
         )
-    if inflator.flow_time[-1] < 0.02 * case.run.end_time:
+    longest = max(i.flow_time[-1] - i.flow_time[0] for i in inflators)
+    if longest < 0.02 * case.run.end_time:
         yield Warning(
             "W-GAS-002",
-            f"all gas comes within {1e3 * inflator.flow_time[-1]:.3g} ms",
+            f"all gas comes within {1e3 * longest:.3g} ms",
             "inflator.mass_flow",
             "inflators burn for 20 to 100 ms: times may be in another unit",
             'write times with units, for example "50 ms"',
         )
-    specific = mixture_gas_constant(model.gas.table, inflator.mass_fractions)
-    hottest = float(inflator.temperature.max())
-    free_volume = total * specific * hottest / case.ambient.pressure
-    bag = MYLAR_VOLUME * (0.5 * case.bag.diameter) ** 3
+    heat = sum(
+        i.cumulative[-1] * mixture_gas_constant(model.gas.table, i.mass_fractions) * float(i.temperature.max())
+        for i in inflators
+    )
+    free_volume = heat / case.ambient.pressure
+    bag = inflated_volume(model)
     if not 0.3 <= free_volume / bag <= 6.0:
         yield Warning(
             "W-GAS-003",
             f"{1e3 * total:.3g} g of gas for a bag of about {1e3 * bag:.3g} l",
-            "inflator.mass_flow, bag.diameter",
+            f"inflator.mass_flow, {case.bag.size_key}",
             f"at ambient pressure it fills {free_volume / bag:.2g} bags: mass may be in grams, or a length in mm",
             'write units, for example value = ["0 g/s", "2000 g/s", "0 g/s"]',
         )
-    yield from _losses(case, model.gas, specific, hottest)
+    yield from _losses(case, model.gas, heat / total)
     opening = case.bag.vents.opening_pressure
-    if case.bag.vents.count and not (opening == 0.0 or 100.0 <= opening <= 500e3):
+    if len(model.surface.triangles_of_kind("vent")) and not (opening == 0.0 or 100.0 <= opening <= 500e3):
         yield Warning(
             "W-GAS-005",
             f"the vents open at {opening:g} Pa",
@@ -158,25 +119,41 @@ def _gas(case: schema.Case, model: Model) -> Iterator[Warning]:
             "bags work at 5 to 100 kPa above ambient: vents would be open at once or never; the unit may be another",
             'write units, for example opening_pressure = "20 kPa"; 0 for open vents',
         )
-    jets = case.inflator.jets
-    if jets.count and jets.ring_radius > case.bag.mouth_radius:
-        yield Warning(
-            "W-GAS-006",
-            f"the jets leave at a radius of {jets.ring_radius:g} m, the mouth has {case.bag.mouth_radius:g} m",
-            "inflator.jets.ring_radius, bag.mouth_radius",
-            "the inflator would not fit through the mouth it is mounted in",
-            "reduce inflator.jets.ring_radius, or enlarge bag.mouth_radius",
-        )
+    mouth = 0.5 * extent(model, model.surface.triangles_of_kind("mouth"))
+    for jets in (inflator.jets for inflator in case.inflators):
+        if jets.count and jets.ring_radius > mouth:
+            yield Warning(
+                "W-GAS-006",
+                f"the jets leave at a radius of {jets.ring_radius:g} m, the mouth has {mouth:.3g} m",
+                "inflator.jets.ring_radius, bag.mouth_radius",
+                "the inflator would not fit through the mouth it is mounted in",
+                "reduce inflator.jets.ring_radius, or enlarge bag.mouth_radius",
+            )
 
 
-def _losses(case: schema.Case, gas: UniformPressure, specific: float, temperature: float) -> Iterator[Warning]:
-    peak = float(gas.inflator.mass_flow.max())
-    inside = case.ambient.pressure + WORKING_PRESSURE
-    density = inside / (specific * temperature)
-    flux = orifice_flux(inside, case.ambient.pressure, 1.3, specific * temperature)
-    vents = case.bag.vents.count * case.bag.vents.discharge * 0.25 * np.pi * case.bag.vents.diameter**2 * flux
-    leak = gas.porosity.area * porous_flux(WORKING_PRESSURE, density, gas.porosity.permeability, 1.0, 500.0)
-    for name, loss, key in (("vents let", vents, "bag.vents"), ("fabric lets", leak, "fabric.permeability")):
+def inflated_volume(model: Model) -> float:
+    """About the volume [m^3] the bag will have: that of two sewn discs of each chamber's share of the fabric."""
+    chambers = model.surface.chambers.count
+    radius = np.sqrt(model.contact_area.sum() / chambers / (2.0 * np.pi))
+    return float(chambers * MYLAR_VOLUME * radius**3)
+
+
+def extent(model: Model, triangles: np.ndarray) -> float:
+    """Largest horizontal size [m] of some triangles at the start; zero if there are none."""
+    nodes = model.start[model.surface.triangles[triangles].ravel(), :2]
+    return float(np.ptp(nodes, axis=0).max()) if len(nodes) else 0.0
+
+
+def _losses(case: schema.Case, gas: UniformPressure, specific_heat: float) -> Iterator[Warning]:
+    """specific_heat: R T of the inflow [J/kg]."""
+    peaks = [(float(i.mass_flow.max()), float(i.flow_time[i.mass_flow.argmax()])) for i in gas.inflators]
+    peak, time = sum(flow for flow, _ in peaks), max(peaks)[1]
+    inside = gas.ambient.pressure + WORKING_PRESSURE
+    vents, leak = (
+        outflow(gas.passages, kind, time, inside, gas.ambient.pressure, specific_heat) for kind in (VENT, FABRIC)
+    )
+    fabric = "fabric.permeability" if case.leakage.law == "permeability" else "leakage.pressure_factor"
+    for name, loss, key in (("vents let", vents, "bag.vents"), ("fabric lets", leak, fabric)):
         if loss > peak:
             yield Warning(
                 "W-GAS-004",
@@ -187,15 +164,16 @@ def _losses(case: schema.Case, gas: UniformPressure, specific: float, temperatur
             )
 
 
-def _obstacles(case: schema.Case) -> Iterator[Warning]:
+def _obstacles(case: schema.Case, model: Model) -> Iterator[Warning]:
+    across = extent(model, np.arange(model.surface.triangle_count))
     for obstacle in case.obstacles:
         if not isinstance(obstacle, schema_obstacle.SuperEllipsoid):
             continue
         key = f"obstacles.{obstacle.name}"
-        if obstacle.clearance > 0.7 * case.bag.diameter:
+        if obstacle.clearance > 0.7 * across:
             yield Warning(
                 "W-OBS-001",
-                f"{obstacle.name} is {obstacle.clearance:g} m away from a bag of {case.bag.diameter:g} m",
+                f"{obstacle.name} is {obstacle.clearance:g} m away from a bag of {across:.3g} m",
                 f"{key}.clearance",
                 "the bag will not reach it",
                 "reduce the clearance, or remove the obstacle",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import Annotated, Any
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, model_validator
@@ -69,22 +70,27 @@ def curve(unit: str, low: float, high: float) -> Any:
 
         @model_validator(mode="after")
         def _check(self):
-            if len(self.time) < 2:
-                raise PydanticCustomError(
-                    "curve", "a curve needs at least two points; this one has {n}", {"n": len(self.time)}
-                )
-            if len(self.time) != len(self.value):
-                raise PydanticCustomError(
-                    "curve",
-                    "time has {n} points and value has {m}; they must be equally many",
-                    {"n": len(self.time), "m": len(self.value)},
-                )
-            for before, after in zip(self.time, self.time[1:], strict=False):
-                if after <= before:
-                    raise PydanticCustomError(
-                        "curve", "times must increase; {after} s follows {before} s", {"after": after, "before": before}
-                    )
+            require_curve("time", "s", self.time, self.value)
             return self
 
     Curve.__name__ = Curve.__qualname__ = f"Curve[{unit}]"
     return Curve
+
+
+def require_curve(axis: str, unit: str, points: tuple[float, ...], value: tuple[float, ...]) -> None:
+    """Refuse a curve of fewer than two points, of lists of different length, or whose axis does not increase."""
+    if len(points) < 2:
+        raise PydanticCustomError("curve", "a curve needs at least two points; this one has {n}", {"n": len(points)})
+    if len(points) != len(value):
+        raise PydanticCustomError(
+            "curve",
+            "{axis} has {n} points and value has {m}; they must be equally many",
+            {"axis": axis, "n": len(points), "m": len(value)},
+        )
+    for before, after in itertools.pairwise(points):
+        if after <= before:
+            raise PydanticCustomError(
+                "curve",
+                "{axis}s must increase; {after} {unit} follows {before} {unit}",
+                {"axis": axis, "unit": unit, "after": after, "before": before},
+            )

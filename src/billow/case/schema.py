@@ -14,10 +14,12 @@ import tomli_w
 from pydantic import field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
+from billow.case.bags import Bag
 from billow.case.quantity import Strict, quantity
-from billow.case.schema_bag import Bag
+from billow.case.schema_bag import DriverBag
 from billow.case.schema_fabric import Fabric
-from billow.case.schema_gas import Ambient, Gas, Inflator
+from billow.case.schema_gas import Ambient, Gas, Inflator, Inflators, require_distinct
+from billow.case.schema_leakage import Leakage
 from billow.case.schema_obstacle import Obstacle, Plate
 from billow.case.text import Text
 
@@ -66,10 +68,11 @@ class Case(Strict):
 
     title: Text = "Driver bag"
     """Free text."""
-    bag: Bag = Bag()
+    bag: Bag = DriverBag()
     fabric: Fabric = Fabric()
     gas: Gas = Gas()
-    inflator: Inflator = Inflator()
+    leakage: Leakage = Leakage()
+    inflator: Inflators = Inflator()
     ambient: Ambient = Ambient()
     obstacles: tuple[Obstacle, ...] = (Plate(shape="plate"),)
     run: Run = Run()
@@ -77,10 +80,21 @@ class Case(Strict):
     @field_validator("obstacles")
     @classmethod
     def _distinct(cls, value):
-        names = [obstacle.name for obstacle in value]
-        if len(set(names)) != len(names):
-            raise PydanticCustomError("names", "two obstacles are called {name}", {"name": max(names, key=names.count)})
-        return value
+        return require_distinct(value, "obstacles")
+
+    @field_validator("inflator")
+    @classmethod
+    def _at_least_one(cls, value):
+        if value == ():
+            raise PydanticCustomError(
+                "inflators", "the list is empty", {"try": 'set gas.model = "none" for a bag without inflator'}
+            )
+        return require_distinct(value, "inflators") if isinstance(value, tuple) else value
+
+    @property
+    def inflators(self) -> tuple[Inflator, ...]:
+        """All inflators, also if there is only one."""
+        return self.inflator if isinstance(self.inflator, tuple) else (self.inflator,)
 
     @classmethod
     def load(cls, path: str | Path) -> Case:

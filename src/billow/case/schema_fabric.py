@@ -2,39 +2,141 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Any, Literal
 
 from pydantic import model_validator
 from pydantic_core import PydanticCustomError
 
 from billow.case.quantity import Strict, quantity
+from billow.fabric.library import FILES, library_curves
 
 Modulus = quantity("Pa", 1e4, 1e12)
+Strain = quantity("-", -10.0, 10.0)
+Stress = quantity("Pa", -1e12, 1e12)
+DIRECTIONS = ("warp", "weft", "shear")
+
+
+class YarnCurve(Strict):
+    """True (logarithmic) strain against true stress. In a case file the path of a CSV file may stand for the table."""
+
+    strain: tuple[Strain, ...] = ()
+    """True strain, from 0 on."""
+    stress: tuple[Stress, ...] = ()
+    """True stress."""
+
+
+class ShearCurve(Strict):
+    """Angle against shear stress. In a case file the path of a CSV file may stand for the table."""
+
+    angle: tuple[quantity("deg", -180.0, 180.0), ...] = ()
+    """Change of the angle between warp and weft, from 0 on."""
+    stress: tuple[Stress, ...] = ()
+    """Shear stress: in a picture frame of side L under F along its diagonal, F sin(45 deg - angle/2)/(L thickness)."""
+
+
+class YarnCurves(Strict):
+    """Curves of one family of yarns."""
+
+    loading: YarnCurve = YarnCurve()
+    unloading: YarnCurve = YarnCurve()
+
+
+class ShearCurves(Strict):
+    """Curves of the angle between warp and weft."""
+
+    loading: ShearCurve = ShearCurve()
+    unloading: ShearCurve = ShearCurve()
+
+
+class FabricCurves(Strict):
+    """Tests of the fabric, for the laws "curves" and "curves-shear". Without unloading curve, unloading is elastic."""
+
+    transverse: quantity("-", -1.0, 2.0) = 1.0
+    """Transverse over axial true strain in the tests of warp and weft: 1 equal-biaxial, 0 strip held in its width."""
+    yarn_angle: quantity("deg", 30.0, 150.0) = 90.0
+    """Angle between warp and weft in the flat cut."""
+    warp: YarnCurves = YarnCurves()
+    weft: YarnCurves = YarnCurves()
+    shear: ShearCurves = ShearCurves()
+
+
+class Liner(Strict):
+    """Isotropic layer that carries compression as well, for the linear law; 1 to 5 % keep crushed folds apart."""
+
+    ratio: quantity("-", 0.0, 1.0) = 0.0
+    """Its thickness over the fabric's; 0 for none."""
+    young: Modulus = 0.05e9
+    """Young's modulus."""
+    poisson: quantity("-", 0.0, 0.49) = 0.3
+    """Poisson's ratio."""
+
+
+class Coating(Strict):
+    """Coating (silicone): it adds mass and closes the fabric. Its stiffness is negligible, or a liner."""
+
+    thickness: quantity("m", 0.0, 1e-3) = 0.0
+    """Thickness; 0 for none."""
+    density: quantity("kg/m^3", 100.0, 5000.0) = 1100.0
+    """Density."""
 
 
 class Fabric(Strict):
     """Woven fabric. Defaults: nylon 6.6, 470 dtex, uncoated."""
 
-    law: Literal["linear"] = "linear"
-    """linear: orthotropic, linear in Green strain (FORM 0)."""
+    law: Literal["linear", "curves", "curves-shear"] = "linear"
+    """linear: orthotropic, linear in Green strain (FORM 0); curves-shear: loading and unloading curves with history
+    (FORM 14); curves: the same, but shear switches curves by the sign of its rate, which oscillates (FORM 4)."""
     density: quantity("kg/m^3", 50.0, 5000.0) = 800.0
     """Mass per volume of the fabric as woven."""
     thickness: quantity("m", 1e-5, 5e-3) = 0.30e-3
-    """Thickness."""
+    """Thickness of the fabric without coating."""
     young_warp: Modulus = 0.40e9
-    """Young's modulus along the warp."""
+    """Young's modulus along the warp (linear)."""
     young_weft: Modulus = 0.35e9
-    """Young's modulus along the weft."""
+    """Young's modulus along the weft (linear)."""
     poisson: quantity("-", 0.0, 0.49) = 0.2
-    """Poisson's ratio (warp load, weft contraction)."""
+    """Poisson's ratio: warp load, weft contraction (linear)."""
     shear: Modulus = 10e6
-    """Shear modulus between warp and weft; woven fabric is soft in shear."""
+    """Shear modulus between warp and weft; woven fabric is soft in shear (linear)."""
     compression: bool = False
     """Whether the fabric carries compression; real fabric buckles."""
     damping: quantity("-", 0.0, 0.5) = 0.05
     """Stiffness-proportional damping, as a fraction of critical in an element's highest mode."""
     permeability: quantity("-", 0.0, 10.0) = 0.0
     """Leak speed in units of 1 m/s at 500 Pa; grows with the root of the pressure difference. 0 for coated fabric."""
+    library: Literal["own", "nylon66-470dtex"] = "own"
+    """Where curves come from that are not given: nylon66-470dtex is typical, not measured. The effective case holds the
+    curves themselves, and says own."""
+    curves: FabricCurves = FabricCurves()
+    liner: Liner = Liner()
+    coating: Coating = Coating()
+
+    @model_validator(mode="before")
+    @classmethod
+    def _inline(cls, data: Any) -> Any:
+        """Fill in the curves of the library, so that the effective case is complete in itself."""
+        if not isinstance(data, dict) or not isinstance(data.get("curves", {}), dict):
+            return data
+        if "law" not in data and (data.get("curves") or data.get("library", "own") != "own"):
+            data = {**data, "law": "curves-shear"}
+        given = [name for name in DIRECTIONS if _has_points(data.get("curves", {}).get(name))]
+        library = data.get("library", "own")
+        if data.get("law") in ("curves", "curves-shear") and library == "own" and not given:
+            library = next(iter(FILES))
+        if not isinstance(library, str) or library not in FILES:
+            return data
+        if data.get("law") == "linear" or len(given) == len(DIRECTIONS):
+            reason = "the law is linear" if data.get("law") == "linear" else "all three curves are given"
+            raise PydanticCustomError(
+                "library",
+                "{reason}",
+                {
+                    "reason": f"library = {library!r} would have no effect: {reason}",
+                    "try": 'write law = "curves-shear", and leave out the curves that the library should give',
+                },
+            )
+        filled = {name: table for name, table in library_curves(library).items() if name not in given}
+        return {**data, "library": "own", "curves": {**data.get("curves", {}), **filled}}
 
     @model_validator(mode="after")
     def _resists(self):
@@ -51,3 +153,28 @@ class Fabric(Strict):
                 },
             )
         return self
+
+    @model_validator(mode="after")
+    def _fits(self):
+        problem = None
+        if self.coating.thickness > 0.0 and self.permeability > 0.0:
+            problem = ("coated fabric does not leak", "set permeability = 0, or coating.thickness = 0")
+        elif self.law != "linear" and self.liner.ratio > 0.0:
+            problem = (f'the law "{self.law}" has no liner', 'set liner.ratio = 0, or law = "linear"')
+        elif self.law != "linear" and not all(_has_points(getattr(self.curves, name)) for name in DIRECTIONS):
+            missing = next(name for name in DIRECTIONS if not _has_points(getattr(self.curves, name)))
+            problem = (
+                f"the curve {missing}.loading is missing",
+                f'give it, or library = "{next(iter(FILES))}" for what is not given',
+            )
+        if problem:
+            raise PydanticCustomError("fabric", "{reason}", {"reason": problem[0], "try": problem[1]})
+        return self
+
+
+def _has_points(curves: Any) -> bool:
+    """Whether a direction is described, as users write it or as the schema keeps it."""
+    loading = curves.get("loading") if isinstance(curves, dict) else getattr(curves, "loading", None)
+    if isinstance(loading, YarnCurve | ShearCurve):
+        return bool(loading.stress)
+    return bool(loading.get("stress")) if isinstance(loading, dict) else bool(loading)

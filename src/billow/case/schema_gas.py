@@ -2,22 +2,128 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import Discriminator, Field, Tag, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
+from billow.case.factor import over_time
 from billow.case.quantity import Strict, curve, quantity
+from billow.case.text import Name
+from billow.gas.species import AIR, COLDEST, HOTTEST, MOLAR_GAS_CONSTANT
 
 Fraction = quantity("-", 0.0, 1.0)
+Pressure = quantity("Pa", 1e3, 1e6)
 MassFlow = curve("kg/s", 0.0, 100.0)
+Molar = quantity("J/(mol K)", -1000.0, 1000.0)
+
+ONE, SEVERAL = "inflator[one]", "inflator[several]"
+"""How inflators were written; names of branches that stand in no key."""
+
+
+def _require_whole(fractions: dict[str, float]) -> dict[str, float]:
+    total = sum(fractions.values())
+    if abs(total - 1.0) > 1e-6:
+        raise PydanticCustomError("fractions", "fractions sum to {total}, not 1", {"total": round(total, 9)})
+    return fractions
+
+
+class Species(Strict):
+    """A gas of one's own: molar heat capacity cp = a + b T + c T^2."""
+
+    molar_mass: quantity("kg/mol", 1e-3, 0.5)
+    """Molar mass."""
+    a: Molar
+    """Constant part, J/(mol K)."""
+    b: quantity("-", -10.0, 10.0) = 0.0
+    """Linear part, J/(mol K^2)."""
+    c: quantity("-", -0.1, 0.1) = 0.0
+    """Quadratic part, J/(mol K^3)."""
+
+    @model_validator(mode="after")
+    def _heats(self):
+        within = [COLDEST, HOTTEST]
+        if self.c and COLDEST < -0.5 * self.b / self.c < HOTTEST:
+            within.append(-0.5 * self.b / self.c)
+        least, at = min((self.a + t * (self.b + t * self.c), t) for t in within)
+        if least <= MOLAR_GAS_CONSTANT:
+            raise PydanticCustomError(
+                "heat",
+                "{reason}",
+                {
+                    "reason": f"cp falls to {least:.4g} J/(mol K) at {at:g} K; it must stay above the gas constant, "
+                    f"{MOLAR_GAS_CONSTANT:.4g} J/(mol K), between {COLDEST:g} and {HOTTEST:g} K",
+                    "try": "give molar values, a in J/(mol K), b in J/(mol K^2), c in J/(mol K^3)",
+                },
+            )
+        return self
+
+
+class Initial(Strict):
+    """What the bag holds at the start."""
+
+    gas: dict[str, Fraction] = Field(default_factory=lambda: dict(AIR))
+    """Composition; fractions must sum to 1."""
+    fractions: Literal["mole", "mass"] = "mole"
+    """What the fractions are of."""
+    temperature: quantity("K", 200.0, 3000.0) | Literal["ambient"] = "ambient"
+    """Temperature."""
+    pressure: Pressure | Literal["ambient"] = "ambient"
+    """Absolute pressure."""
+
+    _whole = field_validator("gas")(_require_whole)
+
+
+class Orifice(Strict):
+    """A hole of fixed area between two chambers, or to the surroundings, that the mesh does not show."""
+
+    name: Name
+    """Name, for the histories."""
+    between: tuple[Name, Name]
+    """The two chambers it joins; "ambient" for the surroundings."""
+    area: quantity("m^2", 1e-8, 10.0)
+    """Area."""
+    discharge: over_time("-", 0.0, 1.0) = 0.7
+    """Discharge coefficient: a number, or a curve against time."""
+
+    @model_validator(mode="after")
+    def _joins(self):
+        if self.between[0] == self.between[1]:
+            raise PydanticCustomError("orifice", "it joins {name} with itself", {"name": self.between[0]})
+        return self
 
 
 class Gas(Strict):
     """What fills the bag."""
 
-    model: Literal["uniform-pressure", "none"] = "uniform-pressure"
-    """uniform-pressure: one well-mixed gas; none: no gas at all."""
+    model: Literal["uniform-pressure", "corpuscular", "none"] = "uniform-pressure"
+    """uniform-pressure: one well-mixed gas in each chamber; corpuscular: particles that fly, collide and push, so that
+    jets, narrow gaps and the way of the gas are felt; none: no gas at all."""
+    particles: int = 100_000
+    """Of the corpuscular gas, for all there will be inside, injected and initial."""
+    seed: int = 1
+    """Of the corpuscular gas' random numbers; runs with other seeds show how large its noise is."""
+    heat_transfer: quantity("W/(m^2 K)", 0.0, 1e4) = 0.0
+    """Heat transfer coefficient from the gas through the outer fabric to the surroundings."""
+    opening_discharge: Fraction = 0.7
+    """Discharge coefficient of the openings between chambers."""
+    initial: Initial = Initial()
+    orifices: tuple[Orifice, ...] = ()
+    species: dict[Name, Species] = Field(default_factory=dict)
+    """Gases of one's own by name, for example [gas.species.smoke]; they go before those of the library."""
+
+    @field_validator("particles", "seed")
+    @classmethod
+    def _countable(cls, value, info):
+        low, high = (1_000, 20_000_000) if info.field_name == "particles" else (0, 2**31 - 1)
+        if not low <= value <= high:
+            raise PydanticCustomError("range", "{reason}", {"reason": f"{value}; expected {low} to {high}"})
+        return value
+
+    @field_validator("orifices")
+    @classmethod
+    def _distinct(cls, value):
+        return require_distinct(value, "orifices")
 
 
 class Jets(Strict):
@@ -31,6 +137,10 @@ class Jets(Strict):
     """Diameter of a hole."""
     angle: quantity("deg", 0.0, 89.0) = 45.0
     """Angle of the deflected jets from the bag's axis."""
+    cone: quantity("deg", 0.0, 89.0) = 15.0
+    """Half-angle of the cone each jet spreads in, for the corpuscular gas; uniform pressure has its own law of jets."""
+    spin: quantity("Hz", -1e4, 1e4) = 0.0
+    """Turns of the ring about the bag's axis per second."""
 
     @field_validator("count")
     @classmethod
@@ -41,23 +151,26 @@ class Jets(Strict):
 
 
 class Inflator(Strict):
-    """Gas source. Default: 50 g of pyrotechnic gas within 50 ms."""
+    """Gas source; several are written as [[inflator]], each with a name. Default: 50 g of pyrotechnic gas within 50
+    ms."""
 
+    name: Name = "inflator"
+    """Name; inflators are told apart by it."""
+    chamber: Name = "mouth"
+    """Chamber it blows into; first: the only one, or the first."""
+    delay: quantity("s", 0.0, 10.0) = 0.0
+    """Added to the times of its curves."""
     gas: dict[str, Fraction] = Field(default_factory=lambda: {"N2": 0.45, "H2O": 0.30, "CO2": 0.25})
-    """Mole fractions; they must sum to 1."""
+    """Composition; fractions must sum to 1."""
+    fractions: Literal["mole", "mass"] = "mole"
+    """What the fractions are of."""
     mass_flow: MassFlow = MassFlow(time=(0.0, 0.008, 0.050), value=(0.0, 2.0, 0.0))
     """Mass flow against time, piecewise linear, zero outside."""
     temperature: quantity("K", 200.0, 3000.0) | curve("K", 200.0, 3000.0) = 650.0
     """Total temperature of the gas: one number, or a curve against time."""
     jets: Jets = Jets()
 
-    @field_validator("gas")
-    @classmethod
-    def _whole(cls, value):
-        total = sum(value.values())
-        if abs(total - 1.0) > 1e-6:
-            raise PydanticCustomError("fractions", "mole fractions sum to {total}, not 1", {"total": round(total, 9)})
-        return value
+    _whole = field_validator("gas")(_require_whole)
 
     @model_validator(mode="after")
     def _delivers(self):
@@ -73,10 +186,30 @@ class Inflator(Strict):
         return self
 
 
+def _how_many(value: Any) -> str:
+    return SEVERAL if isinstance(value, (list, tuple)) else ONE
+
+
+Inflators = Annotated[
+    Annotated[Inflator, Tag(ONE)] | Annotated[tuple[Inflator, ...], Tag(SEVERAL)], Discriminator(_how_many)
+]
+"""One inflator, or several."""
+
+
+def require_distinct(items: tuple, kind: str) -> tuple:
+    """Refuse two items of one name."""
+    names = [item.name for item in items]
+    if len(set(names)) != len(names):
+        raise PydanticCustomError(
+            "names", "two {kind} are called {name}", {"kind": kind, "name": max(names, key=names.count)}
+        )
+    return items
+
+
 class Ambient(Strict):
     """Still air around and, at the start, inside the bag."""
 
-    pressure: quantity("Pa", 1e3, 1e6) = 101325.0
+    pressure: Pressure = 101325.0
     """Absolute pressure."""
     temperature: quantity("K", 200.0, 400.0) = 295.0
     """Temperature."""

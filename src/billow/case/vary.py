@@ -10,7 +10,10 @@ from billow.errors import InputError
 
 
 def vary(case: Case, changes: dict[str, Any]) -> Case:
-    """Replace dotted keys; obstacles are addressed by name. Raises InputError E-CASE-006 or those of `validate`."""
+    """Replace dotted keys; what stands in a list (obstacles, several inflators) is addressed by name.
+
+    Raises InputError E-CASE-006 or those of `validate`.
+    """
     data = case.to_dict()
     for key, value in changes.items():
         *path, last = key.split(".")
@@ -18,20 +21,26 @@ def vary(case: Case, changes: dict[str, Any]) -> Case:
         for part in path:
             place = _enter(place, part, key)
         if not isinstance(place, dict):
-            raise _unknown(key, last, [])
+            raise _unknown(key, last, sorted(_named(place)))
         place[last] = value
     return validate(data, "design parameters")
 
 
 def _enter(place: Any, part: str, key: str) -> Any:
     if isinstance(place, (list, tuple)):
-        named = {item.get("name"): item for item in place if isinstance(item, dict)}
+        named = _named(place)
         if part not in named:
-            raise _unknown(key, part, sorted(map(str, named)))
+            raise _unknown(key, part, sorted(named))
         return named[part]
     if not isinstance(place, dict) or part not in place:
         raise _unknown(key, part, sorted(place) if isinstance(place, dict) else [])
     return place[part]
+
+
+def _named(place: Any) -> dict[str, Any]:
+    """The tables of a list by name; none if it is no list."""
+    items = place if isinstance(place, (list, tuple)) else ()
+    return {str(item.get("name")): item for item in items if isinstance(item, dict)}
 
 
 def _unknown(key: str, part: str, known: list[str]) -> InputError:

@@ -10,8 +10,9 @@ import numpy as np
 from billow.contact.rigid_contact import push
 from billow.dynamics.model import Model, State
 from billow.dynamics.nodes import gather
+from billow.fabric import straps
 from billow.fabric.fabric import ENERGY, HYSTERESIS, POWER, STRETCH
-from billow.fabric.straps import add_strap_forces
+from billow.fabric.membrane import Membrane
 from billow.gas.gas_model import Bag
 from billow.impactor import rigid_body
 from billow.impactor.rigid_body import spin
@@ -20,7 +21,9 @@ from billow.impactor.rigid_body import spin
 def evaluate_forces(model: Model, state: State, time: float, dt: float) -> None:
     """Forces at the new positions of a step from `time` to `time + dt` [s]; velocities are those of its middle."""
     state.corner_force.fill(0.0)
-    model.gas.advance(state.gas, Bag(model.surface, state.positions, state.velocities), time, dt, state.corner_force)
+    touched = state.contact.touching.any(axis=0)
+    bag = Bag(model.surface, state.positions, state.velocities, touched)
+    model.gas.advance(state.gas, bag, time, dt, state.corner_force)
     add_membrane_forces(model, state, dt)
     gather(
         model.surface.corner_start, model.surface.corners, state.corner_force,
@@ -33,7 +36,8 @@ def add_membrane_forces(model: Model, state: State, dt: float) -> None:
     """Fabric stress on the corners; books strain energy, damping, hysteresis and the largest stretch."""
     state.ledger.strain = state.ledger.hysteresis = 0.0
     largest = 0.0
-    for membrane, history, sums in zip(model.membranes, state.membrane_history, state.membrane_sums, strict=True):
+    membranes = model.membranes if model.birth is None else membranes_at_birth(model, state, dt)
+    for membrane, history, sums in zip(membranes, state.membrane_history, state.membrane_sums, strict=True):
         membrane.fabric.add_forces(
             membrane, model.surface.triangles, state.positions, state.velocities, history, state.corner_force, sums
         )
@@ -45,12 +49,26 @@ def add_membrane_forces(model: Model, state: State, dt: float) -> None:
     state.largest_stretch = float(np.sqrt(largest))
 
 
+def membranes_at_birth(model: Model, state: State, dt: float) -> tuple[Membrane, ...]:
+    """The membranes with the reference of the step's end; books the work of the reference that moved."""
+    before, now = model.birth.fraction(state.time), model.birth.fraction(state.time + dt)
+    membranes = model.birth.membranes(model.membranes, now)
+    if before < 1.0:
+        slope = model.birth.energy_slope(
+            model.membranes, now, model.surface.triangles, state.positions, state.membrane_history
+        )
+        state.ledger.birth_work += 0.5 * (state.ledger.birth_slope + slope) * (now - before)
+        state.ledger.birth_slope = slope
+    return membranes
+
+
 def add_straps(model: Model, state: State, dt: float) -> None:
-    """Strap tensions on the nodes; books their energy and damping."""
-    add_strap_forces(model.straps, state.positions, state.velocities, state.nodal_force, state.bar)
+    """Strap tensions on the nodes; books their energy, damping, and what torn bars held."""
+    straps.add_strap_forces(model.straps, state.positions, state.velocities, state.nodal_force, state.bar)
     if len(state.bar):
-        state.ledger.strap = float(state.bar[:, 1].sum())
-        state.ledger.damping += float(state.bar[:, 2].sum()) * dt
+        state.ledger.strap = float(state.bar[:, straps.ENERGY].sum())
+        state.ledger.damping += float(state.bar[:, straps.POWER].sum()) * dt
+        state.ledger.hysteresis += float(state.bar[:, straps.LOST].sum())
 
 
 def push_apart(model: Model, state: State, dt: float) -> None:

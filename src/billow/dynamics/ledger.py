@@ -2,7 +2,7 @@
 
 The balance closed every step is
 
-    kinetic + strain + straps + contact springs + dissipated = start + work of gas + work of gravity,
+    kinetic + strain + straps + contact springs + dissipated = start + work of gas, gravity and birth ramp,
 
 with every term computed on its own: kinetic from velocities, strain from the fabric law, work from the gas' own books.
 Its residual is a property of the whole solver; a wrong sign anywhere shows up in it.
@@ -20,6 +20,8 @@ class Ledger:
     kinetic: fabric. body_kinetic: rigid bodies. strain: fabric. strap. contact: springs of the penalty contact.
     damping: fabric, straps and mass damping together. hysteresis: fabric that unloads on another curve than it was
     loaded on. friction: contact damping and friction.
+    birth_work: of a reference that moves from the start shape to the flat cut, and birth_slope, its last rate per
+    fraction of the way.
     gas_work: net work of the gas on the fabric. gas_temperature: [K], for the guards. gravity_work. start: total at
     time zero. residual: left minus right side of the balance. largest_gain, largest_loss: its extremes so far.
     largest_energy: largest of kinetic, internal and gas work so far, the denominator for relative errors.
@@ -33,6 +35,8 @@ class Ledger:
     damping: float = 0.0
     hysteresis: float = 0.0
     friction: float = 0.0
+    birth_work: float = 0.0
+    birth_slope: float = 0.0
     gas_work: float = 0.0
     gas_temperature: float = 0.0
     gravity_work: float = 0.0
@@ -53,7 +57,7 @@ class Ledger:
         if self.start is None:
             self.start = stored
         dissipated = self.damping + self.hysteresis + self.friction
-        self.residual = stored + dissipated - self.start - self.gas_work - self.gravity_work
+        self.residual = stored + dissipated - self.start - self.gas_work - self.gravity_work - self.birth_work
         self.largest_gain = max(self.largest_gain, self.residual)
         self.largest_loss = min(self.largest_loss, self.residual)
         self.largest_energy = max(

@@ -13,6 +13,7 @@ import numpy as np
 from billow.compiled import CHUNK
 from billow.contact.rigid_contact import ContactState, ObstacleTable, Plate, SuperEllipsoid, SurfaceLaw
 from billow.dynamics.ledger import Ledger
+from billow.fabric.birth import Birth
 from billow.fabric.fabric import SUMS
 from billow.fabric.membrane import Membrane
 from billow.fabric.straps import Straps
@@ -38,7 +39,7 @@ class Model:
 
     start: positions at time zero, [m], (nodes, 3). mass: [kg], (nodes,). contact_area: tributary reference area, [m^2],
     (nodes,). fixed: (nodes,) bool. gravity: [m/s^2], (3,). mass_damping: rate alpha of -2 alpha m v, [1/s], used to
-    find equilibria and off in deployments.
+    find equilibria and off in deployments. birth: for a start shape that is stretched against the flat cut.
     """
 
     surface: Surface
@@ -52,6 +53,7 @@ class Model:
     fixed: np.ndarray
     gravity: np.ndarray
     mass_damping: float = 0.0
+    birth: Birth | None = None
 
     @cached_property
     def obstacle_table(self) -> ObstacleTable:
@@ -108,7 +110,7 @@ def start_state(model: Model) -> State:
         nodal_force=np.zeros((n, 3)),
         corner_force=np.zeros((model.surface.triangle_count, 3, 3)),
         inverse_mass=model.inverse_mass,
-        bar=np.zeros((len(model.straps.bars), 3)),
+        bar=model.straps.fresh(),
         membrane_history=tuple(m.fresh_history() for m in model.membranes),
         membrane_sums=tuple(np.zeros((-(-len(m.elements) // CHUNK), SUMS)) for m in model.membranes),
         gas=model.gas.start(Bag(model.surface, positions, velocities)),

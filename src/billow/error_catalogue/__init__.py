@@ -9,14 +9,17 @@ from __future__ import annotations
 from billow.error_catalogue import (
     case,
     command_line,
+    coupled,
     fabric,
     gas,
     geometry,
+    injury,
     obstacles,
     results,
     runs,
     studies,
     surrogates,
+    tank,
 )
 from billow.error_catalogue.entry import Entry
 
@@ -28,24 +31,30 @@ GROUPS = {
     "RES": "Results, datasets and interrupted runs",
     "STU": "Studies",
     "ROM": "Surrogates",
+    "INJ": "Injury metrics",
+    "CPL": "Force inputs and coupled models",
     "CLI": "The command line",
     "FAB": "Fabric",
     "MESH": "Mesh",
     "OBS": "Obstacles",
+    "TANK": "Tank tests",
 }
 """What the middle of a code stands for."""
 
 CATALOGUE: dict[str, Entry] = {
     **case.CODES,
     **command_line.CODES,
+    **coupled.CODES,
     **fabric.CODES,
     **gas.CODES,
     **geometry.CODES,
+    **injury.CODES,
     **obstacles.CODES,
     **results.CODES,
     **runs.CODES,
     **studies.CODES,
     **surrogates.CODES,
+    **tank.CODES,
 }
 
 __all__ = ["CATALOGUE", "GROUPS", "Entry"]

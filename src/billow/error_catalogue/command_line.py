@@ -31,6 +31,18 @@ CODES: dict[str, Entry] = {
         "No permission, a full disk, or a path that does not exist.",
         "Check path, permissions and free space.",
     ),
+    "E-CLI-006": Entry(
+        InputError,
+        "A command was given a word it does not know.",
+        "A misspelt name of a test, a law, a direction or a curve.",
+        "Take one of those the message lists.",
+    ),
+    "E-CLI-007": Entry(
+        InputError,
+        "A number given to a command cannot be used.",
+        "A unit that does not fit, or a value outside its range.",
+        "Write the number with a unit, for example `--peak '35 deg'`.",
+    ),
     "E-CLI-030": Entry(
         InputError,
         "There is no such verification case.",

@@ -136,4 +136,40 @@ CODES: dict[str, Entry] = {
         "No permission, a read-only disk, or a file where a folder was expected.",
         "Check path and permissions, or choose another folder with --out.",
     ),
+    "E-STU-024": Entry(
+        InputError,
+        "The table of added designs cannot be used.",
+        "A misspelt path in added_designs, columns that are not the parameters, or a value outside its range.",
+        "Let `billow suggest` write it, or write one column for each parameter, headed name [unit].",
+    ),
+    "E-STU-025": Entry(
+        InputError,
+        "The training runs of a study cannot grow to this number.",
+        "A train that is no multiple of the number of training runs there are.",
+        "Set train to a multiple, or list more designs in added_designs.",
+    ),
+    "E-STU-026": Entry(
+        InputError,
+        "The table of runs to import cannot be used.",
+        "No runs.csv, a column that is not headed name [unit], or a value that is no number or the same everywhere.",
+        "Write a column run, one column name [unit] for each parameter, and one row for each run.",
+    ),
+    "E-STU-027": Entry(
+        InputError,
+        "A run to import cannot be read.",
+        "A file that is missing, cut short or of another kind, or positions that are not finite.",
+        "Export the run again.",
+    ),
+    "E-STU-028": Entry(
+        InputError,
+        "A run to import does not fit the others.",
+        "Another mesh, nodes in another order, another start shape, or other times.",
+        "Give all runs one mesh and the same times.",
+    ),
+    "E-STU-029": Entry(
+        InputError,
+        "Mesh or times of the runs to import are not known.",
+        "NumPy or CSV frames without triangles.csv or times.csv beside them.",
+        "Put both beside the runs, or into every .npz.",
+    ),
 }

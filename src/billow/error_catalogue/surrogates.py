@@ -94,4 +94,40 @@ CODES: dict[str, Entry] = {
         "The test runs of the study are not made yet, or failed.",
         "Finish the study: billow study STUDY.toml --out FOLDER",
     ),
+    "E-ROM-016": Entry(
+        ResourceError,
+        "ONNX is not installed.",
+        "Export needs it; nothing else does.",
+        "Install it with pip install onnx onnxruntime.",
+    ),
+    "E-ROM-017": Entry(
+        InputError,
+        "The surrogate has no intervals.",
+        "It was trained without calibration, with contact forces, with the recipe paper, or on too few runs.",
+        'Train with the recipe "shared" on more runs: billow train FOLDER',
+    ),
+    "E-ROM-018": Entry(
+        InputError,
+        "There are no intervals of this level.",
+        "A level that was not calibrated.",
+        "Ask for one of the levels that the message lists.",
+    ),
+    "E-ROM-019": Entry(
+        InputError,
+        "The surrogate cannot be exported.",
+        "It takes contact forces of the time before as inputs, which one graph of the whole motion cannot have.",
+        "Export a surrogate trained without contact forces.",
+    ),
+    "E-ROM-020": Entry(
+        NumericalStop,
+        "An exported model does not answer as the surrogate it was made from.",
+        "A faulty version of ONNX Runtime, or a surrogate far beyond the range of float32.",
+        "Install another version of onnxruntime; the file was not written.",
+    ),
+    "E-ROM-021": Entry(
+        InputError,
+        "There are no designs to suggest.",
+        "A number of designs below one, or a surrogate without an ensemble.",
+        'Ask for at least one, with a surrogate of the recipe "shared".',
+    ),
 }

@@ -19,14 +19,15 @@ from billow.fabric.fabric import FabricLaw
 class Membrane:
     """Elements that share one fabric.
 
-    elements: (n,) int64, indices of their triangles in the surface. reference_inverse: Dm^-1 along the yarns, row by
-    row, [1/m], (4, n). volume: reference area times thickness, [m^3], (n,). viscosity: damping modulus, [Pa s], (n,).
-    altitude: smallest reference altitude, [m], (n,).
+    elements: (n,) int64, indices of their triangles in the surface. reference_inverse: Dm^-1 row by row, [1/m], (4, n).
+    yarn_inverse: the same with its columns along the yarns. volume: reference area times thickness, [m^3], (n,).
+    viscosity: damping modulus, [Pa s], (n,). altitude: smallest reference altitude, [m], (n,).
     """
 
     fabric: FabricLaw
     elements: np.ndarray
     reference_inverse: np.ndarray
+    yarn_inverse: np.ndarray
     volume: np.ndarray
     viscosity: np.ndarray
     altitude: np.ndarray
@@ -57,7 +58,9 @@ class Membrane:
         altitude = 2.0 * area / np.sqrt(longest)
         viscosity = fabric.damping * fabric.density * fabric.wave_speed * altitude
         volume = area * (fabric.thickness if thickness is None else thickness)
-        return cls(fabric, np.asarray(elements, np.int64), fabric.along_yarns(inverse), volume, viscosity, altitude)
+        return cls(
+            fabric, np.asarray(elements, np.int64), inverse, fabric.along_yarns(inverse), volume, viscosity, altitude
+        )
 
     @property
     def mass(self) -> np.ndarray:

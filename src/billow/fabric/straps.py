@@ -1,4 +1,4 @@
-"""Straps (tethers): tension-only bars between nodes, F = EA max(0, strain), with damping while taut."""
+"""Straps (tethers): tension-only bars between nodes, F = EA max(0, strain), damped while taut, until they tear."""
 
 from __future__ import annotations
 
@@ -8,6 +8,10 @@ import numpy as np
 
 from billow.compiled import kernel
 
+TENSION, ENERGY, POWER, ELONGATION, TORN, LOST = range(6)
+"""What is known of each bar: tension [N], stored energy [J], damping power [W], length beyond the unstretched one [m]
+(negative while slack), 1 once it tore, and the energy [J] it held then."""
+
 
 @dataclass(frozen=True)
 class Straps:
@@ -15,7 +19,7 @@ class Straps:
 
     bars: (bars, 2) int64 node pairs. length: unstretched [m], (bars,). stiffness: EA [N], (bars,).
     viscosity: force per rate of strain [N s], (bars,). strap: (bars,) int64, which strap a bar belongs to.
-    mass: of each bar [kg], (bars,), lumped half to each end.
+    mass: of each bar [kg], (bars,), lumped half to each end. failure: tension at which a bar tears [N], (bars,).
     """
 
     bars: np.ndarray
@@ -24,10 +28,15 @@ class Straps:
     viscosity: np.ndarray
     mass: np.ndarray
     strap: np.ndarray
+    failure: np.ndarray
 
     @property
     def strap_count(self) -> int:
         return int(self.strap.max()) + 1 if len(self.strap) else 0
+
+    def fresh(self) -> np.ndarray:
+        """Bars that have never pulled, (bars, 6), the columns named above."""
+        return np.zeros((len(self.bars), 6))
 
     def nodal_stiffness(self, node_count: int) -> np.ndarray:
         """Sum of EA/L of the bars at each node [N/m], (nodes,)."""
@@ -35,26 +44,26 @@ class Straps:
 
 
 NO_STRAPS = Straps(
-    np.empty((0, 2), np.int64), np.empty(0), np.empty(0), np.empty(0), np.empty(0), np.empty(0, np.int64)
+    np.empty((0, 2), np.int64), np.empty(0), np.empty(0), np.empty(0), np.empty(0), np.empty(0, np.int64), np.empty(0)
 )
 
 
 def add_strap_forces(
-    straps: Straps, positions: np.ndarray, velocities: np.ndarray, nodal_force: np.ndarray, bar_out: np.ndarray
+    straps: Straps, positions: np.ndarray, velocities: np.ndarray, nodal_force: np.ndarray, bar: np.ndarray
 ) -> None:
-    """Add bar forces [N] to nodal_force (nodes, 3).
+    """Add bar forces [N] to nodal_force (nodes, 3), and bring bar (bars, 6), the columns named above, up to date.
 
-    bar_out: (bars, 3), receives tension [N], stored energy [J] and damping power [W] of each bar.
+    A bar tears when its tension exceeds its failure tension; the energy it held is lost, and it never pulls again.
     """
     if len(straps.bars):
         _strap_forces(
-            len(straps.bars), straps.bars, straps.length, straps.stiffness, straps.viscosity, positions, velocities,
-            nodal_force, bar_out,
+            len(straps.bars), straps.bars, straps.length, straps.stiffness, straps.viscosity, straps.failure,
+            positions, velocities, nodal_force, bar,
         )  # fmt: skip
 
 
 @kernel
-def _strap_forces(n, bars, length, stiffness, viscosity, positions, velocities, nodal_force, bar_out):
+def _strap_forces(n, bars, length, stiffness, viscosity, failure, positions, velocities, nodal_force, bar):
     for i in range(n):  # few bars share nodes, so this loop stays serial
         a, b = bars[i, 0], bars[i, 1]
         dx, dy, dz = (
@@ -62,8 +71,9 @@ def _strap_forces(n, bars, length, stiffness, viscosity, positions, velocities, 
         )  # fmt: skip
         now = np.sqrt(dx * dx + dy * dy + dz * dz)
         strain = now / length[i] - 1.0
-        bar_out[i, 0] = bar_out[i, 1] = bar_out[i, 2] = 0.0
-        if strain <= 0.0:
+        bar[i, TENSION] = bar[i, ENERGY] = bar[i, POWER] = 0.0
+        bar[i, ELONGATION] = now - length[i]
+        if strain <= 0.0 or bar[i, TORN] > 0.0:
             continue
         dx, dy, dz = dx / now, dy / now, dz / now
         rate = (
@@ -72,11 +82,16 @@ def _strap_forces(n, bars, length, stiffness, viscosity, positions, velocities, 
             + (velocities[b, 2] - velocities[a, 2]) * dz
         ) / length[i]
         elastic = stiffness[i] * strain
+        energy = 0.5 * elastic * strain * length[i]
         viscous = max(viscosity[i] * rate, -elastic)  # a strap never pushes
         tension = elastic + viscous
-        bar_out[i, 0] = tension
-        bar_out[i, 1] = 0.5 * elastic * strain * length[i]
-        bar_out[i, 2] = viscous * rate * length[i]
+        if tension > failure[i]:
+            bar[i, TORN] = 1.0
+            bar[i, LOST] = energy
+            continue
+        bar[i, TENSION] = tension
+        bar[i, ENERGY] = energy
+        bar[i, POWER] = viscous * rate * length[i]
         nodal_force[a, 0] += tension * dx
         nodal_force[a, 1] += tension * dy
         nodal_force[a, 2] += tension * dz

@@ -5,7 +5,7 @@ corners: it adds to `corner_force` (triangles, 3, 3) [N] and to nothing else. It
 tests/contracts/test_gas_contract.py checks for every implementation:
 
 1. mass closes: injected = inside + vented + leaked - what was there at the start, to rounding;
-2. energy closes: U - U0 = enthalpy in - enthalpy out - work, to rounding;
+2. energy closes: U - U0 = enthalpy in - enthalpy out - work - heat lost, to rounding;
 3. a sealed rigid bag obeys p V = m R T;
 4. gas at rest puts no net force on a closed bag;
 5. a scene moving at constant velocity changes nothing beyond the scheme's order;
@@ -17,7 +17,8 @@ tests/contracts/test_gas_contract.py checks for every implementation:
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
@@ -29,12 +30,26 @@ from billow.geometry.surface import Surface
 class Bag:
     """All a gas may see.
 
-    positions: [m] at the end of the step, velocities: [m/s] at its middle, both (nodes, 3).
+    positions: [m] at the end of the step, velocities: [m/s] at its middle, both (nodes, 3). touched: (nodes,) bool,
+    nodes in contact with any obstacle; None where nothing can be touched.
     """
 
     surface: Surface
     positions: np.ndarray
     velocities: np.ndarray
+    touched: np.ndarray | None = None
+
+
+@dataclass(frozen=True)
+class ChamberTotals:
+    """State of the gas in one chamber: pressure [Pa] absolute, temperature [K], volume [m^3], mass [kg], energy [J]."""
+
+    name: str
+    pressure: float
+    temperature: float
+    volume: float
+    mass: float
+    energy: float
 
 
 @dataclass(frozen=True)
@@ -45,7 +60,12 @@ class GasTotals:
     since the start: injected, vented, leaked, drawn_in [kg]; enthalpy_in, enthalpy_out [J]; work [J] done on the fabric
     including against the ambient; ambient_work [J] = p_amb (V - V0); jet_work [J]; jet_impulse_in, jet_impulse_out [N
     s]: thrust of all jets over time, and the part of it that found fabric in line of sight; mass_error, energy_error:
-    largest relative ledger error of any step so far [-].
+    largest relative ledger error of any step so far [-]; heat_lost [J] to the surroundings. blocked_area: of vents and
+    fabric, by contact, now [m^2].
+
+    Of several chambers pressure is the mean over volume and temperature the mean over mass; `chambers` has them one by
+    one, and is empty for a single one. vented_by, leaked_by [kg] split the outflow by vent and by part of the fabric;
+    passed [kg] is what went through passages between chambers, back flow subtracted.
     """
 
     pressure: float
@@ -66,6 +86,12 @@ class GasTotals:
     jet_impulse_out: float
     mass_error: float
     energy_error: float
+    heat_lost: float = 0.0
+    blocked_area: float = 0.0
+    vented_by: Mapping[str, float] = field(default_factory=dict)
+    leaked_by: Mapping[str, float] = field(default_factory=dict)
+    passed: Mapping[str, float] = field(default_factory=dict)
+    chambers: tuple[ChamberTotals, ...] = ()
 
     @property
     def mass(self) -> float:

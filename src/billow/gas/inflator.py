@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from billow.compiled import scalar
+from billow.gas.curve import Curve, CurveTable, interpolate
+
+__all__ = ["Inflator", "InflowTable", "JetRing", "delivered_mass", "interpolate"]
 
 
 @dataclass(frozen=True)
@@ -14,12 +18,16 @@ class JetRing:
     """Jets through holes evenly spaced on a ring about the mouth axis.
 
     count; ring_radius: of the holes [m]; hole_diameter [m]; angle: of each jet from the mouth axis, outwards [rad].
+    cone: half-angle of the cone each jet spreads in [rad], where the gas model asks for it. spin: rate at which the
+    ring turns about the axis [rad/s].
     """
 
     count: int
     ring_radius: float
     hole_diameter: float
     angle: float
+    cone: float = 0.0
+    spin: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -28,6 +36,7 @@ class Inflator:
 
     flow_time [s], mass_flow [kg/s]: piecewise linear, zero outside. temperature_time [s], temperature [K]: total
     (stagnation) temperature, piecewise linear, constant outside. mass_fractions: (species,) in the order of the gas.
+    A delay is already in both times. chamber: index of the chamber it blows into.
     """
 
     flow_time: np.ndarray
@@ -35,6 +44,8 @@ class Inflator:
     temperature_time: np.ndarray
     temperature: np.ndarray
     mass_fractions: np.ndarray
+    name: str = "inflator"
+    chamber: int = 0
 
     @property
     def cumulative(self) -> np.ndarray:
@@ -45,6 +56,31 @@ class Inflator:
     def delivered(self, time: float) -> float:
         """Mass delivered up to time [s], [kg]: the closed form the mass ledger is checked against."""
         return delivered_mass(self.flow_time, self.mass_flow, self.cumulative, time)
+
+
+@dataclass(frozen=True)
+class InflowTable:
+    """Inflators as kernels need them.
+
+    flow, cumulative: mass flow [kg/s] and mass delivered [kg] against time, on the same points. temperature [K] against
+    time. mass_fractions: (inflators, species). chamber: (inflators,) int64.
+    """
+
+    flow: CurveTable
+    cumulative: np.ndarray
+    temperature: CurveTable
+    mass_fractions: np.ndarray
+    chamber: np.ndarray
+
+    @classmethod
+    def build(cls, inflators: Sequence[Inflator]) -> InflowTable:
+        return cls(
+            CurveTable.build([Curve(i.flow_time, i.mass_flow) for i in inflators]),
+            np.concatenate([np.empty(0), *(i.cumulative for i in inflators)]),
+            CurveTable.build([Curve(i.temperature_time, i.temperature) for i in inflators]),
+            np.array([i.mass_fractions for i in inflators]),
+            np.array([i.chamber for i in inflators], dtype=np.int64),
+        )
 
 
 @scalar
@@ -59,15 +95,3 @@ def delivered_mass(flow_time, mass_flow, cumulative, time):
     span = time - flow_time[k]
     slope = (mass_flow[k + 1] - mass_flow[k]) / (flow_time[k + 1] - flow_time[k])
     return cumulative[k] + span * (mass_flow[k] + 0.5 * slope * span)
-
-
-@scalar
-def interpolate(x, y, at):
-    """Piecewise linear value, constant outside."""
-    last = len(x) - 1
-    if at <= x[0]:
-        return y[0]
-    if at >= x[last]:
-        return y[last]
-    k = np.searchsorted(x, at, side="right") - 1
-    return y[k] + (y[k + 1] - y[k]) * (at - x[k]) / (x[k + 1] - x[k])

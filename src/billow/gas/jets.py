@@ -33,15 +33,19 @@ STRIPS, WIDEST = 32, 0.4
 class Jets:
     """A jet ring mounted in a mouth.
 
-    mouth_nodes: (n,) int64, nodes that carry the inflator. axis: unit vector into the bag, (3,).
+    mouth_nodes: (n,) int64, nodes that carry the inflator. axis: unit vector into the bag, (3,). walls: (n,) int64,
+    triangles around the chamber that the jets blow into, and reversed: (n,) bool, those whose normals point into it;
+    None for a bag of one chamber, all of whose triangles are walls with normals outwards.
     """
 
     ring: JetRing
     mouth_nodes: np.ndarray
     axis: np.ndarray
+    walls: np.ndarray | None = None
+    reversed: np.ndarray | None = None
 
-    def nozzles(self, positions: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Where the jets start and point.
+    def nozzles(self, positions: np.ndarray, time: float = 0.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Where the jets start and point at a time [s].
 
         Returns hole positions [m] (jets, 3); frames (jets, 3, 3), rows: jet direction, tangent to the ring, and the
         vector perpendicular to both; (3, 3) rows: axis, first and second radial vector of the ring.
@@ -50,7 +54,7 @@ class Jets:
         first = seed - seed.dot(self.axis) * self.axis
         first /= np.linalg.norm(first)
         second = np.cross(self.axis, first)
-        azimuth = 2.0 * np.pi * np.arange(self.ring.count)[:, None] / self.ring.count
+        azimuth = 2.0 * np.pi * np.arange(self.ring.count)[:, None] / self.ring.count + self.ring.spin * time
         radial = np.cos(azimuth) * first + np.sin(azimuth) * second
         tangent = np.cos(azimuth) * second - np.sin(azimuth) * first
         lean, rise = np.sin(self.ring.angle), np.cos(self.ring.angle)
@@ -61,24 +65,44 @@ class Jets:
 
 @dataclass
 class JetPattern:
-    """What the jets fall on: triangles (n,) int64, pressure per thrust of one jet [1/m^2] (n,), number of jets that
-    see fabric."""
+    """What the jets fall on: triangles (n,) int64; pressure per thrust of one jet [1/m^2], (n,), negative where the
+    triangle's normal points into the chamber; number of jets that see fabric; force [N] on each corner of these
+    triangles when it was last evaluated, (n, 3)."""
 
     triangles: np.ndarray
     share: np.ndarray
     seen: int
+    force: np.ndarray
+
+    @classmethod
+    def nothing(cls) -> JetPattern:
+        """No jet blows."""
+        return cls(np.empty(0, np.int64), np.empty(0), 0, np.empty((0, 3)))
 
 
-def aim(jets: Jets, triangles: np.ndarray, positions: np.ndarray) -> JetPattern:
-    """Find the fabric in line of sight of each jet. triangles (n, 3), positions [m] (nodes, 3)."""
-    holes, frames, ring = jets.nozzles(positions)
+def aim(jets: Jets, triangles: np.ndarray, positions: np.ndarray, time: float = 0.0) -> JetPattern:
+    """Find the fabric in line of sight of each jet at a time [s]. triangles (n, 3), positions [m] (nodes, 3)."""
+    if jets.walls is None:
+        return _aim_inside(jets, triangles, positions, time)
+    walls = triangles[jets.walls]
+    walls[jets.reversed] = walls[jets.reversed][:, ::-1]
+    seen = _aim_inside(jets, walls, positions, time)
+    seen.share[jets.reversed[seen.triangles]] *= -1.0
+    seen.triangles = jets.walls[seen.triangles]
+    return seen
+
+
+def _aim_inside(jets: Jets, triangles: np.ndarray, positions: np.ndarray, time: float) -> JetPattern:
+    """As `aim`, for triangles that close one chamber with normals outwards."""
+    holes, frames, ring = jets.nozzles(positions, time)
     centre = holes.mean(axis=0)
     n = len(triangles)
     weight, jet = np.zeros(n), np.zeros(n, dtype=np.int64)
     along = np.zeros(len(holes))
     _aim(n, triangles, positions, holes, frames, centre, ring, jets.ring.hole_diameter, weight, jet, along)
     lit = np.flatnonzero(weight > 0.0)
-    return JetPattern(lit, weight[lit] / along[jet[lit]], int(np.count_nonzero(along > 0.0)))
+    share = weight[lit] / along[jet[lit]]
+    return JetPattern(lit, share, int(np.count_nonzero(along > 0.0)), np.zeros((len(lit), 3)))
 
 
 def add_jet_force(
@@ -91,8 +115,17 @@ def add_jet_force(
     """
     return _add_jet_force.serial(
         len(pattern.triangles), pattern.triangles, pattern.share, thrust, triangles, positions, velocities,
-        mouth_velocity, corner_force,
+        mouth_velocity, pattern.force, corner_force,
     )  # fmt: skip
+
+
+def power_of_last_force(
+    pattern: JetPattern, triangles: np.ndarray, velocities: np.ndarray, mouth_velocity: np.ndarray
+) -> float:
+    """Power [W] of the force of the last evaluation against velocities [m/s] (nodes, 3) of now."""
+    return _power.serial(
+        len(pattern.triangles), pattern.triangles, pattern.force, triangles, velocities, mouth_velocity
+    )
 
 
 @scalar
@@ -225,20 +258,32 @@ def _aim(n, triangles, positions, holes, frames, centre, ring, diameter, weight,
 
 
 @kernel
-def _add_jet_force(n, lit, share, thrust, triangles, positions, velocities, mouth_velocity, corner_force):
-    power = 0.0
+def _add_jet_force(n, lit, share, thrust, triangles, positions, velocities, mouth_velocity, force_out, corner_force):
     for m in range(n):
         i = lit[m]
-        ia, ib, ic = triangles[i, 0], triangles[i, 1], triangles[i, 2]
         ax, ay, az, bx, by, bz, cx, cy, cz = _corner_vectors(triangles, positions, i, 0.0, 0.0, 0.0)
         ux, uy, uz, wx, wy, wz = bx - ax, by - ay, bz - az, cx - ax, cy - ay, cz - az
         third = thrust * share[m] / 6.0
         fx, fy, fz = third * (uy * wz - uz * wy), third * (uz * wx - ux * wz), third * (ux * wy - uy * wx)
+        force_out[m, 0], force_out[m, 1], force_out[m, 2] = fx, fy, fz
         for k in range(3):
             corner_force[i, k, 0] += fx
             corner_force[i, k, 1] += fy
             corner_force[i, k, 2] += fz
-        power += fx * (velocities[ia, 0] + velocities[ib, 0] + velocities[ic, 0] - 3.0 * mouth_velocity[0])
-        power += fy * (velocities[ia, 1] + velocities[ib, 1] + velocities[ic, 1] - 3.0 * mouth_velocity[1])
-        power += fz * (velocities[ia, 2] + velocities[ib, 2] + velocities[ic, 2] - 3.0 * mouth_velocity[2])
+    return _power_of(n, lit, force_out, triangles, velocities, mouth_velocity)
+
+
+@kernel
+def _power(n, lit, force, triangles, velocities, mouth_velocity):
+    return _power_of(n, lit, force, triangles, velocities, mouth_velocity)
+
+
+@scalar
+def _power_of(n, lit, force, triangles, velocities, mouth_velocity):
+    power = 0.0
+    for m in range(n):
+        a, b, c = triangles[lit[m], 0], triangles[lit[m], 1], triangles[lit[m], 2]
+        for k in range(3):
+            sway = velocities[a, k] + velocities[b, k] + velocities[c, k] - 3.0 * mouth_velocity[k]
+            power += force[m, k] * sway
     return power

@@ -1,7 +1,8 @@
 """Flow through an orifice and through porous fabric, from the side of higher pressure.
 
-Near equal pressures the square root has infinite slope and would chatter; both laws are made linear in the pressure
-difference below LINEAR_BELOW, continuous at that point.
+The porous laws are the families of LS-DYNA's MAT_FABRIC (keyword manual II, FVOPT); each gives the flow per area for a
+coefficient of 1 in the unit of its family. Near equal pressures the square root has infinite slope and would chatter;
+all laws are made linear in the pressure difference below LINEAR_BELOW, continuous at that point.
 """
 
 from __future__ import annotations
@@ -12,6 +13,14 @@ from billow.compiled import scalar
 
 LINEAR_BELOW = 50.0
 """Pressure difference [Pa] below which flow is linear in it."""
+
+ORIFICE, GRAEFE, POROUS_MEDIUM, VELOCITY, PERMEABILITY = range(5)
+"""Laws of flow per area, and the unit of their coefficient: isentropic orifice, also Wang and Nefske's leakage (FVOPT
+1) [-]; Graefe's sqrt(2 rho dp) (FVOPT 3) [-]; dp times a conductance (FVOPT 5) [s/m]; a leak speed times rho (FVOPT 7)
+[m/s]; a leak speed of 1 m/s at TEST_DIFFERENCE that grows with the root of dp [-]."""
+
+TEST_DIFFERENCE = 500.0
+"""Pressure difference [Pa] of the standard permeability test (ISO 9237)."""
 
 
 @scalar
@@ -48,3 +57,25 @@ def porous_flux(difference, density, permeability, reference_speed, reference_di
     else:
         ratio = np.sqrt(difference / reference_difference)
     return permeability * reference_speed * ratio * density
+
+
+@scalar
+def conductance(law, upstream, downstream, gamma, gas_constant_times_temperature):
+    """Mass flow per effective area and pressure difference [kg/(s m^2 Pa)] at upstream [Pa] >= downstream [Pa].
+
+    It is the chord of the law, flow over difference, and finite at equal pressures. Effective area is area times the
+    law's coefficient.
+    """
+    difference = max(upstream - downstream, LINEAR_BELOW)
+    density = upstream / gas_constant_times_temperature
+    if law == ORIFICE:
+        flux = orifice_flux(upstream, upstream - difference, gamma, gas_constant_times_temperature)
+    elif law == GRAEFE:
+        flux = np.sqrt(2.0 * density * difference)
+    elif law == POROUS_MEDIUM:
+        flux = difference
+    elif law == VELOCITY:
+        flux = density
+    else:
+        flux = porous_flux(difference, density, 1.0, 1.0, TEST_DIFFERENCE)
+    return flux / difference

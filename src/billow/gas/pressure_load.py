@@ -1,4 +1,4 @@
-"""Uniform gauge pressure on a surface: a third of p times the area vector on each corner.
+"""Uniform pressure on a surface: a third of p times the area vector on each corner.
 
 For a closed surface these corner forces sum to p dV/dx exactly, so that the work of the forces is p dV.
 """
@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 from numba import prange
 
-from billow.compiled import kernel
+from billow.compiled import kernel, scalar
 
 
 def add_pressure(triangles: np.ndarray, positions: np.ndarray, pressure: float, corner_force: np.ndarray) -> None:
@@ -16,21 +16,44 @@ def add_pressure(triangles: np.ndarray, positions: np.ndarray, pressure: float, 
     _add_pressure(len(triangles), triangles, positions, pressure, corner_force)
 
 
+def add_pressures(
+    triangles: np.ndarray, positions: np.ndarray, behind: np.ndarray, ahead: np.ndarray, gauge: np.ndarray,
+    corner_force: np.ndarray,
+) -> None:  # fmt: skip
+    """As `add_pressure` for several chambers: each triangle bears the difference across it.
+
+    behind, ahead: (triangles,) int32 as in Chambers. gauge: [Pa], (chambers + 1,), the last one of the surroundings.
+    """
+    _add_pressures(len(triangles), triangles, positions, behind, ahead, gauge, corner_force)
+
+
 @kernel
 def _add_pressure(n, triangles, positions, pressure, corner_force):
-    third = pressure / 6.0
     for i in prange(n):
-        a, b, c = triangles[i, 0], triangles[i, 1], triangles[i, 2]
-        ux, uy, uz = (
-            positions[b, 0] - positions[a, 0], positions[b, 1] - positions[a, 1], positions[b, 2] - positions[a, 2],
-        )  # fmt: skip
-        wx, wy, wz = (
-            positions[c, 0] - positions[a, 0], positions[c, 1] - positions[a, 1], positions[c, 2] - positions[a, 2],
-        )  # fmt: skip
-        fx = third * (uy * wz - uz * wy)
-        fy = third * (uz * wx - ux * wz)
-        fz = third * (ux * wy - uy * wx)
-        for k in range(3):
-            corner_force[i, k, 0] += fx
-            corner_force[i, k, 1] += fy
-            corner_force[i, k, 2] += fz
+        _press(i, triangles, positions, pressure, corner_force)
+
+
+@kernel
+def _add_pressures(n, triangles, positions, behind, ahead, gauge, corner_force):
+    for i in prange(n):
+        _press(i, triangles, positions, gauge[behind[i]] - gauge[ahead[i]], corner_force)  # OUTSIDE, -1: the last
+
+
+@scalar
+def _press(i, triangles, positions, pressure, corner_force):
+    """The force of a pressure [Pa] on one triangle."""
+    third = pressure / 6.0
+    a, b, c = triangles[i, 0], triangles[i, 1], triangles[i, 2]
+    ux, uy, uz = (
+        positions[b, 0] - positions[a, 0], positions[b, 1] - positions[a, 1], positions[b, 2] - positions[a, 2],
+    )  # fmt: skip
+    wx, wy, wz = (
+        positions[c, 0] - positions[a, 0], positions[c, 1] - positions[a, 1], positions[c, 2] - positions[a, 2],
+    )  # fmt: skip
+    fx = third * (uy * wz - uz * wy)
+    fy = third * (uz * wx - ux * wz)
+    fz = third * (ux * wy - uy * wx)
+    for k in range(3):
+        corner_force[i, k, 0] += fx
+        corner_force[i, k, 1] += fy
+        corner_force[i, k, 2] += fz

@@ -7,6 +7,7 @@ T^3 + a5 T^4 below and above 1000 K. Only cp is used: enthalpy is its integral f
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -86,22 +87,26 @@ AIR = {"N2": 0.79, "O2": 0.21}
 """Mole fractions of ambient air [-]."""
 
 
-def find_species(name: str, where: str) -> Species:
-    """The species of that name; raises InputError E-GAS-001."""
+def find_species(name: str, where: str, own: Mapping[str, Species] | None = None) -> Species:
+    """The species of that name, from `own` or from the library; raises InputError E-GAS-001."""
+    if own and name in own:
+        return own[name]
     if name not in SPECIES:
         raise InputError(
             "E-GAS-001",
             f"unknown gas {name!r}",
             where=where,
             why="no thermodynamic data under that name",
-            remedy=f"use one of {', '.join(SPECIES)}",
+            remedy=f"use one of {', '.join([*SPECIES, *(own or ())])}"
+            + ("" if own is None else ", or describe it under gas.species"),
         )
     return SPECIES[name]
 
 
-def mass_fractions(mole_fractions: dict[str, float]) -> dict[str, float]:
-    """Mass fractions [-] from mole fractions [-]; both sum to one."""
-    mass = {name: share * SPECIES[name].molar_mass for name, share in mole_fractions.items()}
+def mass_fractions(mole_fractions: Mapping[str, float], own: Mapping[str, Species] | None = None) -> dict[str, float]:
+    """Mass fractions [-] from mole fractions [-]; both sum to one. own: species besides those of the library."""
+    known = {**SPECIES, **(own or {})}
+    mass = {name: share * known[name].molar_mass for name, share in mole_fractions.items()}
     total = sum(mass.values())
     return {name: value / total for name, value in mass.items()}
 

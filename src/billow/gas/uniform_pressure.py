@@ -1,211 +1,249 @@
-"""Uniform pressure: one well-mixed gas fills the bag (Wang and Nefske 1988, with species and cp(T)).
+"""Uniform pressure: one well-mixed gas fills each chamber (Wang and Nefske 1988, with species and cp(T)).
 
-A step (physics notes, section 1): rates from the old state; work W = (p_old + p_new)/2 dV with p_new found by
-iteration; U_new = U + H_in - H_out - W - W_jets; temperature from U, pressure from p V = T sum(m_i R_i). The same
-numbers that change the state are added to the running sums, and the sums are checked against the state every step.
+Chambers are joined to each other and to the surroundings by passages. The step itself is in chamber_step.py, what
+flows in it in exchange.py.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from billow.compiled import scalar
-from billow.gas.gas_model import Bag, GasTotals
-from billow.gas.inflator import Inflator, delivered_mass, interpolate
-from billow.gas.jets import UPDATE_INTERVAL, JetPattern, Jets, add_jet_force, aim
-from billow.gas.mixture import mixture_cp, mixture_enthalpy, mixture_gas_constant, mixture_temperature
-from billow.gas.outflow import orifice_flux, porous_flux
-from billow.gas.pressure_load import add_pressure
-
-PRESSURE_ITERATIONS = 3
-
-
-@dataclass(frozen=True)
-class Ambient:
-    """Still air outside: pressure [Pa], temperature [K], mass_fractions (species,) in the order of the gas."""
-
-    pressure: float
-    temperature: float
-    mass_fractions: np.ndarray
-
-
-@dataclass(frozen=True)
-class Vents:
-    """Vent holes, closed by virtual triangles.
-
-    triangles: (n, 3) uint32 of all vents, one vent after the other; start: (vents + 1,) int64.
-    discharge: coefficient of each vent [-], (vents,); opening: gauge pressure [Pa] at which it opens for good,
-    (vents,).
-    """
-
-    triangles: np.ndarray
-    start: np.ndarray
-    discharge: np.ndarray
-    opening: np.ndarray
-
-
-@dataclass(frozen=True)
-class Porosity:
-    """Leakage through fabric: permeability [-] times reference_speed [m/s] at reference_difference [Pa], over area
-    [m^2]."""
-
-    permeability: float
-    area: float
-    reference_speed: float = 1.0
-    reference_difference: float = 500.0
+from billow.gas.ambient import Ambient, InitialGas
+from billow.gas.chamber_step import (
+    ALL_HEAT,
+    ALL_IN,
+    ALL_INJECTED,
+    ALL_JET_WORK,
+    ALL_OUT,
+    ALL_WORK,
+    BLOCKED_AREA,
+    BOOKS,
+    DRAWN_IN,
+    ENERGY,
+    ENERGY_ERROR,
+    LEAKED,
+    MASS_ERROR,
+    PRESSURE,
+    START_ENERGY,
+    START_MASS,
+    SUMS,
+    TEMPERATURE,
+    VENTED,
+    VOLUME,
+    advance_chambers,
+    sum_up,
+)
+from billow.gas.curve import interpolate
+from billow.gas.gas_model import Bag, ChamberTotals, GasTotals
+from billow.gas.inflator import Inflator, InflowTable
+from billow.gas.jets import UPDATE_INTERVAL, JetPattern, Jets, add_jet_force, aim, power_of_last_force
+from billow.gas.mixture import mixture_cp, mixture_enthalpy, mixture_gas_constant
+from billow.gas.passages import FABRIC, NO_PASSAGES, Passages
+from billow.gas.pressure_load import add_pressure, add_pressures
+from billow.geometry.chambers import OUTSIDE, Chambers
 
 
 @dataclass
 class UniformState:
-    """Everything about the gas that changes; units as in GasTotals."""
+    """Everything about the gas that changes.
+
+    Of the chambers: masses [kg] (chambers, species); energy [J], volume [m^3], pressure [Pa] absolute, temperature [K],
+    (chambers,). Of the passages: is_open (passages,) bool; passed (passages, 2), mass [kg] gone from behind to ahead
+    and back. Books: through (chambers, species), mass [kg] gained by passages; start_masses [kg]; books (chambers,
+    BOOKS) and sums (SUMS,), columns named in chamber_step.py. start_volume [m^3] of all chambers. pattern, next_aim
+    [s]: what the jets of each inflator fall on, and when that is looked for again, (inflators,); jet impulses [N s].
+    """
 
     masses: np.ndarray
-    energy: float
-    volume: float
-    pressure: float
-    temperature: float
-    vent_open: np.ndarray
-    vented_by: np.ndarray
-    start_mass: float
-    start_energy: float
+    energy: np.ndarray
+    volume: np.ndarray
+    pressure: np.ndarray
+    temperature: np.ndarray
+    is_open: np.ndarray
+    passed: np.ndarray
+    through: np.ndarray
+    start_masses: np.ndarray
+    books: np.ndarray
+    sums: np.ndarray
     start_volume: float
-    triangle_count: int
-    pattern: JetPattern
-    next_aim: float
-    injected: float = 0.0
-    leaked: float = 0.0
-    drawn_in: float = 0.0
-    enthalpy_in: float = 0.0
-    enthalpy_out: float = 0.0
-    work: float = 0.0
-    jet_work: float = 0.0
+    pattern: tuple[JetPattern, ...]
+    next_aim: np.ndarray
     jet_impulse_in: float = 0.0
     jet_impulse_out: float = 0.0
-    mass_error: float = 0.0
-    energy_error: float = 0.0
 
 
 @dataclass(frozen=True)
 class UniformPressure:
-    """Parameters of the gas; see the classes they belong to. table: (species, 16), species.thermo_table."""
+    """Parameters of the gas; see the classes they belong to.
+
+    table: (species, 16), species.thermo_table. chambers: of the bag; the indices in inflators and passages are theirs.
+    jets: one per inflator, None for a diffuse source; all None by default. initial: ambient air by default.
+    heat_conductance: heat transfer coefficient times outer area of each chamber [W/K], (chambers,); none by default.
+    """
 
     table: np.ndarray
     species_names: tuple[str, ...]
-    inflator: Inflator
+    inflators: tuple[Inflator, ...]
     ambient: Ambient
-    vents: Vents
-    porosity: Porosity
-    jets: Jets | None = None
-    cumulative: np.ndarray = field(init=False)
+    chambers: Chambers
+    passages: Passages = NO_PASSAGES
+    jets: tuple[Jets | None, ...] = ()
+    initial: InitialGas | None = None
+    heat_conductance: np.ndarray | None = None
 
-    def __post_init__(self):
-        object.__setattr__(self, "cumulative", self.inflator.cumulative)
+    @cached_property
+    def _inflow(self) -> InflowTable:
+        return InflowTable.build(self.inflators)
+
+    @cached_property
+    def _heat_conductance(self) -> np.ndarray:
+        return np.zeros(self.chambers.count) if self.heat_conductance is None else self.heat_conductance
+
+    @property
+    def _jets(self) -> tuple[Jets | None, ...]:
+        return self.jets or (None,) * len(self.inflators)
+
+    def _volumes(self, bag: Bag) -> np.ndarray:
+        if self.chambers.count == 1:
+            return np.array([bag.surface.volume(bag.positions)])
+        return self.chambers.volumes(bag.surface.triangles, bag.positions)
 
     def start(self, bag: Bag) -> UniformState:
-        """Ambient air in the start shape."""
-        volume = bag.surface.volume(bag.positions)
-        fractions = self.ambient.mass_fractions
-        specific = mixture_gas_constant(self.table, fractions)
-        mass = self.ambient.pressure * volume / (specific * self.ambient.temperature)
-        masses = mass * fractions
-        energy = (
-            mixture_enthalpy(self.table, masses, self.ambient.temperature) - mass * specific * self.ambient.temperature
+        """The initial gas in the start shape."""
+        volume = self._volumes(bag)
+        initial = self.initial or InitialGas.like(self.ambient, len(volume))
+        specific = initial.mass_fractions @ self.table[:, 0]
+        masses = (initial.pressure * volume / (specific * initial.temperature))[:, None] * initial.mass_fractions
+        energy = np.array(
+            [
+                mixture_enthalpy(self.table, m, t) - mixture_gas_constant(self.table, m) * t
+                for m, t in zip(masses, initial.temperature, strict=True)
+            ]
         )
-        vents = len(self.vents.discharge)
-        pattern = JetPattern(np.empty(0, np.int64), np.empty(0), 0)
-        return UniformState(
-            masses, energy, volume, self.ambient.pressure, self.ambient.temperature, np.zeros(vents, np.bool_),
-            np.zeros(vents), float(masses.sum()), energy, volume, bag.surface.triangle_count,
-            pattern, 0.0,
+        books = np.zeros((len(volume), BOOKS))
+        books[:, START_MASS], books[:, START_ENERGY] = masses.sum(axis=1), energy
+        rows = len(self.passages.rows)
+        state = UniformState(
+            masses, energy, volume, initial.pressure.copy(), initial.temperature.copy(),
+            np.zeros(rows, np.bool_), np.zeros((rows, 2)), np.zeros_like(masses), masses.copy(), books, np.zeros(SUMS),
+            float(volume.sum()), tuple(JetPattern.nothing() for _ in self.inflators), np.zeros(len(self.inflators)),
         )  # fmt: skip
+        sum_up(
+            masses, energy, volume, state.pressure, state.temperature, self.passages.plan, state.passed, books,
+            np.zeros(rows), state.sums,
+        )  # fmt: skip
+        return state
 
     def advance(self, gas: UniformState, bag: Bag, time: float, dt: float, corner_force: np.ndarray) -> None:
-        volume = bag.surface.volume(bag.positions)
         jet_work = self._blow(gas, bag, time, dt, corner_force)
-        inflator, porosity = self.inflator, self.porosity
-        (
-            gas.energy, gas.temperature, gas.pressure, injected, leaked, drawn_in, enthalpy_in, enthalpy_out, work,
-        ) = _advance_chamber(
-            self.table, gas.masses, gas.energy, gas.volume, gas.pressure, gas.temperature, volume, jet_work, time, dt,
-            inflator.flow_time, inflator.mass_flow, self.cumulative, inflator.temperature_time, inflator.temperature,
-            inflator.mass_fractions, self.ambient.pressure, self.ambient.temperature, self.ambient.mass_fractions,
-            self.vents.triangles, self.vents.start, self.vents.discharge, self.vents.opening, bag.positions,
-            gas.vent_open, gas.vented_by, porosity.permeability, porosity.area, porosity.reference_speed,
-            porosity.reference_difference,
+        inflow, passages = self._inflow, self.passages
+        flow, heat, curves = inflow.flow, inflow.temperature, passages.curves
+        advance_chambers(
+            self.table, gas.masses, gas.energy, gas.volume, gas.pressure, gas.temperature, self._volumes(bag), time, dt,
+            jet_work, self._heat_conductance, flow.start, flow.x, flow.y, inflow.cumulative, heat.start, heat.x, heat.y,
+            inflow.mass_fractions, inflow.chamber, self.ambient.pressure, self.ambient.temperature,
+            self.ambient.mass_fractions, passages.plan, passages.numbers, curves.start, curves.x, curves.y,
+            passages.first_chunk, passages.measure(bag.surface.triangles, bag.positions, bag.touched), gas.is_open,
+            gas.passed, gas.through, gas.start_masses, gas.books, gas.sums,
         )  # fmt: skip
-        gas.volume = volume
-        gas.injected += injected
-        gas.leaked += leaked
-        gas.drawn_in += drawn_in
-        gas.enthalpy_in += enthalpy_in
-        gas.enthalpy_out += enthalpy_out
-        gas.work += work
-        gas.jet_work += jet_work
-        self._close_ledger(gas, time + dt)
-        add_pressure(bag.surface.triangles, bag.positions, gas.pressure - self.ambient.pressure, corner_force)
+        if self.chambers.count == 1:
+            gauge = gas.pressure[0] - self.ambient.pressure
+            add_pressure(bag.surface.triangles, bag.positions, gauge, corner_force)
+        else:
+            add_pressures(
+                bag.surface.triangles, bag.positions, self.chambers.behind, self.chambers.ahead, self._gauge(gas),
+                corner_force,
+            )  # fmt: skip
 
-    def _blow(self, gas, bag, time, dt, corner_force) -> float:
-        """Add the jets' force; returns their work [J] in this step."""
-        if self.jets is None:
-            return 0.0
+    def _gauge(self, gas: UniformState) -> np.ndarray:
+        """Pressure above ambient [Pa], (chambers + 1,); the last is that of the surroundings."""
+        return np.append(gas.pressure - self.ambient.pressure, 0.0)
+
+    def _blow(self, gas: UniformState, bag: Bag, time: float, dt: float, corner_force: np.ndarray) -> np.ndarray:
+        """Add the jets' force; returns their work in this step [J], (chambers,): the mean force over the motion."""
+        work = np.zeros(self.chambers.count)
+        for k, (inflator, jets) in enumerate(zip(self.inflators, self._jets, strict=True)):
+            if jets is not None:
+                work[inflator.chamber] += self._blow_one(gas, k, inflator, jets, bag, time, dt, corner_force)
+        return work
+
+    def _blow_one(self, gas, k, inflator, jets, bag, time, dt, corner_force) -> float:
         after = time + dt
-        flow_time = self.inflator.flow_time
-        flow = interpolate(flow_time, self.inflator.mass_flow, after)
-        if not flow_time[0] < after < flow_time[-1] or flow <= 0.0:
+        flow = interpolate(inflator.flow_time, inflator.mass_flow, after)
+        blows = inflator.flow_time[0] < after < inflator.flow_time[-1] and flow > 0.0
+        pattern = gas.pattern[k]
+        if not blows and not len(pattern.force):
             return 0.0
-        if after >= gas.next_aim:
-            gas.pattern = aim(self.jets, bag.surface.triangles, bag.positions)
-            gas.next_aim = after + UPDATE_INTERVAL
-        count = self.jets.ring.count
-        thrust = flow / count * jet_speed(
-            self.table, self.inflator.mass_fractions,
-            interpolate(self.inflator.temperature_time, self.inflator.temperature, after),
-        )  # fmt: skip
-        mouth_velocity = bag.velocities[self.jets.mouth_nodes[0]]  # the inflator is rigid: any of its nodes will do
-        power = add_jet_force(
-            gas.pattern, thrust, bag.surface.triangles, bag.positions, bag.velocities, mouth_velocity, corner_force
-        )
+        triangles = bag.surface.triangles
+        mouth_velocity = bag.velocities[jets.mouth_nodes[0]]  # the inflator is rigid: any of its nodes will do
+        before = power_of_last_force(pattern, triangles, bag.velocities, mouth_velocity)
+        if not blows:
+            _replace(pattern, JetPattern.nothing())
+            return 0.5 * before * dt
+        if after >= gas.next_aim[k]:
+            _replace(pattern, aim(jets, triangles, bag.positions, after))
+            gas.next_aim[k] = after + UPDATE_INTERVAL
+        temperature = interpolate(inflator.temperature_time, inflator.temperature, after)
+        count = jets.ring.count
+        thrust = flow / count * jet_speed(self.table, inflator.mass_fractions, temperature)
+        power = add_jet_force(pattern, thrust, triangles, bag.positions, bag.velocities, mouth_velocity, corner_force)
         gas.jet_impulse_in += count * thrust * dt
-        gas.jet_impulse_out += gas.pattern.seen * thrust * dt
-        return power * dt
-
-    def _close_ledger(self, gas: UniformState, time: float) -> None:
-        """Mass against the inflator's closed form, energy against the sums; keeps the largest relative error."""
-        delivered = delivered_mass(self.inflator.flow_time, self.inflator.mass_flow, self.cumulative, time)
-        mass = gas.masses.sum()
-        mass_gap = mass + gas.vented_by.sum() + gas.leaked - gas.start_mass - delivered - gas.drawn_in
-        mass_scale = gas.start_mass + delivered + gas.drawn_in
-        energy_gap = gas.energy - gas.start_energy - gas.enthalpy_in + gas.enthalpy_out + gas.work + gas.jet_work
-        energy_scale = gas.start_energy + gas.enthalpy_in
-        gas.mass_error = max(gas.mass_error, abs(mass_gap) / mass_scale)
-        gas.energy_error = max(gas.energy_error, abs(energy_gap) / energy_scale)
+        gas.jet_impulse_out += pattern.seen * thrust * dt
+        return 0.5 * (before + power) * dt
 
     def totals(self, gas: UniformState) -> GasTotals:
+        sums = gas.sums.tolist()
+        vented_by, leaked_by, passed = {}, {}, {}
+        for row, (forth, back) in zip(self.passages.rows, gas.passed.tolist(), strict=True):
+            if OUTSIDE not in (row.behind, row.ahead):
+                passed[row.name] = forth - back
+            else:
+                by = leaked_by if row.kind == FABRIC else vented_by
+                by[row.name] = forth if row.ahead == OUTSIDE else back
+        single = self.chambers.count == 1
         return GasTotals(
-            pressure=gas.pressure,
-            temperature=gas.temperature,
-            volume=gas.volume,
-            mass_by_species=gas.masses.copy(),
-            energy=gas.energy,
-            injected=gas.injected,
-            vented=float(gas.vented_by.sum()),
-            leaked=gas.leaked,
-            drawn_in=gas.drawn_in,
-            enthalpy_in=gas.enthalpy_in,
-            enthalpy_out=gas.enthalpy_out,
-            work=gas.work,
-            ambient_work=self.ambient.pressure * (gas.volume - gas.start_volume),
-            jet_work=gas.jet_work,
+            pressure=sums[PRESSURE],
+            temperature=sums[TEMPERATURE],
+            volume=sums[VOLUME],
+            mass_by_species=gas.masses[0].copy() if single else gas.masses.sum(axis=0),
+            energy=sums[ENERGY],
+            injected=sums[ALL_INJECTED],
+            vented=sums[VENTED],
+            leaked=sums[LEAKED],
+            drawn_in=sums[DRAWN_IN],
+            enthalpy_in=sums[ALL_IN],
+            enthalpy_out=sums[ALL_OUT],
+            work=sums[ALL_WORK],
+            ambient_work=self.ambient.pressure * (sums[VOLUME] - gas.start_volume),
+            jet_work=sums[ALL_JET_WORK],
             jet_impulse_in=gas.jet_impulse_in,
             jet_impulse_out=gas.jet_impulse_out,
-            mass_error=gas.mass_error,
-            energy_error=gas.energy_error,
+            mass_error=sums[MASS_ERROR],
+            energy_error=sums[ENERGY_ERROR],
+            heat_lost=sums[ALL_HEAT],
+            blocked_area=sums[BLOCKED_AREA],
+            vented_by=vented_by,
+            leaked_by=leaked_by,
+            passed=passed,
+            chambers=() if single else self._each(gas),
         )
 
+    def _each(self, gas: UniformState) -> tuple[ChamberTotals, ...]:
+        columns = (gas.pressure, gas.temperature, gas.volume, gas.masses.sum(axis=1), gas.energy)
+        return tuple(map(ChamberTotals, self.chambers.names, *(column.tolist() for column in columns)))
+
     def fields(self, gas: UniformState) -> dict[str, np.ndarray]:
-        return {"pressure": np.full(gas.triangle_count, gas.pressure - self.ambient.pressure)}
+        gauge = self._gauge(gas)
+        return {"pressure": gauge[self.chambers.behind] - gauge[self.chambers.ahead]}
+
+
+def _replace(pattern: JetPattern, new: JetPattern) -> None:
+    """Give a pattern of the state the contents of another."""
+    pattern.triangles, pattern.share, pattern.seen, pattern.force = new.triangles, new.share, new.seen, new.force
 
 
 @scalar
@@ -215,105 +253,3 @@ def jet_speed(table, mass_fractions, temperature):
     cp = mixture_cp(table, mass_fractions, temperature)
     gamma = cp / (cp - gas_constant)
     return np.sqrt(2.0 * gamma / (gamma + 1.0) * gas_constant * temperature)
-
-
-@scalar
-def patch_area(triangles, first, last, positions):
-    """Area [m^2] of triangles first..last."""
-    total = 0.0
-    for i in range(first, last):
-        a, b, c = triangles[i, 0], triangles[i, 1], triangles[i, 2]
-        ux, uy, uz = (
-            positions[b, 0] - positions[a, 0], positions[b, 1] - positions[a, 1], positions[b, 2] - positions[a, 2],
-        )  # fmt: skip
-        wx, wy, wz = (
-            positions[c, 0] - positions[a, 0], positions[c, 1] - positions[a, 1], positions[c, 2] - positions[a, 2],
-        )  # fmt: skip
-        nx, ny, nz = uy * wz - uz * wy, uz * wx - ux * wz, ux * wy - uy * wx
-        total += 0.5 * np.sqrt(nx * nx + ny * ny + nz * nz)
-    return total
-
-
-@scalar
-def _advance_chamber(
-    table, masses, energy, volume_old, pressure, temperature, volume, jet_work, time, dt,
-    flow_time, mass_flow, cumulative, temperature_time, inflow_temperature, inflow_fractions,
-    ambient_pressure, ambient_temperature, ambient_fractions,
-    vent_triangles, vent_start, vent_discharge, vent_opening, positions, vent_open, vented_by,
-    permeability, porous_area, reference_speed, reference_difference,
-):  # fmt: skip
-    """One step of one chamber; changes masses, vent_open and vented_by in place."""
-    mass = masses.sum()
-    gas_constant = mixture_gas_constant(table, masses) / mass
-    cp = mixture_cp(table, masses, temperature) / mass
-    gamma = cp / (cp - gas_constant)
-    outward = pressure >= ambient_pressure
-    if outward:
-        upstream, downstream = pressure, ambient_pressure
-        upstream_gamma, upstream_rt = gamma, gas_constant * temperature
-    else:
-        upstream, downstream = ambient_pressure, pressure
-        air_constant = mixture_gas_constant(table, ambient_fractions)
-        air_cp = mixture_cp(table, ambient_fractions, ambient_temperature)
-        upstream_gamma, upstream_rt = air_cp / (air_cp - air_constant), air_constant * ambient_temperature
-
-    # Rates from the old state.
-    flux = orifice_flux(upstream, downstream, upstream_gamma, upstream_rt)
-    through_fabric = (
-        dt * porous_area
-        * porous_flux(
-            upstream - downstream, upstream / upstream_rt, permeability, reference_speed, reference_difference
-        )
-    )  # fmt: skip
-    through_vents = 0.0
-    vent_count = len(vent_discharge)
-    for k in range(vent_count):
-        if pressure - ambient_pressure >= vent_opening[k]:
-            vent_open[k] = True
-        if vent_open[k]:
-            area = patch_area(vent_triangles, vent_start[k], vent_start[k + 1], positions)
-            through_vents += dt * vent_discharge[k] * area * flux
-    # A step never takes more than half of what is there; only a mistaken input comes near this.
-    limit = 1.0
-    if outward and through_vents + through_fabric > 0.5 * mass:
-        limit = 0.5 * mass / (through_vents + through_fabric)
-    total = limit * (through_vents + through_fabric)
-    through_fabric *= limit
-
-    leaked, drawn_in = 0.0, 0.0
-    enthalpy_in, enthalpy_out = 0.0, 0.0
-    if outward:
-        leaked = through_fabric
-        enthalpy_out = total * mixture_enthalpy(table, masses, temperature) / mass
-        for k in range(vent_count):
-            if vent_open[k]:
-                area = patch_area(vent_triangles, vent_start[k], vent_start[k + 1], positions)
-                vented_by[k] += limit * dt * vent_discharge[k] * area * flux
-        keep = 1.0 - total / mass
-        for i in range(len(masses)):
-            masses[i] *= keep
-    else:
-        drawn_in = total
-        enthalpy_in = total * mixture_enthalpy(table, ambient_fractions, ambient_temperature)
-        for i in range(len(masses)):
-            masses[i] += total * ambient_fractions[i]
-
-    injected = delivered_mass(flow_time, mass_flow, cumulative, time + dt) - delivered_mass(
-        flow_time, mass_flow, cumulative, time
-    )
-    inflow = interpolate(temperature_time, inflow_temperature, time + 0.5 * dt)
-    enthalpy_in += injected * mixture_enthalpy(table, inflow_fractions, inflow)
-    for i in range(len(masses)):
-        masses[i] += injected * inflow_fractions[i]
-
-    new_constant = mixture_gas_constant(table, masses)
-    heated = energy + enthalpy_in - enthalpy_out - jet_work
-    new_pressure = pressure * (volume_old / volume) ** gamma
-    new_temperature, work = temperature, 0.0
-    for _ in range(PRESSURE_ITERATIONS):
-        work = 0.5 * (pressure + new_pressure) * (volume - volume_old)
-        new_temperature = mixture_temperature(table, masses, heated - work, new_temperature)
-        new_pressure = new_constant * new_temperature / volume
-    return (
-        heated - work, new_temperature, new_pressure, injected, leaked, drawn_in, enthalpy_in, enthalpy_out, work,
-    )  # fmt: skip

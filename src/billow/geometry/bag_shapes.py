@@ -1,23 +1,29 @@
-"""Ready-made bags. Each generator returns a `BagShape`: flat reference, start positions and named node sets."""
+"""What every ready-made or read bag is: flat reference, start positions, parts, straps, local thickness."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from billow.errors import InputError
-from billow.geometry.disc_mesh import CLEARANCE, Hole, hole_polygon, mesh_disc, rim_count
+from billow.geometry.disc_mesh import mesh_disc, rim_count
+from billow.geometry.rectangle_mesh import mesh_rectangle
 from billow.geometry.surface import Surface
 
 
 @dataclass(frozen=True)
 class StrapLine:
-    """Bars of one strap: (bars, 2) node pairs, bar width [m] each, unstretched length [m]."""
+    """One strap: (bars, 2) node pairs, bar width [m] each, unstretched length of each bar [m], (bars,).
+
+    stiffness: tension per strain of the whole strap [N], None for that of the bag's fabric. failure: tension [N] of the
+    whole strap at which it tears.
+    """
 
     bars: np.ndarray
     width: float
-    length: float
+    length: np.ndarray
+    stiffness: float | None = None
+    failure: float = np.inf
 
 
 @dataclass(frozen=True)
@@ -25,9 +31,11 @@ class BagShape:
     """Geometry of a bag before it has any physics.
 
     surface: closed surface. positions: start shape, [m], (nodes, 3). reference: (triangles, 3, 2) [m], the flat cut
-    coordinates of each triangle's corners in warp and weft direction. fixed: (nodes,) bool, held by the inflator or
-    ring. straps: strap lines. mouth_centre (3,) [m], mouth_axis (3,) unit vector into the bag: where the inflator
-    sits.
+    coordinates of each triangle's corners in warp and weft direction; triangles that are not fabric may have none
+    (zeros). fixed: (nodes,) bool, held by the inflator or ring. straps: strap lines. mouth_centre (3,) [m], mouth_axis
+    (3,) unit vector into the bag: where the inflator sits. layers: fabric thickness in units of the fabric's own, [-],
+    (triangles,), 1 by default. leak: permeability in units of the fabric's own, [-], (triangles,), 1 by default.
+    seen_from_inside: parts whose flat cut is drawn as seen from inside the bag, so that its triangles run clockwise.
     """
 
     surface: Surface
@@ -37,133 +45,25 @@ class BagShape:
     straps: tuple[StrapLine, ...] = ()
     mouth_centre: np.ndarray = field(default_factory=lambda: np.zeros(3))
     mouth_axis: np.ndarray = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
+    layers: np.ndarray | None = None
+    leak: np.ndarray | None = None
+    seen_from_inside: tuple[str, ...] = ()
+
+    def __post_init__(self):
+        for name in ("layers", "leak"):
+            if getattr(self, name) is None:
+                object.__setattr__(self, name, np.ones(self.surface.triangle_count))
 
 
-def driver_bag(
-    diameter: float,
-    element_size: float,
-    mouth_radius: float,
-    vent_count: int,
-    vent_diameter: float,
-    vent_radius: float,
-    strap_count: int,
-    strap_length: float,
-    strap_width: float,
-    strap_stitch_radius: float,
-    initial_gap: float,
-) -> BagShape:
-    """Driver bag: two flat discs sewn at the rim, lying on the plane z = 0, mouth and vents in the rear (lower) panel.
-
-    diameter: of the flat panels [m]. mouth_radius: retainer ring radius [m]; nodes on and inside it are fixed.
-    vent_radius: distance of the vents' centres from the axis [m]. strap_stitch_radius: radius of the stitch line on the
-    front panel [m]; on the rear panel straps are held by the retainer ring. initial_gap: height of the front panel's
-    middle over the rear panel at the start [m]; the start is a shallow dome so that the bag encloses some air.
-
-    Raises InputError E-GEO-010 if a vent or strap does not fit into its panel.
-    """
-    radius = 0.5 * diameter
-    _require_fit(
-        radius, element_size, mouth_radius, vent_count, 0.5 * vent_diameter, vent_radius, strap_count,
-        strap_stitch_radius,
-    )  # fmt: skip
-    vents = tuple(
-        Hole(vent_radius * np.cos(angle), vent_radius * np.sin(angle), 0.5 * vent_diameter)
-        for angle in np.pi / 2 + 2.0 * np.pi * np.arange(vent_count) / max(vent_count, 1)
-    )
-    stitch = (strap_stitch_radius,) if strap_count else ()
-    front, front_triangles, _ = mesh_disc(radius, element_size, stitch)
-    rear, rear_triangles, vent_patches = mesh_disc(radius, element_size, (mouth_radius,), vents)
-
-    # The rim nodes come first in both panels and are the same nodes: the seam.
-    rim = rim_count(radius, element_size)
-    rear_node = np.concatenate([np.arange(rim), len(front) + np.arange(len(rear) - rim)])
-    flat = np.concatenate([front, rear[rim:]])
-    height = np.concatenate([initial_gap * (1.0 - np.sum(front**2, axis=1) / radius**2), np.zeros(len(rear) - rim)])
-    height[:rim] = 0.0
-    part = np.concatenate(
-        [np.zeros(len(front_triangles)), _rear_parts(rear, rear_triangles, mouth_radius, vent_patches)]
-    )
-    names = ("front", "rear", "mouth", *(f"vent_{k + 1}" for k in range(vent_count)))
-    triangles = np.concatenate([front_triangles, rear_node[rear_triangles][:, [0, 2, 1]]])  # rear normals point down
-    surface = Surface.build(triangles, part, names, len(flat))
-    fixed = np.zeros(len(flat), dtype=bool)
-    fixed[surface.triangles[surface.triangles_of("mouth")]] = True
-    straps = _driver_straps(
-        front, rear, rear_node, strap_count, strap_length, strap_width, strap_stitch_radius, mouth_radius
-    )
-    return BagShape(surface, np.column_stack([flat, height]), flat[triangles], fixed, straps)
-
-
-def _rear_parts(rear, triangles, mouth_radius, vent_patches):
-    part = np.ones(len(triangles))
-    centroid = rear[triangles].mean(axis=1)
-    part[np.hypot(centroid[:, 0], centroid[:, 1]) < mouth_radius] = 2
-    for k, patch in enumerate(vent_patches):
-        part[patch] = 3 + k
-    return part
-
-
-def _driver_straps(front, rear, rear_node, count, length, width, stitch_radius, mouth_radius):
-    """Each strap is a fan of bars from an arc of the front stitch line to the nearest nodes of the retainer ring."""
-    if not count:
-        return ()
-    on_stitch = np.flatnonzero(np.abs(np.hypot(front[:, 0], front[:, 1]) - stitch_radius) < 1e-9)
-    on_ring = np.flatnonzero(np.abs(np.hypot(rear[:, 0], rear[:, 1]) - mouth_radius) < 1e-9)
-    front_angle, ring_angle = (np.arctan2(p[:, 1], p[:, 0]) for p in (front[on_stitch], rear[on_ring]))
-    straps = []
-    for k in range(count):
-        middle = 2.0 * np.pi * k / count
-        away = np.abs(_wrap(front_angle - middle))
-        reach = max(0.5 * width / stitch_radius, away.min() + 1e-9)
-        picked = np.flatnonzero(away <= reach)
-        partner = [np.argmin(np.abs(_wrap(ring_angle - front_angle[i]))) for i in picked]
-        bars = np.column_stack([on_stitch[picked], rear_node[on_ring[partner]]])
-        straps.append(StrapLine(bars, width / len(bars), length))
-    return tuple(straps)
-
-
-def _wrap(angle):
-    return (angle + np.pi) % (2.0 * np.pi) - np.pi
-
-
-def _require_fit(radius, element_size, mouth_radius, vent_count, vent_half, vent_radius, strap_count, stitch_radius):
-    def refuse(what, key, why, remedy):
-        raise InputError("E-GEO-010", what, where=f"bag.{key}", why=why, remedy=remedy)
-
-    if mouth_radius >= 0.5 * radius:
-        refuse(
-            "the inflator mouth is larger than half the panel",
-            "mouth_radius",
-            f"{mouth_radius} m against a panel radius of {radius} m",
-            "reduce bag.mouth_radius",
-        )
-    if strap_count and stitch_radius >= 0.9 * radius:
-        refuse(
-            "the strap stitch line lies outside the front panel",
-            "straps.stitch_radius",
-            f"{stitch_radius} m against a panel radius of {radius} m",
-            "reduce bag.straps.stitch_radius",
-        )
-    if vent_count:
-        apart = 2.0 * vent_radius * np.sin(np.pi / vent_count) if vent_count > 1 else np.inf
-        _, reach = hole_polygon(vent_half, element_size)
-        inner = vent_radius - max(reach, vent_half + CLEARANCE * element_size)  # the retainer ring keeps all its nodes
-        outer = radius * np.cos(np.pi / rim_count(radius, element_size))  # the rim is a polygon too
-        if apart <= 2.0 * reach:
-            refuse(
-                "vents overlap",
-                "vents",
-                f"the centres of {vent_count} vents lie {apart:.3g} m apart, each reaches {reach:.3g} m",
-                "reduce bag.vents.count or bag.vents.diameter, or raise bag.vents.distance",
-            )
-        if inner <= mouth_radius or vent_radius + reach >= outer:
-            refuse(
-                "a vent does not fit into the rear panel",
-                "vents",
-                f"a vent and the elements around it reach from {inner:.3g} to {vent_radius + reach:.3g} m from the "
-                f"axis; the panel from {mouth_radius:.3g} to {outer:.3g} m",
-                "change bag.vents.diameter or bag.vents.distance, or reduce bag.element_size",
-            )
+def along_warp(shape: BagShape, angles: dict[str, float]) -> BagShape:
+    """The shape whose fabric is cut with its warp at an angle [rad] from the flat cut's x axis towards its y axis, for
+    each part named."""
+    reference = shape.reference.copy()
+    for part, angle in angles.items():
+        c, s = np.cos(angle), np.sin(angle)
+        cut = shape.surface.triangles_of(part)
+        reference[cut] = reference[cut] @ np.array([[c, -s], [s, c]])
+    return replace(shape, reference=reference)
 
 
 def square_bag(side: float, divisions: int, initial_gap: float) -> BagShape:
@@ -176,25 +76,16 @@ def square_bag(side: float, divisions: int, initial_gap: float) -> BagShape:
     if divisions % 2:
         raise ValueError(f"divisions must be even, not {divisions}")
     s = np.linspace(-0.5 * side, 0.5 * side, divisions + 1)
-    x, y = (g.ravel() for g in np.meshgrid(s, s, indexing="ij"))
-    i, j = (g.ravel() for g in np.meshgrid(np.arange(divisions), np.arange(divisions), indexing="ij"))
-    a = i * (divisions + 1) + j
-    b, c, d = a + divisions + 1, a + divisions + 2, a + 1
-    even = ((i + j) % 2 == 0)[:, None]
-    front_triangles = np.concatenate(
-        [
-            np.where(even, np.column_stack([a, b, c]), np.column_stack([a, b, d])),
-            np.where(even, np.column_stack([a, c, d]), np.column_stack([b, c, d])),
-        ]
-    )
+    panel = mesh_rectangle(s, s, side / divisions)
+    x, y = panel.points.T
     on_edge = (np.abs(x) > 0.5 * side - 1e-9) | (np.abs(y) > 0.5 * side - 1e-9)
     rear_node = np.arange(len(x))
     rear_node[~on_edge] = len(x) + np.arange(np.count_nonzero(~on_edge))
-    flat = np.concatenate([np.column_stack([x, y]), np.column_stack([x, y])[~on_edge]])
+    flat = np.concatenate([panel.points, panel.points[~on_edge]])
     bump = 0.5 * initial_gap * (1.0 - (2.0 * x / side) ** 2) * (1.0 - (2.0 * y / side) ** 2)
     positions = np.column_stack([flat, np.concatenate([bump, -bump[~on_edge]])])
-    triangles = np.concatenate([front_triangles, rear_node[front_triangles][:, [0, 2, 1]]])
-    part = np.repeat([0, 1], len(front_triangles))
+    triangles = np.concatenate([panel.triangles, rear_node[panel.triangles][:, [0, 2, 1]]])
+    part = np.repeat([0, 1], len(panel.triangles))
     surface = Surface.build(triangles, part, ("front", "rear"), len(flat))
     return BagShape(surface, positions, flat[triangles], np.zeros(len(flat), dtype=bool))
 

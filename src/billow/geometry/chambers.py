@@ -37,8 +37,10 @@ class Chambers:
         return len(self.names)
 
     def boundary(self, chamber: int, triangles: np.ndarray) -> np.ndarray:
-        """Triangles (n, 3) around a chamber, with normals out of it."""
-        return np.concatenate([triangles[self.behind == chamber], triangles[self.ahead == chamber][:, ::-1]])
+        """Triangles (n, 3) around a chamber, with normals out of it; or, of one number per triangle (triangles,), those
+        of the same triangles in the same order."""
+        behind, ahead = triangles[self.behind == chamber], triangles[self.ahead == chamber]
+        return np.concatenate([behind, ahead[:, ::-1] if ahead.ndim == 2 else ahead])
 
     def volumes(self, triangles: np.ndarray, positions: np.ndarray) -> np.ndarray:
         """Volume of each chamber [m^3], (chambers,), by Gauss' theorem; positions: [m], (nodes, 3)."""

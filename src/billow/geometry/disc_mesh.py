@@ -10,7 +10,8 @@ import itertools
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import Delaunay
+
+from billow.geometry.triangulation import smoothed, triangulate
 
 CLEARANCE = 0.55
 """Room kept between a hole and the nodes around it, in edges."""
@@ -61,7 +62,7 @@ def mesh_disc(
     points = np.concatenate([anchored, *free])
     if holes:
         points = _smooth(points, len(anchored), size, holes)
-    triangles = _triangulate(points)
+    triangles = triangulate(points)
     patches = [np.flatnonzero(np.isin(triangles, rim).all(axis=1)) for rim in rims]
     return points, triangles, patches
 
@@ -96,35 +97,10 @@ def _ring_points(ring: float, size: float, required: bool) -> np.ndarray:
     return circle(ring, max(6, 6 * round(ring / size)))
 
 
-def _triangulate(points: np.ndarray) -> np.ndarray:
-    triangles = Delaunay(points).simplices.astype(np.int64)
-    a, b, c = (points[triangles[:, k]] for k in range(3))
-    twice = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
-    flipped = twice < 0.0
-    triangles[flipped] = triangles[flipped][:, [0, 2, 1]]
-    longest = np.max([np.sum((p - q) ** 2, axis=1) for p, q in ((a, b), (b, c), (c, a))], axis=0)
-    triangles = triangles[np.abs(twice) > 1e-6 * longest]  # slivers on the convex rim
-    return triangles[np.lexsort(triangles.T[::-1])]
-
-
 def _smooth(points: np.ndarray, anchored: int, size: float, holes: tuple[Hole, ...]) -> np.ndarray:
-    """Move free points near holes to the mean of their neighbours, a few sweeps (Laplacian smoothing)."""
-    near = np.zeros(len(points), dtype=bool)
-    for hole in holes:
-        near |= np.hypot(points[:, 0] - hole.x, points[:, 1] - hole.y) < hole.radius + 3.5 * size
-    near[:anchored] = False
-    for _ in range(8):
-        triangles = _triangulate(points)
-        edges = np.unique(
-            np.sort(np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]), axis=1), axis=0
-        )
-        both = np.concatenate([edges, edges[:, ::-1]])
-        degree = np.bincount(both[:, 0], minlength=len(points))
-        mean = np.column_stack(
-            [
-                np.bincount(both[:, 0], weights=points[both[:, 1], k], minlength=len(points)) / np.maximum(degree, 1)
-                for k in range(2)
-            ]
-        )
-        points = np.where(near[:, None], 0.5 * points + 0.5 * mean, points)
+    """Even out the points around holes; those further away stay, and only those nearby are triangulated for it."""
+    away = np.min([np.hypot(points[:, 0] - h.x, points[:, 1] - h.y) - h.radius for h in holes], axis=0)
+    near = np.flatnonzero(away < 7.0 * size)
+    movable = (away[near] < 3.5 * size) & (near >= anchored)
+    points[near] = smoothed(points[near], movable)
     return points

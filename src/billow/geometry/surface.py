@@ -9,9 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import prange
 
-from billow.compiled import CHUNK, kernel
 from billow.errors import InputError
 from billow.geometry.chambers import Chambers
 
@@ -81,11 +79,8 @@ class Surface:
         return np.flatnonzero(np.array([k == kind for k in self.part_kinds])[self.part])
 
     def volume(self, positions: np.ndarray) -> float:
-        """Enclosed volume [m^3] by Gauss' theorem; positions: [m], (nodes, 3)."""
-        n = self.triangle_count
-        partial = np.empty(-(-n // CHUNK))
-        _signed_volume(n, self.triangles, positions, partial)
-        return float(partial.sum())
+        """Enclosed volume of all chambers [m^3] by Gauss' theorem; positions: [m], (nodes, 3)."""
+        return float(self.chambers.volumes(self.triangles, positions).sum())
 
 
 def area_vectors(triangles: np.ndarray, positions: np.ndarray) -> np.ndarray:
@@ -108,8 +103,7 @@ def check_closed(surface: Surface, positions: np.ndarray, where: str) -> None:
     """
     for chamber, name in enumerate(surface.chambers.names):
         place = where if surface.chambers.count == 1 else f"{where}, chamber {name}"
-        boundary = surface.chambers.boundary(chamber, surface.triangles).astype(np.int64)
-        _check_edges(boundary, positions, place)
+        _check_edges(surface, chamber, positions, place)
         if surface.chambers.volumes(surface.triangles, positions)[chamber] < 0.0:
             raise InputError(
                 "E-GEO-003",
@@ -120,44 +114,35 @@ def check_closed(surface: Surface, positions: np.ndarray, where: str) -> None:
             )
 
 
-def _check_edges(boundary: np.ndarray, positions: np.ndarray, where: str) -> None:
+def _check_edges(surface: Surface, chamber: int, positions: np.ndarray, where: str) -> None:
+    boundary = surface.chambers.boundary(chamber, surface.triangles).astype(np.int64)
     edges = np.concatenate([boundary[:, [0, 1]], boundary[:, [1, 2]], boundary[:, [2, 0]]])
+
+    def place(k):
+        point = ", ".join(f"{v:.4g}" for v in positions[edges[k]].mean(axis=0))
+        part = surface.part_names[surface.chambers.boundary(chamber, surface.part)[k % len(boundary)]]
+        return f"{where}, edge of part {part} between nodes {edges[k, 0]} and {edges[k, 1]} at ({point}) m"
+
     undirected = np.sort(edges, axis=1)
     nodes = len(positions)
     _, first, count = np.unique(undirected[:, 0] * nodes + undirected[:, 1], return_index=True, return_counts=True)
     if (count != 2).any():
-        edge = undirected[first[np.argmax(count != 2)]]
-        place = ", ".join(f"{v:.4g}" for v in positions[edge].mean(axis=0))
         raise InputError(
             "E-GEO-001",
             f"the bag is not closed: {int((count == 1).sum())} free edges, "
             f"{int((count > 2).sum())} edges shared by more than two triangles",
-            where=f"{where}, near node {edge[0]} at ({place}) m",
-            why="gas would escape through the gap; every edge must join exactly two triangles",
-            remedy="merge the nodes along the seam, or close the opening with a vent or mouth part",
+            where=place(first[np.argmax(count != 2)]),
+            why="gas would escape through the gap; every edge of a chamber must join exactly two of its triangles",
+            remedy="merge the nodes along the seam, close the hole with a vent, mouth or opening, or correct which "
+            "chambers lie behind and ahead of that part",
         )
     directed = edges[:, 0] * nodes + edges[:, 1]
-    if len(np.unique(directed)) != len(directed):
+    _, first, count = np.unique(directed, return_index=True, return_counts=True)
+    if (count > 1).any():
         raise InputError(
             "E-GEO-002",
             "neighbouring triangles are oriented in opposite senses",
-            where=where,
+            where=place(first[np.argmax(count > 1)]),
             why="inside and outside cannot be told apart, so pressure would push both ways",
             remedy="reverse the node order of the flipped triangles",
         )
-
-
-@kernel
-def _signed_volume(n, triangles, positions, partial_out):
-    chunks = (n + CHUNK - 1) // CHUNK
-    # Measured from a point of the surface itself, so that far-away bags lose no digits.
-    ox, oy, oz = positions[0, 0], positions[0, 1], positions[0, 2]
-    for chunk in prange(chunks):
-        total = 0.0
-        for i in range(chunk * CHUNK, min(n, (chunk + 1) * CHUNK)):
-            a, b, c = triangles[i, 0], triangles[i, 1], triangles[i, 2]
-            ax, ay, az = positions[a, 0] - ox, positions[a, 1] - oy, positions[a, 2] - oz
-            bx, by, bz = positions[b, 0] - ox, positions[b, 1] - oy, positions[b, 2] - oz
-            cx, cy, cz = positions[c, 0] - ox, positions[c, 1] - oy, positions[c, 2] - oz
-            total += ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)
-        partial_out[chunk] = total / 6.0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 from collections.abc import Sequence
 from functools import cached_property
@@ -135,6 +136,20 @@ class Dataset:
         """One run, everything it recorded. InputError E-RES-014 if it is not among train and test."""
         self._known(run)
         return Result(self.folder / "runs" / run, self._records[run])
+
+    def content_sha256(self) -> str:
+        """SHA-256 of all that can be learned: axes, times, mesh, split, designs and every field of every run.
+
+        The same for two studies of the same runs, whenever, wherever and in however many pieces they were made.
+        """
+        digest = hashlib.sha256()
+        for part in (self.parameters, self._shared.times, self._shared.mesh_sha256, self.train, self.test):
+            digest.update(repr(part).encode())
+        for run in (*self.train, *self.test):
+            digest.update(f"{run} {self._design[run]}".encode())
+            for field in SNAPSHOT_FIELDS:
+                digest.update(self.snapshots(field, [run]).tobytes())
+        return digest.hexdigest()
 
     def _look_up(self, run: str) -> None:
         folder, failure = self.folder / "runs" / run, self.folder / "failed" / f"{run}.json"

@@ -58,28 +58,37 @@ def pod(snapshots: np.ndarray, modes: int, seed: int = 0) -> Basis:
 
     snapshots: [m], (nodes, columns) float32
 
-    Every product with the data is followed by a float64 QR, so that small modes are not drowned in float32 rounding.
     Same seed, same bits (for the same number of BLAS threads).
-    Raises InputError E-ROM-007 if there are not that many modes.
+    Raises InputError E-ROM-007 if there are not that many modes, NumericalStop E-ROM-013 if snapshots overflow float32.
     """
-    _check_count(snapshots, modes)
-    rank = min(modes + OVERSAMPLING, *snapshots.shape)
-    start = np.random.default_rng(seed).standard_normal((snapshots.shape[1], rank), dtype=np.float32)
-    columns = _orthonormal(snapshots @ start)
-    for _ in range(POWER_ITERATIONS):
-        rows = _orthonormal(snapshots.T @ columns.astype(np.float32))
-        columns = _orthonormal(snapshots @ rows.astype(np.float32))
-    # B = Q^T Y is small and wide. B^T = Q' R gives B the left vectors of R^T, without squaring the condition number.
-    triangle = np.linalg.qr((snapshots.T @ columns.astype(np.float32)).astype(float), mode="r")
-    left, singular, _ = np.linalg.svd(triangle.T)
-    return _finish(columns @ left, singular, snapshots, modes)
+    check_count(snapshots.shape, modes)
+    left, singular = factor(snapshots, min(modes + OVERSAMPLING, *snapshots.shape), seed)
+    return make_basis(left, singular, sum_of_squares(snapshots), modes)
+
+
+def factor(matrix: np.ndarray, rank: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
+    """The first left singular vectors, (rows, rank) float64, and their singular values, (rank,) float64, falling.
+
+    matrix: (rows, columns) float32. Every product with the data is followed by a float64 QR, so that small modes are
+    not drowned in float32 rounding. NumericalStop E-ROM-013 if a product overflows.
+    """
+    start = np.random.default_rng(seed).standard_normal((matrix.shape[1], rank), dtype=np.float32)
+    with np.errstate(over="ignore", invalid="ignore"):  # told by _orthonormal
+        columns = _orthonormal(matrix @ start)
+        for _ in range(POWER_ITERATIONS):
+            rows = _orthonormal(matrix.T @ columns.astype(np.float32))
+            columns = _orthonormal(matrix @ rows.astype(np.float32))
+        # B = Q^T Y is small and wide. B^T = Q' R gives B the left vectors of R^T; its condition is not squared.
+        wide = _finite(matrix.T @ columns.astype(np.float32))
+    left, singular, _ = np.linalg.svd(np.linalg.qr(wide.astype(float), mode="r").T, full_matrices=False)
+    return columns @ left, singular
 
 
 def exact_pod(snapshots: np.ndarray, modes: int) -> Basis:
     """The same by the full SVD in float64: the reference, 400 times slower at 10,000 x 20,000."""
-    _check_count(snapshots, modes)
+    check_count(snapshots.shape, modes)
     left, singular, _ = np.linalg.svd(snapshots.astype(float), full_matrices=False)
-    return _finish(left, singular, snapshots, modes)
+    return make_basis(left, singular, sum_of_squares(snapshots), modes)
 
 
 def orthogonality_error(modes: np.ndarray) -> float:
@@ -88,39 +97,55 @@ def orthogonality_error(modes: np.ndarray) -> float:
     return float(np.abs(wide @ wide.T - np.eye(len(modes))).max())
 
 
-def _check_count(snapshots, modes):
-    most = min(snapshots.shape)
+def check_count(shape: tuple[int, int], modes: int) -> None:
+    """InputError E-ROM-007 unless a snapshot matrix of (nodes, columns) has that many modes."""
+    most = min(shape)
     if not 1 <= modes <= most:
         raise InputError(
             "E-ROM-007",
             f"{modes} modes cannot be made",
-            where=f"a snapshot matrix of {snapshots.shape[0]} nodes by {snapshots.shape[1]} snapshots",
+            where=f"a snapshot matrix of {shape[0]} nodes by {shape[1]} snapshots",
             why=f"it has between 1 and {most} modes",
             remedy=f"choose modes between 1 and {most}, or add runs",
         )
 
 
-def _orthonormal(matrix):
-    return np.linalg.qr(matrix.astype(float))[0]
+def make_basis(left: np.ndarray, singular: np.ndarray, energy: float, modes: int) -> Basis:
+    """The basis of the first `modes` left singular vectors, (nodes, at least modes) float64.
 
-
-def _finish(left, singular, snapshots, modes) -> Basis:
+    NumericalStop E-ROM-013 if they are not orthonormal.
+    """
     kept = np.ascontiguousarray(left[:, :modes].T)
     # A singular vector is free to change sign; fixing it makes bases of two machines comparable.
     largest = np.take_along_axis(kept, np.abs(kept).argmax(axis=1)[:, None], axis=1)
     kept = (kept * np.sign(largest)).astype(np.float32)
     error = orthogonality_error(kept)
     if not error < 1e-5:
-        raise NumericalStop(
-            "E-ROM-013",
-            f"the reduced basis is not orthonormal (largest deviation {error:.1e}, limit 1e-5)",
-            where="proper orthogonal decomposition",
-            why="the linear algebra library returned a wrong factorisation, or snapshots overflow float32",
-            remedy="check the displacements of the runs for values beyond 1e15 m",
-        )
-    return Basis(kept, singular, _energy(snapshots))
+        raise _not_orthonormal(f"largest deviation {error:.1e}, limit 1e-5")
+    return Basis(kept, singular, energy)
 
 
-def _energy(snapshots) -> float:
+def sum_of_squares(snapshots: np.ndarray) -> float:
+    """Squared Frobenius norm: [m2]."""
     # Summed in float64, one row at a time: a float32 sum over 10^8 squares would lose the digits the tail needs.
     return float(sum(np.square(row, dtype=float).sum() for row in snapshots))
+
+
+def _orthonormal(matrix):
+    return np.linalg.qr(_finite(matrix).astype(float))[0]
+
+
+def _finite(product):
+    if not np.isfinite(product).all():
+        raise _not_orthonormal("a product with the snapshots overflowed")
+    return product
+
+
+def _not_orthonormal(how: str) -> NumericalStop:
+    return NumericalStop(
+        "E-ROM-013",
+        f"the reduced basis is not orthonormal ({how})",
+        where="proper orthogonal decomposition",
+        why="the linear algebra library returned a wrong factorisation, or snapshots overflow float32",
+        remedy="check the displacements of the runs for values beyond 1e15 m",
+    )

@@ -10,8 +10,11 @@ import numpy as np
 from billow.errors import InputError
 from billow.results.dataset_files import Parameter, mesh_sha256, same_times
 from billow.rom.baselines import MeanTrajectory, NearestRun, RadialBasis
+from billow.rom.interval_check import IntervalCheck, check_intervals
+from billow.rom.learning_curve import LearningCurve, fit
 from billow.rom.rmse import Summary, snapshot_rmse
 from billow.rom.snapshots import Snapshots, collect
+from billow.rom.standing import neighbour_distances, to_unit
 from billow.rom.surrogate import Surrogate
 from billow.rom.timing import Timing, measure
 
@@ -58,6 +61,7 @@ class Evaluation:
         "surrogate", "truncation" (the best any coefficients could do), "regression" (coefficients predicted instead of
         known; truncation^2 + regression^2 = surrogate^2) and each of `BASELINES`
     spread: [m], (runs, times, 3), disagreement of the ensemble; None without one
+    intervals: how many unseen values the intervals of each level hold; empty without calibration
     sweep: against training runs and modes; singular_values: [m], (3, values); energy: [-], (3, modes), kept fraction
     ledgers: run -> balance errors from its record, of all runs that kept one
     """
@@ -76,6 +80,7 @@ class Evaluation:
     design: np.ndarray
     errors: dict[str, np.ndarray]
     spread: np.ndarray | None
+    intervals: tuple[IntervalCheck, ...]
     sweep: tuple[SweepModel, ...]
     singular_values: np.ndarray
     energy: np.ndarray
@@ -87,6 +92,12 @@ class Evaluation:
     def summary(self, name: str, component: int) -> Summary:
         """Distribution of one kind of error over unseen runs and times."""
         return Summary.of(self.errors[name][:, :, component])
+
+    def learning_curve(self, component: int) -> LearningCurve | None:
+        """Mean RMSE against training runs, from the models of the sweep with the surrogate's own number of modes."""
+        rows = [int(np.abs(np.array(model.modes) - self.modes).argmin()) for model in self.sweep]
+        means = [model.summaries[row][component].mean for model, row in zip(self.sweep, rows, strict=True)]
+        return fit([model.runs for model in self.sweep], means)
 
 
 def evaluate(
@@ -119,6 +130,7 @@ def evaluate(
     unseen = collect(dataset, dataset.test)
     errors = _surrogate_errors(surrogate, unseen)
     spread = surrogate.spread(unseen.design) if surrogate.regression.members > 1 else None
+    intervals = check_intervals(surrogate, unseen)
     announce("comparing with baselines")
     seen = collect(dataset, runs)
     errors |= _baseline_errors(surrogate, seen, unseen)
@@ -142,6 +154,7 @@ def evaluate(
         design=unseen.design,
         errors=errors,
         spread=spread,
+        intervals=intervals,
         sweep=tuple(sweep),
         singular_values=np.stack([basis.singular_values for basis in surrogate.bases]),
         energy=np.stack([basis.energy_fraction for basis in surrogate.bases]),
@@ -225,7 +238,7 @@ def _sweep(dataset, surrogate, runs, modes, unseen: Snapshots) -> SweepModel:
     possible = min(surrogate.nodes, len(runs) * len(surrogate.times))
     modes = tuple(count for count in modes if count <= possible)
     seed, epochs = surrogate.training["seed"], surrogate.training["epochs"]
-    model = Surrogate.train(dataset, surrogate.recipe, max(modes), runs, seed, epochs)
+    model = Surrogate.train(dataset, surrogate.recipe, max(modes), runs, seed, epochs, calibrate=False)
     learned = model.coefficients(unseen.design)  # (runs, times, 3, modes)
     lost, wrong = np.empty((2, len(modes), 3, unseen.matrices.shape[2]))  # mean squares over nodes
     for component, basis in enumerate(model.bases):
@@ -248,11 +261,8 @@ def _sweep(dataset, surrogate, runs, modes, unseen: Snapshots) -> SweepModel:
 
 
 def _coverage(parameters, seen: np.ndarray, unseen: np.ndarray) -> Coverage:
-    low, high = (np.array([getattr(p, side) for p in parameters]) for side in ("low", "high"))
-    seen, unseen = ((design - low) / (high - low) for design in (seen, unseen))
-    among = np.linalg.norm(seen[:, None] - seen[None], axis=2)
-    np.fill_diagonal(among, np.inf)
-    between = float(among.min(axis=1).mean()) if len(seen) > 1 else float("nan")
+    seen, unseen = to_unit(seen, parameters), to_unit(unseen, parameters)
+    between = float(neighbour_distances(seen).mean()) if len(seen) > 1 else float("nan")
     nearest = np.linalg.norm(unseen[:, None] - seen[None], axis=2).min(axis=1)
     return Coverage(nearest, between, seen.max(axis=0) - seen.min(axis=0))
 

@@ -45,6 +45,20 @@ def metrics(evaluation: Evaluation) -> dict:
         },
         "snapshots_rmse_m": {name: _rounded(values) for name, values in evaluation.errors.items()},
         "snapshots_spread_m": None if evaluation.spread is None else _rounded(evaluation.spread),
+        "intervals": [
+            {
+                "level": check.level,
+                "covered": dict(zip(COMPONENTS, check.covered.tolist(), strict=True)),
+                "covered_by_run": [_six(row) for row in check.by_run.tolist()],
+                "half_width_m": dict(zip(COMPONENTS, check.half_width.tolist(), strict=True)),
+            }
+            for check in evaluation.intervals
+        ],
+        "learning_curve": [
+            {"component": axis, "runs": list(curve.runs), "rmse_m": list(curve.errors), "rate": curve.rate}
+            for axis, curve in zip(COMPONENTS, map(evaluation.learning_curve, range(3)), strict=True)
+            if curve is not None
+        ],
         "sweep": [
             {
                 "runs": model.runs,
@@ -81,4 +95,8 @@ def _by_component(evaluation, name):
 
 def _rounded(values):
     # Six digits are beyond what any of these numbers means, and keep the file small.
-    return [[[float(f"{v:.6g}") for v in time] for time in run] for run in values.tolist()]
+    return [[_six(time) for time in run] for run in values.tolist()]
+
+
+def _six(row):
+    return [float(f"{value:.6g}") for value in row]

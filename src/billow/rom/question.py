@@ -73,6 +73,33 @@ def check_times(times: np.ndarray, trained: np.ndarray) -> None:
         )
 
 
+def further_inputs(forces, model, shape: tuple[int, ...]) -> np.ndarray | None:
+    """What a surrogate sees beside design and time: [-], (runs, times, further); None if it needs nothing.
+
+    forces: [N], contact forces of the time before; model: the surrogate's `ForceInputs` or None; shape: (runs, times,
+    nodes, 3) they must have, the first of which may be missing
+    Raises InputError E-CPL-002 if forces are missing, superfluous, of another shape or not finite.
+    """
+    if model is None and forces is None:
+        return None
+    if model is None:
+        why = "this surrogate was trained without them"
+    elif forces is None:
+        why = "this surrogate sees the contact forces of the time before, and none were given"
+    else:
+        forces = np.asarray(forces)
+        if forces.shape in (shape, shape[1:]) and np.isfinite(forces).all():
+            return np.broadcast_to(model(forces), (*shape[:2], model.width))
+        why = f"forces have shape {forces.shape}, expected {shape}, or are not finite"
+    raise InputError(
+        "E-CPL-002",
+        "contact forces do not fit the surrogate",
+        where="previous_forces",
+        why=why,
+        remedy="give forces only to a surrogate trained with force_modes, one for each time and node",
+    )
+
+
 def _misfit(names, why) -> InputError:
     return InputError(
         "E-ROM-001",

@@ -56,22 +56,22 @@ class Regression:
         """Independent answers to one question: ensemble size, or 1."""
         return len(self.weights[0]) if self.recipe == "shared" else 1
 
-    def __call__(self, design: np.ndarray, times: np.ndarray) -> np.ndarray:
+    def __call__(self, design: np.ndarray, times: np.ndarray, further: np.ndarray | None = None) -> np.ndarray:
         """Coefficients, averaged over members: [m], (runs, times, outputs) float32.
 
-        design: (runs, parameters); times: [s], (times,)
+        design: (runs, parameters); times: [s], (times,); further: [-], (runs, times, further), as `InputScaling`
         """
         if self.recipe == "paper":
-            return self.by_member(design, times)[0]
-        hidden = self._hidden(design, times)
+            return self.by_member(design, times, further)[0]
+        hidden = self._hidden(design, times, further)
         # The last layer is linear: the mean over members is one product with all their last layers.
         joined = hidden.transpose(1, 0, 2).reshape(hidden.shape[1], -1)
         answer = joined @ self._mean_weight + self._mean_bias
         return self.outputs.back(answer.reshape(len(design), len(times), -1), times)
 
-    def by_member(self, design: np.ndarray, times: np.ndarray) -> np.ndarray:
+    def by_member(self, design: np.ndarray, times: np.ndarray, further: np.ndarray | None = None) -> np.ndarray:
         """Coefficients by each member: [m], (members, runs, times, outputs) float32."""
-        answer = self._hidden(design, times) @ self.weights[-1] + self.biases[-1]
+        answer = self._hidden(design, times, further) @ self.weights[-1] + self.biases[-1]
         if self.recipe == "paper":
             answer = answer.transpose(2, 1, 0)
         return self.outputs.back(answer.reshape(self.members, len(design), len(times), -1), times)
@@ -84,10 +84,10 @@ class Regression:
     def _mean_bias(self):
         return self.biases[-1].mean(axis=0)
 
-    def _hidden(self, design, times):
+    def _hidden(self, design, times, further):
         """Last hidden layer: (networks, runs * times, neurons)."""
         activation = ACTIVATIONS[self.recipe]
-        hidden = self.inputs(design, times)
+        hidden = self.inputs(design, times, further)
         for weight, bias in zip(self.weights[:-1], self.biases[:-1], strict=True):
             hidden = hidden @ weight  # one small product per network; the inputs are shared by broadcasting
             hidden += bias

@@ -17,6 +17,7 @@ class InputScaling:
     low, high: [as the parameters], (parameters,) float64, the ranges of the design of experiments
     start, end: [s], first and last trained time
     recipe: "shared": design in [-1, 1], t in [0, 1] with sines and cosines; "paper": design and t in [0, 1]
+    further: number of inputs beside design and time, each about [0, 1] (`force_inputs`)
     """
 
     low: np.ndarray
@@ -24,11 +25,12 @@ class InputScaling:
     start: float
     end: float
     recipe: str
+    further: int = 0
 
     @property
     def width(self) -> int:
         """Number of inputs of the network."""
-        return len(self.low) + 1 + (2 * len(FREQUENCIES) if self.recipe == "shared" else 0)
+        return len(self.low) + 1 + (2 * len(FREQUENCIES) if self.recipe == "shared" else 0) + self.further
 
     def design(self, design: np.ndarray) -> np.ndarray:
         """(..., parameters) -> [-], the same shape float64 in [-1, 1] (or [0, 1])."""
@@ -43,11 +45,17 @@ class InputScaling:
         angle = np.pi * unit * np.array(FREQUENCIES)
         return np.hstack([unit, np.sin(angle), np.cos(angle)])
 
-    def __call__(self, design: np.ndarray, times: np.ndarray) -> np.ndarray:
-        """Every design at every time: (runs, parameters), (times,) -> (runs * times, width) float32."""
+    def __call__(self, design: np.ndarray, times: np.ndarray, further: np.ndarray | None = None) -> np.ndarray:
+        """Every design at every time: (runs, parameters), (times,) -> (runs * times, width) float32.
+
+        further: [-], (runs, times, further), the inputs beside design and time
+        """
         features = np.empty((len(design), len(times), self.width), np.float32)
+        known = self.width - self.further
         features[:, :, : len(self.low)] = self.design(design)[:, None]
-        features[:, :, len(self.low) :] = self.time(times)
+        features[:, :, len(self.low) : known] = self.time(times)
+        if self.further:
+            features[:, :, known:] = further
         return features.reshape(-1, self.width)
 
 

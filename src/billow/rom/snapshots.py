@@ -47,6 +47,30 @@ class Snapshots:
         return np.ascontiguousarray(split.transpose(2, 3, 0, 1))
 
 
+def snapshot_bytes(dataset, runs) -> int:
+    """Size of the matrices that `collect` would make of one field: [byte]."""
+    return 12 * len(dataset.reference) * len(dataset.times) * len(runs)
+
+
+class ReadOnce:
+    """A dataset that keeps the displacement of every run it has read."""
+
+    def __init__(self, dataset):
+        self._dataset, self._kept = dataset, {}
+
+    def __getattr__(self, name):
+        return getattr(self._dataset, name)
+
+    def snapshots(self, field: str, runs) -> np.ndarray:
+        """As `Dataset.snapshots`."""
+        if field != "displacement":
+            return self._dataset.snapshots(field, runs)
+        for run in runs:
+            if run not in self._kept:
+                self._kept[run] = self._dataset.snapshots(field, [run])[0]
+        return np.stack([self._kept[run] for run in runs])
+
+
 def collect(dataset, runs, field: str = "displacement") -> Snapshots:
     """Read the snapshots of `runs` from a dataset, one run at a time, so that memory peaks at the matrices themselves.
 

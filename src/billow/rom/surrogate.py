@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -11,10 +13,19 @@ import numpy as np
 from billow.errors import InputError
 from billow.results.dataset_files import Parameter
 from billow.rom.basis import Basis
-from billow.rom.question import check_design, check_times, design_rows
+from billow.rom.force_inputs import ForceInputs
+from billow.rom.intervals import FEWEST_RUNS, LEVELS, Intervals, held_out, scale
+from billow.rom.intervals import calibrate as calibrated_factors
+from billow.rom.question import check_design, check_times, design_rows, further_inputs
+from billow.rom.reduction import DEFAULT_MEMORY
 from billow.rom.regression import Regression
+from billow.rom.snapshots import ReadOnce, snapshot_bytes
+from billow.rom.standing import Standing, standing
 from billow.rom.surrogate_file import read_surrogate, write_surrogate
-from billow.rom.training import learn
+from billow.rom.training import Plan, Stages, learn
+
+_DESIGNS_AT_ONCE = 16
+"""Designs whose networks `predict_each` evaluates together: enough to fill the products, few enough for the cache."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -30,6 +41,9 @@ class Surrogate:
     reference: [m], (nodes, 3) float32, the start shape; triangles: (triangles, 3) int64
     bases: the reduced bases of x, y and z; regression: the networks
     training: how it was made: runs, seed, epochs, seconds, versions
+    forces: what it makes of contact forces of the time before; None if it needs none
+    designs: (runs, parameters) float64, what it was trained on; intervals: how far answers may be off, None if not
+        calibrated
     """
 
     title: str
@@ -40,15 +54,41 @@ class Surrogate:
     bases: tuple[Basis, Basis, Basis]
     regression: Regression
     training: dict
+    forces: ForceInputs | None = None
+    designs: np.ndarray | None = None
+    intervals: Intervals | None = None
 
     @classmethod
-    def train(cls, dataset, recipe="shared", modes=12, runs=None, seed=0, epochs=None, progress=None) -> Surrogate:
+    def train(
+        cls,
+        dataset,
+        recipe="shared",
+        modes=12,
+        runs=None,
+        seed=0,
+        epochs=None,
+        progress=None,
+        force_modes=0,
+        force_components="z",
+        calibrate=True,
+        memory=DEFAULT_MEMORY,
+        client=None,
+    ) -> Surrogate:
         """Learn the displacement of a dataset's training runs. Test runs are never read.
 
         recipe: "shared", one ensemble of networks for all coefficients, or "paper", one network for each coefficient
         modes: K, size of each component's basis; runs: names of the runs to learn from, default `dataset.trusted`,
             the training runs with the verdict PASS
-        epochs: default 60 (`shared`), 15,000 (`paper`); progress(epoch, epochs, loss) is called after each
+        epochs: default 30 to 120, fewer for more runs (`shared`), 15,000 (`paper`); progress(epoch, epochs, loss) is
+            called after each
+        force_modes: M, modes of each contact-force component whose coefficients of the time before become inputs (the
+            paper's "Model Including Forces"), 0 for none; force_components: which, such as "z" or "xyz"
+        calibrate: learn up to four times more, each time without a quarter of the runs, so that `half_width` can say
+            how far answers may be off; costs three times the training again (once, with many runs). Not done with
+            fewer than `FEWEST_RUNS` runs, with force modes, whose inputs nobody knows beforehand, or for `paper`,
+            which has no ensemble
+        memory: [byte] larger snapshots are read from disk block by block; calibrating may take twice as much
+        client: a Dask client; its workers, which must see the dataset, then make the bases
 
         Same data, seed and number of BLAS threads: same bits.
         Raises InputError E-ROM-007 (too few runs or modes), E-ROM-008 (recipe), E-ROM-009 (snapshots not finite),
@@ -56,7 +96,25 @@ class Surrogate:
         E-ROM-013 and E-ROM-014 (basis or training failed).
         """
         runs = tuple(dataset.trusted if runs is None else runs)
-        return cls(**learn(dataset, recipe, modes, runs, seed, epochs, progress))
+        plan = Plan(recipe, modes, seed, epochs, force_modes, force_components, memory, client)
+        if not (calibrate and recipe == "shared" and not force_modes and len(runs) >= FEWEST_RUNS):
+            fields, reduction = learn(dataset, runs, plan, progress)
+            return cls(**fields, designs=reduction.design)
+        stages = Stages(progress, 1 + len(held_out(runs)))
+        if client is None and snapshot_bytes(dataset, runs) <= memory:
+            dataset = ReadOnce(dataset)
+        fields, whole = learn(dataset, runs, plan, stages.next())
+        begun = time.perf_counter()
+        plan = replace(plan, epochs=fields["training"]["epochs"])
+
+        def learn_fold(others):
+            fields, reduction = learn(dataset, others, plan, stages.next())
+            return cls(**fields), reduction
+
+        factors = calibrated_factors(dataset, runs, learn_fold)
+        fields["training"]["calibration_seconds"] = time.perf_counter() - begun
+        intervals = Intervals(np.array(LEVELS), factors, whole.lost_by_time, whole.lost_by_node)
+        return cls(**fields, designs=whole.design, intervals=intervals)
 
     @classmethod
     def load(cls, path: str | Path) -> Surrogate:
@@ -85,34 +143,52 @@ class Surrogate:
         learned = f"{len(self.training['runs'])} runs, {self.modes} modes, {self.nodes} nodes"
         return f"Surrogate({self.title!r}, recipe={self.recipe!r}, {learned})"
 
-    def predict(self, design, times=None, *, extrapolate: bool = False) -> np.ndarray:
+    def predict(self, design, times=None, *, extrapolate: bool = False, previous_forces=None) -> np.ndarray:
         """Displacement from the start shape: [m], (times, nodes, 3) float32; (runs, times, nodes, 3) for many designs.
 
         design: {name: value} or (parameters,) for one, {name: (runs,)} or (runs, parameters) for many, in the
         parameters' own units and order
         times: [s], (times,), default the trained ones; between them the networks interpolate
+        previous_forces: [N], (times, nodes, 3) or (runs, times, nodes, 3), contact force on each node one recorded
+            interval before each time; only for a surrogate trained with `force_modes`
 
         The array is a view of (runs, 3, times, nodes) memory: one component of one snapshot is contiguous.
         Raises InputError E-ROM-001 (names, shape or values of the design), E-ROM-002 (a parameter outside its trained
-        range), E-ROM-003 (a time outside). `extrapolate=True` lifts the last two; nothing vouches for such an answer.
+        range), E-ROM-003 (a time outside), E-CPL-002 (forces missing, too many or of another shape). `extrapolate=True`
+        lifts E-ROM-002 and E-ROM-003; nothing vouches for such an answer.
         """
-        rows, times, single = self._question(design, times, extrapolate)
-        coefficients = self._coefficients(rows, times).transpose(0, 2, 1, 3)
+        rows, times, further, single = self._question(design, times, extrapolate, previous_forces)
+        # Copied into the order of the product, which otherwise takes a third longer.
+        coefficients = np.ascontiguousarray(self._coefficients(rows, times, further).transpose(0, 2, 1, 3))
         fields = np.empty((len(rows), 3, len(times), self.nodes), np.float32)
         np.matmul(coefficients, self._modes, out=fields)  # paper equation 1
         fields = fields.transpose(0, 2, 3, 1)
         return fields[0] if single else fields
 
-    def coefficients(self, design, times=None, *, extrapolate: bool = False) -> np.ndarray:
+    def predict_each(self, designs, times=None, *, extrapolate: bool = False) -> Iterator[np.ndarray]:
+        """Predict many designs one after the other, each in the memory of the one before: [m], (times, nodes, 3).
+
+        For sweeps that keep some numbers of each answer, not the answer: new memory for every one would cost as much
+        as the answer. Copy what has to stay. Arguments and errors as `predict`; no force inputs.
+        """
+        rows, times, _, _ = self._question(designs, times, extrapolate, None)
+        fields = np.empty((3, len(times), self.nodes), np.float32)
+        for first in range(0, len(rows), _DESIGNS_AT_ONCE):
+            coefficients = self._coefficients(rows[first : first + _DESIGNS_AT_ONCE], times, None)
+            for one in np.ascontiguousarray(coefficients.transpose(0, 2, 1, 3)):
+                np.matmul(one, self._modes, out=fields)
+                yield fields.transpose(1, 2, 0)
+
+    def coefficients(self, design, times=None, *, extrapolate: bool = False, previous_forces=None) -> np.ndarray:
         """Basis coefficients: [m], (times, 3, modes) float32; (runs, times, 3, modes) for many designs.
 
         Arguments and errors as `predict`.
         """
-        rows, times, single = self._question(design, times, extrapolate)
-        coefficients = self._coefficients(rows, times)
+        rows, times, further, single = self._question(design, times, extrapolate, previous_forces)
+        coefficients = self._coefficients(rows, times, further)
         return coefficients[0] if single else coefficients
 
-    def spread(self, design, times=None, *, extrapolate: bool = False) -> np.ndarray:
+    def spread(self, design, times=None, *, extrapolate: bool = False, previous_forces=None) -> np.ndarray:
         """How far the members of the ensemble disagree: [m], (times, 3); (runs, times, 3) for many designs.
 
         Standard deviation over members, as root mean square over nodes, so that it compares with the RMSE of paper
@@ -127,27 +203,64 @@ class Surrogate:
                 why="spread is the disagreement of an ensemble, and there is one network per coefficient",
                 remedy='train with recipe "shared"',
             )
-        rows, times, single = self._question(design, times, extrapolate)
-        deviation = self.regression.by_member(rows, times).std(axis=0)
+        rows, times, further, single = self._question(design, times, extrapolate, previous_forces)
+        deviation = self.regression.by_member(rows, times, further).std(axis=0)
         deviation = deviation.reshape(*deviation.shape[:2], 3, self.modes)
         # The basis is orthonormal: a sum of squares over nodes is a sum of squares over modes.
         spread = np.sqrt(np.square(deviation).sum(axis=3) / self.nodes)
         return spread[0] if single else spread
 
+    def half_width(self, design, times=None, *, level: float = 0.9, extrapolate: bool = False) -> np.ndarray:
+        """How far `predict` may be off: [m], (times, nodes, 3) float32; (runs, times, nodes, 3) for many designs.
+
+        The solver's value lies within prediction +- half width for a part `level` of all values of unseen designs from
+        the trained ranges, component by component (`intervals` says how that is found). It is a statement about many
+        values together: at one moment of one design most values may lie outside.
+
+        level: one of `intervals.LEVELS`; other arguments and errors as `predict`. InputError E-ROM-017 if the surrogate
+        was not calibrated, E-ROM-018 for another level.
+        """
+        if self.intervals is None:
+            raise InputError(
+                "E-ROM-017",
+                "this surrogate has no intervals",
+                where=f"recipe {self.recipe!r}, {len(self.training['runs'])} training runs",
+                why="it was trained without calibration, with contact forces, as `paper`, or on too few runs",
+                remedy=f'train with recipe "shared" on at least {FEWEST_RUNS} runs: billow train FOLDER',
+            )
+        factor = self.intervals.factor(level).astype(np.float32)
+        rows, times, _, single = self._question(design, times, extrapolate, None)
+        lost = self.intervals.lost_by_time, self.intervals.lost_by_node
+        widths = np.stack([scale(self, *lost, row, times) * factor for row in rows])
+        return widths[0] if single else widths
+
+    def standing(self, design) -> Standing | None:
+        """Where one design stands among the trained ones; None if the file is of a Billow that did not store them.
+
+        Asks for more than `predict` can refuse: a design inside all ranges may still be far from everything learned.
+        InputError E-ROM-001 if the design does not fit.
+        """
+        rows, _ = design_rows(design, self.parameters)
+        if self.designs is None or len(self.designs) < 2:
+            return None
+        return standing(rows[0], self.designs, self.parameters)
+
     @cached_property
     def _modes(self) -> np.ndarray:
         return np.stack([basis.modes for basis in self.bases])  # (3, modes, nodes)
 
-    def _coefficients(self, rows, times):
-        return self.regression(rows, times).reshape(len(rows), len(times), 3, self.modes)
+    def _coefficients(self, rows, times, further):
+        return self.regression(rows, times, further).reshape(len(rows), len(times), 3, self.modes)
 
-    def _question(self, design, times, extrapolate):
+    def _question(self, design, times, extrapolate, previous_forces):
         rows, single = design_rows(design, self.parameters)
         if not extrapolate:
             check_design(rows, self.parameters)
         if times is None:
-            return rows, self.times, single
-        times = np.atleast_1d(np.asarray(times, float))
-        if not extrapolate:
-            check_times(times, self.times)
-        return rows, times, single
+            times = self.times
+        else:
+            times = np.atleast_1d(np.asarray(times, float))
+            if not extrapolate:
+                check_times(times, self.times)
+        further = further_inputs(previous_forces, self.forces, (len(rows), len(times), self.nodes, 3))
+        return rows, times, further, single

@@ -12,6 +12,8 @@ from billow.errors import InputError, IntegrityError
 from billow.results.dataset_files import parameter_of
 from billow.results.tensor_file import read_tensors, write_tensors
 from billow.rom.basis import Basis
+from billow.rom.force_inputs import ForceInputs
+from billow.rom.intervals import Intervals
 from billow.rom.regression import ACTIVATIONS, Regression
 from billow.rom.scaling import InputScaling, OutputScaling
 
@@ -20,6 +22,11 @@ FORMAT = 1
 
 def write_surrogate(path: str | Path, surrogate) -> Path:
     """Write a `Surrogate` to `path`, atomically."""
+    return write_tensors(path, *surrogate_content(surrogate))
+
+
+def surrogate_content(surrogate) -> tuple[dict[str, np.ndarray], dict]:
+    """A `Surrogate` as named arrays and a record. A file may hold more of both; `read_surrogate` passes over them."""
     regression = surrogate.regression
     tensors = {
         "times": surrogate.times,
@@ -33,6 +40,14 @@ def write_surrogate(path: str | Path, surrogate) -> Path:
     }
     tensors |= {f"weights.{layer}": array for layer, array in enumerate(regression.weights)}
     tensors |= {f"biases.{layer}": array for layer, array in enumerate(regression.biases)}
+    forces = surrogate.forces
+    if forces is not None:
+        tensors |= {f"forces.{name}": getattr(forces, name) for name in ("modes", "mean", "deviation")}
+        tensors["forces.components"] = np.array(forces.components)
+    if surrogate.designs is not None:
+        tensors["designs"] = surrogate.designs
+    if surrogate.intervals is not None:
+        tensors |= {f"intervals.{name}": array for name, array in vars(surrogate.intervals).items()}
     record = {
         "format": FORMAT,
         "title": surrogate.title,
@@ -40,7 +55,7 @@ def write_surrogate(path: str | Path, surrogate) -> Path:
         "parameters": [asdict(parameter) for parameter in surrogate.parameters],
         "training": surrogate.training,
     }
-    return write_tensors(path, tensors, record)
+    return tensors, record
 
 
 def read_surrogate(path: str | Path) -> dict:
@@ -106,7 +121,9 @@ def _fields(tensors, record) -> dict:
     if triangles.size and not 0 <= triangles.min() <= triangles.max() < len(reference):
         raise ValueError("a triangle names a node that does not exist")
 
-    inputs = InputScaling(low, high, float(times[0]), float(times[-1]), recipe)
+    forces = _forces(tensors, len(reference))
+    further = 0 if forces is None else forces.width
+    inputs = InputScaling(low, high, float(times[0]), float(times[-1]), recipe, further)
     count = 3 * modes.shape[1]  # coefficients of all components
     networks = None if recipe == "shared" else count
     weights, biases, width = [], [], inputs.width
@@ -128,7 +145,36 @@ def _fields(tensors, record) -> dict:
         "bases": tuple(Basis(modes[c], singular_values[c], float(energy[c])) for c in range(3)),
         "regression": Regression(recipe, tuple(weights), tuple(biases), inputs, OutputScaling(times, mean, deviation)),
         "training": training,
+        "forces": forces,
+        "designs": _take(tensors, "designs", np.float64, None, len(parameters)) if "designs" in tensors else None,
+        "intervals": _intervals(tensors, len(times), len(reference)),
     }
+
+
+def _intervals(tensors, times, nodes) -> Intervals | None:
+    if "intervals.levels" not in tensors:
+        return None
+    levels = _take(tensors, "intervals.levels", np.float64, None)
+    parts = [
+        _take(tensors, f"intervals.{name}", np.float64, *shape)
+        for name, shape in (("factors", (len(levels), 3)), ("lost_by_time", (3, times)), ("lost_by_node", (3, nodes)))
+    ]
+    if not all((part >= 0.0).all() for part in parts):
+        raise ValueError("an interval has a negative width")
+    return Intervals(levels, *parts)
+
+
+def _forces(tensors, nodes) -> ForceInputs | None:
+    if "forces.components" not in tensors:
+        return None
+    components = tuple(_take(tensors, "forces.components", np.int64, None).tolist())
+    if not components or len(set(components)) != len(components) or not set(components) <= {0, 1, 2}:
+        raise ValueError(f"force components {components}")
+    modes = _take(tensors, "forces.modes", np.float32, len(components), None, nodes)
+    mean, deviation = (_take(tensors, f"forces.{n}", np.float64, *modes.shape[:2]) for n in ("mean", "deviation"))
+    if not (deviation > 0.0).all():
+        raise ValueError("a force mode has no deviation")
+    return ForceInputs(components, modes, mean, deviation)
 
 
 def _take(tensors, name, dtype, *shape) -> np.ndarray:

@@ -16,7 +16,7 @@ class Timing:
     """Times behind paper Tables 2 and 3 and Figure 6: [s].
 
     simulation: mean of one training run
-    generation: all training runs together; reading, pod, network: the steps of training
+    generation: all training runs together; reading, pod, network, calibration: the steps of training
     inference: one whole deployment (all times, nodes, components); of it, coefficients: the networks
     loading: the model from its file, checked; memcpy: copying one deployment in memory, the floor of `inference`
     """
@@ -26,6 +26,7 @@ class Timing:
     reading: float
     pod: float
     network: float
+    calibration: float
     inference: float
     coefficients: float
     loading: float
@@ -34,7 +35,7 @@ class Timing:
     @property
     def training(self) -> float:
         """From finished runs to a finished surrogate: [s]."""
-        return self.reading + self.pod + self.network
+        return self.reading + self.pod + self.network + self.calibration
 
     @property
     def speed_up(self) -> float:
@@ -63,6 +64,7 @@ def measure(dataset, surrogate) -> Timing:
         reading=surrogate.training["read_seconds"],
         pod=surrogate.training["pod_seconds"],
         network=surrogate.training["network_seconds"],
+        calibration=surrogate.training.get("calibration_seconds", 0.0),
         inference=_median_seconds(lambda: surrogate.predict(design)),
         coefficients=_median_seconds(lambda: surrogate.coefficients(design)),
         loading=loading,

@@ -4,31 +4,63 @@ from __future__ import annotations
 
 import platform
 import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from billow import __version__
 from billow.errors import InputError, ResourceError
 from billow.results.dataset_files import Parameter, mesh_sha256
-from billow.rom.basis import pod
+from billow.rom.force_inputs import ForceInputs
+from billow.rom.reduction import Reduction, reduce_runs
 from billow.rom.regression import ACTIVATIONS, Regression
 from billow.rom.scaling import InputScaling, OutputScaling
-from billow.rom.snapshots import collect
+
+Progress = Callable[[int, int, float], None]
 
 
-def learn(dataset, recipe, modes, runs, seed, epochs, progress) -> dict:
-    """The fields of a `Surrogate`, learned from `runs` of `dataset`. Arguments and errors as `Surrogate.train`."""
-    network = _import_network()
-    inputs = _input_scaling(dataset, recipe)
-    clock = [time.perf_counter()]
-    snapshots = collect(dataset, runs)
-    clock.append(time.perf_counter())
-    bases = tuple(pod(matrix, modes, seed) for matrix in snapshots.matrices)
-    coefficients = np.stack([b.coefficients(m) for b, m in zip(bases, snapshots.matrices, strict=True)])
-    clock.append(time.perf_counter())
-    known = snapshots.by_run(coefficients)  # (runs, times, components, modes)
-    outputs = OutputScaling.of(known, snapshots.times, recipe)
-    targets = outputs.forward(known.reshape(*known.shape[:2], -1)).reshape(-1, 3 * modes)
+@dataclass(frozen=True)
+class Plan:
+    """How to learn. Fields as the arguments of `Surrogate.train`."""
+
+    recipe: str
+    modes: int
+    seed: int
+    epochs: int | None
+    force_modes: int
+    force_components: str
+    memory: int
+    client: object = None
+
+
+class Stages:
+    """Progress of several trainings as that of one."""
+
+    def __init__(self, progress: Progress | None, stages: int):
+        self._progress, self._stages, self._begun = progress, stages, 0
+
+    def next(self) -> Progress | None:
+        """What the next training reports to."""
+        before, self._begun = self._begun, self._begun + 1
+        if self._progress is None:
+            return None
+        return lambda epoch, of, loss: self._progress(before * of + epoch, self._stages * of, loss)
+
+
+def learn(dataset, runs: tuple[str, ...], plan: Plan, progress: Progress | None = None) -> tuple[dict, Reduction]:
+    """The fields of a `Surrogate` learned from `runs`, and what it was learned from. Errors as `Surrogate.train`."""
+    network = import_network()
+    inputs = _input_scaling(dataset, plan.recipe)
+    reduction = reduce_runs(dataset, runs, plan.modes, plan.seed, plan.memory, plan.client)
+    begun = time.perf_counter()
+    known, times = reduction.coefficients, reduction.times
+    outputs = OutputScaling.of(known, times, plan.recipe)
+    targets = outputs.forward(known.reshape(*known.shape[:2], -1)).reshape(-1, 3 * plan.modes)
+    forces, further = None, None
+    if plan.force_modes:
+        forces, further = ForceInputs.learn(dataset, runs, plan.force_modes, plan.force_components, plan.seed)
+        inputs = replace(inputs, further=forces.width)
     losses = []
 
     def record_loss(epoch, of, loss):
@@ -36,28 +68,28 @@ def learn(dataset, recipe, modes, runs, seed, epochs, progress) -> dict:
         if progress is not None:
             progress(epoch, of, loss)
 
-    train = network.train_shared if recipe == "shared" else network.train_paper
-    features = inputs(snapshots.design, snapshots.times)
-    weights, biases = train(features, targets, epochs=epochs, seed=seed, progress=record_loss)
-    clock.append(time.perf_counter())
-    return {
+    features = inputs(reduction.design, times, further)
+    train = network.train_shared if plan.recipe == "shared" else network.train_paper
+    weights, biases = train(features, targets, epochs=plan.epochs, seed=plan.seed, progress=record_loss)
+    fields = {
         "title": getattr(dataset, "title", ""),
         "parameters": tuple(Parameter(p.name, p.label, p.unit, p.low, p.high) for p in dataset.parameters),
-        "times": snapshots.times,
+        "times": times,
         "reference": np.array(dataset.reference, np.float32),
         "triangles": np.array(dataset.triangles, np.int64),
-        "bases": bases,
-        "regression": Regression(recipe, weights, biases, inputs, outputs),
+        "bases": reduction.bases,
+        "regression": Regression(plan.recipe, weights, biases, inputs, outputs),
+        "forces": forces,
         "training": {
-            "runs": list(snapshots.runs),
-            "seed": seed,
+            "runs": list(reduction.runs),
+            "seed": plan.seed,
             "epochs": len(losses),
             "first_loss": losses[0],
             "last_loss": losses[-1],
-            "snapshot_bytes": snapshots.memory,
-            "read_seconds": clock[1] - clock[0],
-            "pod_seconds": clock[2] - clock[1],
-            "network_seconds": clock[3] - clock[2],
+            "snapshot_bytes": reduction.snapshot_bytes,
+            "read_seconds": reduction.read_seconds,
+            "pod_seconds": reduction.pod_seconds,
+            "network_seconds": time.perf_counter() - begun,
             "mesh_sha256": mesh_sha256(dataset.reference, dataset.triangles),
             "versions": {
                 "billow": __version__,
@@ -67,9 +99,11 @@ def learn(dataset, recipe, modes, runs, seed, epochs, progress) -> dict:
             },
         },
     }
+    return fields, reduction
 
 
-def _import_network():
+def import_network():
+    """`billow.rom.network`, which needs PyTorch; ResourceError E-ROM-006 without it."""
     try:
         from billow.rom import network
     except ImportError as error:

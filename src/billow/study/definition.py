@@ -3,8 +3,10 @@
 title = "Driver bag against a locked obstacle"
 case = "driver_locked.toml"       # relative to this file
 seed = 1
-train = 48
+train = 48                        # may be raised later, to a multiple
 test = 12
+nested = [12, 24]                 # the first 12 training runs are a Latin hypercube of their own, and the first 24
+added_designs = "next.csv"        # more training runs, as `billow suggest` writes them
 reference_length = 0.28           # [m], to which errors are compared
 
 [[parameters]]
@@ -20,6 +22,7 @@ scale = "linear"                  # or "log": drawn evenly in the logarithm
 from __future__ import annotations
 
 import difflib
+import itertools
 import os
 import tomllib
 from pathlib import Path
@@ -69,6 +72,8 @@ class StudyDefinition(BaseModel):
     seed: Annotated[int, Field(ge=0, lt=2**63)]
     train: Annotated[int, Field(ge=2, le=MOST_RUNS)]
     test: Annotated[int, Field(ge=1, le=MOST_RUNS)]
+    nested: Annotated[tuple[Annotated[int, Field(ge=2)], ...], Field(strict=False, max_length=100)] = ()
+    added_designs: _Text | None = None
     reference_length: Annotated[float, Field(gt=0)]
     parameters: Annotated[tuple[StudyParameter, ...], Field(strict=False, min_length=1, max_length=100)]
 
@@ -86,6 +91,7 @@ class StudyDefinition(BaseModel):
         except ValidationError as error:
             raise _told(path, content, error) from error
         _check_parameters(path, definition.parameters)
+        _check_nested(path, definition)
         case = path.parent / definition.case
         if not os.path.isfile(case):  # unlike Path.is_file, no error for a name that is too long
             raise InputError(
@@ -102,9 +108,14 @@ class StudyDefinition(BaseModel):
         """The parameters as a dataset knows them."""
         return tuple(Parameter(p.name, p.label, p.unit, p.low, p.high) for p in self.parameters)
 
+    @property
+    def sizes(self) -> tuple[int, ...]:
+        """Numbers of training runs that are Latin hypercubes of their own, rising; the last is `train`."""
+        return (*self.nested, self.train)
+
     def to_toml(self) -> str:
         """The text of a study.toml with every default filled in."""
-        return tomli_w.dumps(self.model_dump(mode="json"))
+        return tomli_w.dumps(self.model_dump(mode="json", exclude_none=True))
 
 
 def _read_toml(path: Path) -> dict:
@@ -131,6 +142,18 @@ def _read_toml(path: Path) -> dict:
             why=str(error) if isinstance(error, ValueError) else "it is nested too deeply",
             remedy='write texts in quotes and numbers without, such as title = "Driver bag", train = 48',
         ) from error
+
+
+def _check_nested(path: Path, definition: StudyDefinition) -> None:
+    for smaller, larger in itertools.pairwise(definition.sizes):
+        if larger <= smaller or larger % smaller:
+            raise InputError(
+                "E-STU-004",
+                f"nested = {list(definition.nested)} with train = {definition.train} cannot be used",
+                where=f"{path}: nested",
+                why=f"{larger} is not a multiple of {smaller}, so that their strata do not fit into each other",
+                remedy="let each size divide the next and the last one divide train, such as nested = [100, 200]",
+            )
 
 
 def _check_parameters(path: Path, parameters: tuple[StudyParameter, ...]) -> None:

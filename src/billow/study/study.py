@@ -12,13 +12,15 @@ from billow.errors import InputError, IntegrityError
 from billow.results.atomic import publish_folder, write_atomically
 from billow.results.dataset import Dataset
 from billow.results.dataset_files import read_design, read_split, write_design, write_split
+from billow.study.added_designs import added_designs_text, read_added_designs
 from billow.study.attempt import Runner, cannot_write
 from billow.study.definition import StudyDefinition
-from billow.study.design import Design, draw
+from billow.study.design import Design, Values, draw
 from billow.study.drive import Drive, ProgressEvent, StudySummary
+from billow.study.grow import another_study, grown, merged
 from billow.study.store import RunStore
 
-STUDY_FILE, CASE_FILE = "study.toml", "case.toml"
+STUDY_FILE, CASE_FILE, ADDED_FILE = "study.toml", "case.toml", "added_designs.csv"
 
 
 class Study:
@@ -41,25 +43,34 @@ class Study:
 
     @classmethod
     def create(cls, definition_file: str | Path, folder: str | Path) -> Study:
-        """Draw the designs of a study and write them to `folder`; if it holds this very study already, open it.
+        """Draw the designs of a study and write them to `folder`; if it holds this study already, open it.
 
-        Every design is tried on the case before anything is written. InputError E-STU-001 to -006: the definition;
-        -007: the case does not accept a value; -008: `folder` holds something else. ResourceError E-STU-012, -023:
-        it cannot be written.
+        A study that asks for more training runs than `folder` has, by `train` or `added_designs`, adds them to those
+        there; its test runs never change. Every design is tried on the case before anything is written.
+        InputError E-STU-001 to -006: the definition; -024: its added designs; -007: the case does not accept a value;
+        -008: `folder` holds something else; -025: `train` cannot grow to this number; -013: another process runs the
+        study that is to grow. ResourceError E-STU-012, -023: it cannot be written.
         """
         definition_file, folder = Path(definition_file), Path(folder).absolute()  # "." has a name only in full
-        given = StudyDefinition.load(definition_file)
-        case = _load_case(definition_file.parent / given.case)
-        _try_ranges(definition_file, given, case)
-        definition, design = given.model_copy(update={"case": CASE_FILE}), draw(given)
-        for run, values in design.runs.items():
-            _vary(case, definition, values, f"{definition_file}: run {run} of its design")
-        files = {STUDY_FILE: definition.to_toml(), CASE_FILE: case.to_toml()}
+        definition = StudyDefinition.load(definition_file)
+        case = _load_case(definition_file.parent / definition.case)
+        _try_ranges(definition_file, definition, case)
+        definition, added = _own_files(definition, definition_file.parent)
         try:
-            if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-                _refuse_another(folder, files)
+            there = folder.exists() and (not folder.is_dir() or any(folder.iterdir()))
+            study = _open_for(definition, case, folder) if there else None
+            if study is None:
+                existing, design = Design({}, {}), grown(draw(definition), definition, added, folder)
             else:
-                _write(folder, files, definition, design)
+                definition, existing = merged(study.definition, definition, folder), Design(study.train, study.test)
+                design = grown(existing, definition, added, folder)
+            for run in design.runs.keys() - existing.runs.keys():
+                _vary(case, definition, design.runs[run], f"{definition_file}: run {run} of its design")
+            if study is None:
+                _write(folder, _files(definition, case, added), definition, design)
+            elif design != existing or definition != study.definition:
+                with study.store.driving():
+                    _rewrite(folder, _files(definition, case, added), definition, design)
         except OSError as problem:
             raise cannot_write(problem, folder) from problem
         return cls.open(folder)
@@ -164,16 +175,38 @@ def _try_ranges(path: Path, definition: StudyDefinition, case) -> None:
         _vary(case, definition, corner, f"{path}: a corner of the design space")
 
 
+def _own_files(definition: StudyDefinition, beside: Path) -> tuple[StudyDefinition, list[Values]]:
+    """The definition with the names its files have inside a study folder, and the designs it adds."""
+    if definition.added_designs is None:
+        return definition.model_copy(update={"case": CASE_FILE}), []
+    added = read_added_designs(beside / definition.added_designs, definition.axes)
+    return definition.model_copy(update={"case": CASE_FILE, "added_designs": ADDED_FILE}), added
+
+
+def _files(definition: StudyDefinition, case, added: list[Values]) -> dict[str, str]:
+    files = {CASE_FILE: case.to_toml(), STUDY_FILE: definition.to_toml()}
+    return {ADDED_FILE: added_designs_text(definition.axes, added), **files} if added else files
+
+
+def _open_for(definition: StudyDefinition, case, folder: Path) -> Study:
+    """The study in a folder that is not empty. InputError E-STU-008 if it holds none, or one around another case."""
+    try:
+        found = (folder / CASE_FILE).read_text(encoding="utf-8")
+        study = Study.open(folder)
+    except (OSError, ValueError, InputError) as error:
+        raise another_study(folder, f"no study can be read there: {getattr(error, 'what', error)}") from error
+    if found != case.to_toml():
+        raise another_study(folder, f"its {CASE_FILE} differs from the study asked for")
+    return study
+
+
 def _write(folder: Path, files: dict[str, str], definition: StudyDefinition, design: Design) -> None:
     """Write a new study; its folder appears whole or not at all."""
     folder.parent.mkdir(parents=True, exist_ok=True)
     partial = folder.with_name(f"{folder.name}.{uuid.uuid4().hex[:12]}.partial")
     partial.mkdir()
     try:
-        for name, text in files.items():
-            write_atomically(partial / name, text)
-        write_design(partial, definition.axes, design.runs)
-        write_split(partial, list(design.train), list(design.test))
+        _rewrite(partial, files, definition, design)
         for name in ("runs", "failed"):
             (partial / name).mkdir()
         publish_folder(partial, folder)
@@ -181,18 +214,13 @@ def _write(folder: Path, files: dict[str, str], definition: StudyDefinition, des
         shutil.rmtree(partial, ignore_errors=True)
 
 
-def _refuse_another(folder: Path, files: dict[str, str]) -> None:
-    """InputError E-STU-008 unless `folder` holds the study made of `files`."""
+def _rewrite(folder: Path, files: dict[str, str], definition: StudyDefinition, design: Design) -> None:
+    """Write the files of a study that has grown.
+
+    Designs first, then the split that names them, then study.toml: a crash in between leaves the study as it was, or
+    one whose runs are all there already when the same command comes again.
+    """
+    write_design(folder, definition.axes, design.runs)
+    write_split(folder, list(design.train), list(design.test))
     for name, text in files.items():
-        try:
-            found = (folder / name).read_text(encoding="utf-8")
-        except (OSError, ValueError):
-            found = None
-        if found != text:
-            raise InputError(
-                "E-STU-008",
-                "the folder holds something else than this study",
-                where=str(folder),
-                why=f"{name} is missing there" if found is None else f"its {name} differs from the study asked for",
-                remedy="choose another folder, or delete this one; to continue the study in it, open that one",
-            )
+        write_atomically(folder / name, text)

@@ -25,7 +25,7 @@ EMPTIEST = 1e-6
 
 @dataclass(frozen=True)
 class Tank:
-    """volume [m^3]; table (species, 16): see species.thermo_table; start_masses (species,) [kg] and start_temperature [K]
+    """volume [m^3]; table (species, 16): see species.thermo_table; start_masses (species,) [kg], start_temperature [K]:
     of the gas in it at the start; fractions (species,): mass fractions of the inflow; conductance [W/K]: heat-transfer
     coefficient times area of the wall; wall_temperature [K]."""
 

@@ -1,4 +1,4 @@
-"""Regularised regression for a mass flow: data are a linear image of it plus noise, and differentiating amplifies noise.
+"""Regularised regression for a flow: data are a linear image of it plus noise, and differentiation amplifies noise.
 
 Prior: the flow is a Wiener process (a random walk between knots) of unknown strength with a free level; noise is white
 and Gaussian of unknown strength. Both strengths come from the data, by restricted maximum likelihood (Patterson and

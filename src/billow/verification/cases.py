@@ -10,7 +10,7 @@ import time
 from collections.abc import Callable, Iterable, Iterator
 
 from billow.errors import BillowError, InputError
-from billow.verification import contact, fabric, gas, rigid_body, whole
+from billow.verification import chambers, contact, coupon, fabric, gas, rigid_body, tank, whole
 from billow.verification.check import Check, Measurement
 
 CASES: dict[str, Callable[[], Iterator[Measurement]]] = {
@@ -20,11 +20,22 @@ CASES: dict[str, Callable[[], Iterator[Measurement]]] = {
     "T4": gas.critical_flow,
     "T5": gas.isentropic_compression,
     "T6": gas.mixture_properties,
+    "U1": chambers.two_rooms,
+    "U2": chambers.chain,
+    "U3": chambers.stiff_chain,
+    "U4": chambers.blown_through,
+    "U5": chambers.cooling,
+    "V1": tank.filling,
+    "V2": tank.cooling,
+    "V3": tank.inverse,
+    "V4": tank.band,
     "S1": fabric.patch,
     "S3": fabric.vibrating_membrane,
     "S4": fabric.pressurised_shells,
     "S6": fabric.mylar_balloon,
     "S7": fabric.teabag,
+    "S9": coupon.picture_frame,
+    "S10": coupon.biaxial_cycle,
     "C1": contact.sphere_on_node,
     "C2": contact.incline,
     "C3": contact.super_ellipsoid_constants,

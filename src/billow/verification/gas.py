@@ -1,4 +1,4 @@
-"""T1 to T6: the uniform-pressure gas against thermodynamics on paper.
+"""T1 to T6: the uniform-pressure gas of one chamber against thermodynamics on paper.
 
 Chambers are boxes whose walls stand still or are moved by hand, so that the volume is exact; the gas is advanced by
 `UniformPressure.advance`, as in a run.
@@ -11,12 +11,15 @@ from dataclasses import replace
 
 import numpy as np
 
+from billow.gas.ambient import Ambient, InitialGas
 from billow.gas.gas_model import Bag
 from billow.gas.inflator import Inflator
 from billow.gas.mixture import mixture_cp, mixture_gas_constant
-from billow.gas.outflow import orifice_flux
+from billow.gas.outflow import ORIFICE, orifice_flux
+from billow.gas.passages import VENT, Passage, Passages
 from billow.gas.species import MOLAR_GAS_CONSTANT, SPECIES, Species, mass_fractions, thermo_table
-from billow.gas.uniform_pressure import Ambient, Porosity, UniformPressure, UniformState, Vents
+from billow.gas.uniform_pressure import UniformPressure, UniformState
+from billow.geometry.chambers import Chambers
 from billow.verification.check import Measurement
 from billow.verification.meshes import box
 
@@ -25,7 +28,7 @@ IDEAL = [Species.ideal("ideal", GAS_CONSTANT, GAMMA)]
 PYRO = {"N2": 0.45, "H2O": 0.30, "CO2": 0.25}
 WIDTH, DEPTH, HEIGHT = 0.3, 0.2, 1.0
 VOLUME = WIDTH * DEPTH * HEIGHT  # 60 l
-NO_VENTS = Vents(np.empty((0, 3), np.uint32), np.zeros(1, np.int64), np.empty(0), np.empty(0))
+BOX = Chambers.single(12)
 
 
 def still_gas(species: list[Species], fractions: np.ndarray, pressure: float, temperature: float) -> UniformPressure:
@@ -34,10 +37,9 @@ def still_gas(species: list[Species], fractions: np.ndarray, pressure: float, te
     return UniformPressure(
         table=thermo_table(species),
         species_names=tuple(s.name for s in species),
-        inflator=nothing,
+        inflators=(nothing,),
         ambient=Ambient(pressure, temperature, fractions),
-        vents=NO_VENTS,
-        porosity=Porosity(0.0, 0.0),
+        chambers=BOX,
     )
 
 
@@ -66,15 +68,15 @@ def rigid_tank() -> Iterator[Measurement]:
     error, so the number of steps (300) only adds rounding.
     """
     gas = still_gas(IDEAL, np.ones(1), pressure=1e-9, temperature=300.0)
-    gas = replace(gas, inflator=inflow(1.0, 0.030, 600.0, np.ones(1)))
+    gas = replace(gas, inflators=(inflow(1.0, 0.030, 600.0, np.ones(1)),))
     bag = bag_of_height(HEIGHT)
     state = gas.start(bag)
     dt = 1e-4
     for k in range(300):
         advance(gas, state, bag, k * dt, dt)
     final = GAMMA * 600.0
-    yield Measurement("temperature of the tank [K]", state.temperature, final, 1e-10)
-    yield Measurement("pressure of the tank [Pa]", state.pressure, 0.030 * GAS_CONSTANT * final / VOLUME, 1e-10)
+    yield Measurement("temperature of the tank [K]", state.temperature[0], final, 1e-10)
+    yield Measurement("pressure of the tank [Pa]", state.pressure[0], 0.030 * GAS_CONSTANT * final / VOLUME, 1e-10)
 
 
 def filling_at_constant_pressure() -> Iterator[Measurement]:
@@ -89,15 +91,15 @@ def filling_at_constant_pressure() -> Iterator[Measurement]:
     fractions = np.array(list(mass_fractions(PYRO).values()))
     pressure, hot, flow = 101325.0, 600.0, 1.0
     gas = still_gas(species, fractions, pressure, temperature=300.0)
-    gas = replace(gas, inflator=inflow(flow, 1.0, hot, fractions))
+    gas = replace(gas, inflators=(inflow(flow, 1.0, hot, fractions),))
     per_second = flow * mixture_gas_constant(gas.table, fractions) * hot / pressure  # m^3/s
     heights = 1e-7 * HEIGHT * 1.01 ** np.arange(1621)  # the last is the first beyond HEIGHT
     times = (heights - heights[0]) * WIDTH * DEPTH / per_second
     state = gas.start(bag_of_height(heights[0]))
     for height, time, before in zip(heights[1:], times[1:], times[:-1], strict=True):
         advance(gas, state, bag_of_height(height), before, time - before)
-    yield Measurement("temperature behind the piston [K]", state.temperature, hot, 1e-6)
-    yield Measurement("pressure behind the piston [Pa]", state.pressure, pressure, 1e-6)
+    yield Measurement("temperature behind the piston [K]", state.temperature[0], hot, 1e-6)
+    yield Measurement("pressure behind the piston [Pa]", state.pressure[0], pressure, 1e-6)
 
 
 def choked_blow_down() -> Iterator[Measurement]:
@@ -108,18 +110,17 @@ def choked_blow_down() -> Iterator[Measurement]:
     compressible flow; 147.7 ms, 461.8 K, 0.5197 of the mass in the physics notes). Rates are taken from the old state
     (first order): the relative error is about dt/tau, 1e-4 at 20 us.
     """
-    closed = still_gas(IDEAL, np.ones(1), 5e5, 600.0)
+    hole = Passage("hole", VENT, ORIFICE, 0, area=1e-3)
+    inside = InitialGas.like(Ambient(5e5, 600.0, np.ones(1)), 1)
+    tank = replace(still_gas(IDEAL, np.ones(1), 101325.0, 295.0), initial=inside, passages=Passages((hole,)))
     bag = bag_of_height(HEIGHT)
-    state = closed.start(bag)
-    lid = bag.surface.triangles[bag.surface.triangles_of("lid")]
-    hole = Vents(lid, np.array([0, len(lid)]), np.array([1e-3 / (WIDTH * DEPTH)]), np.zeros(1))
-    opened = replace(closed, vents=hole, ambient=Ambient(101325.0, 295.0, np.ones(1)))
+    state = tank.start(bag)
     dt, full = 2e-5, state.masses.sum()
-    rows = [(0.0, state.pressure, state.temperature, 1.0)]
+    rows = [(0.0, state.pressure[0], state.temperature[0], 1.0)]
     for k in range(10_000):  # 0.2 s
-        advance(opened, state, bag, k * dt, dt)
-        rows.append(((k + 1) * dt, state.pressure, state.temperature, state.masses.sum() / full))
-        if state.pressure < 2e5:
+        advance(tank, state, bag, k * dt, dt)
+        rows.append(((k + 1) * dt, state.pressure[0], state.temperature[0], state.masses.sum() / full))
+        if state.pressure[0] < 2e5:
             break
     times, pressures, temperatures, masses = np.array(rows).T
     time, temperature, mass = (np.interp(-2e5, -pressures, column) for column in (times, temperatures, masses))
@@ -162,8 +163,10 @@ def isentropic_compression() -> Iterator[Measurement]:
     state = gas.start(bag_of_height(HEIGHT))
     for k in range(1, 1001):
         advance(gas, state, bag_of_height(HEIGHT * (1.0 - 0.5 * k / 1000)), (k - 1) * 1e-5, 1e-5)
-    yield Measurement("pressure ratio at half the volume [-]", state.pressure / 1e5, 2.0**GAMMA, 1e-5)
-    yield Measurement("temperature ratio at half the volume [-]", state.temperature / 300.0, 2.0 ** (GAMMA - 1.0), 1e-5)
+    yield Measurement("pressure ratio at half the volume [-]", state.pressure[0] / 1e5, 2.0**GAMMA, 1e-5)
+    yield Measurement(
+        "temperature ratio at half the volume [-]", state.temperature[0] / 300.0, 2.0 ** (GAMMA - 1.0), 1e-5
+    )
 
 
 def mixture_properties() -> Iterator[Measurement]:

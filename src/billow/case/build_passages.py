@@ -1,0 +1,188 @@
+"""From `[bag.vents]`, `[leakage]` and `[gas.orifices]` to the passages that gas leaves by; the same for all gases."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from billow.case import schema
+from billow.case.schema_bag import VentFlow
+from billow.case.schema_leakage import PartLeakage
+from billow.errors import InputError
+from billow.gas.curve import Curve
+from billow.gas.outflow import GRAEFE, ORIFICE, PERMEABILITY, POROUS_MEDIUM, VELOCITY
+from billow.gas.passages import (
+    ABSOLUTE,
+    DIFFERENCE,
+    FABRIC,
+    FLAT_AREA,
+    OPENING,
+    PRESENT_AREA,
+    VENT,
+    Passage,
+    Passages,
+)
+from billow.geometry.bag_shapes import BagShape
+from billow.geometry.chambers import OUTSIDE
+
+LAWS = {
+    "permeability": PERMEABILITY,
+    "wang-nefske": ORIFICE,
+    "graefe": GRAEFE,
+    "porous-medium": POROUS_MEDIUM,
+    "velocity-curve": VELOCITY,
+}
+AREAS = {"reference": FLAT_AREA, "deformed": PRESENT_AREA}
+SURROUNDINGS = "ambient"
+
+
+def build_passages(case: schema.Case, shape: BagShape) -> Passages:
+    """All passages of a case, in the order of the bag's parts, orifices last.
+
+    Raises InputError E-GAS-002 (no such chamber), E-GAS-003 (no such part of fabric), E-GAS-005 (an opening that joins
+    a chamber with itself).
+    """
+    _require_parts(case, shape)
+    rows = [*_parts(case, shape), *(_orifice(o, shape) for o in case.gas.orifices)]
+    return Passages(tuple(rows))
+
+
+def chamber_of(name: str, shape: BagShape, where: str) -> int:
+    """Index of a chamber by name. Raises InputError E-GAS-002."""
+    names = shape.surface.chambers.names
+    if name not in names:
+        raise InputError(
+            "E-GAS-002",
+            f"the bag has no chamber {name!r}",
+            where=where,
+            why=f"its chambers are: {', '.join(names)}",
+            remedy="use one of these names, or give the bag more chambers",
+        )
+    return names.index(name)
+
+
+def _parts(case: schema.Case, shape: BagShape) -> Iterator[Passage]:
+    """One passage for every vent, opening and piece of fabric between the same two chambers."""
+    surface, chambers = shape.surface, shape.surface.chambers
+    flat = flat_area(shape)
+    for part, kind in zip(surface.part_names, surface.part_kinds, strict=True):
+        if kind == "mouth":
+            continue
+        triangles = surface.triangles_of(part)
+        sides = np.column_stack([chambers.behind[triangles], chambers.ahead[triangles]])
+        for behind, ahead in np.unique(sides, axis=0).tolist():
+            members = triangles[(sides == (behind, ahead)).all(axis=1)]
+            name = part if (sides == (behind, ahead)).all() else f"{part}_{_side(chambers.names, behind, ahead)}"
+            if kind == "fabric":
+                leaks = shape.leak[members]
+                law = case.leakage.parts.get(part, case.leakage)
+                yield _leakage(law, case, name, behind, ahead, members[leaks > 0.0], float(leaks @ flat[members]))
+            elif kind == "vent":
+                yield _vent(case.bag.vents, name, behind, ahead, members, float(flat[members].sum()))
+            else:
+                _require_two_sides(part, behind, ahead, chambers.names)
+                yield Passage(
+                    name, OPENING, ORIFICE, behind, ahead, members, float(flat[members].sum()),
+                    coefficient=case.gas.opening_discharge, area_terms=PRESENT_AREA,
+                )  # fmt: skip
+
+
+def flat_area(shape: BagShape) -> np.ndarray:
+    """Area as cut [m^2], (triangles,)."""
+    u, w = (shape.reference[:, k] - shape.reference[:, 0] for k in (1, 2))
+    return 0.5 * np.abs(u[:, 0] * w[:, 1] - u[:, 1] * w[:, 0])
+
+
+def _vent(vents: VentFlow, name: str, behind: int, ahead: int, triangles: np.ndarray, area: float) -> Passage:
+    over_time, discharge = [], 1.0
+    for factor in (vents.discharge, vents.area_factor):
+        if isinstance(factor, float):
+            discharge *= factor
+        elif hasattr(factor, "time"):
+            over_time.append(_curve(factor.time, factor.value))
+    against_pressure = hasattr(vents.area_factor, "pressure")
+    return Passage(
+        name, VENT, ORIFICE, behind, ahead, triangles, area,
+        coefficient=discharge,
+        over_time=tuple(over_time),
+        over_pressure=_curve(vents.area_factor.pressure, vents.area_factor.value) if against_pressure else None,
+        pressure_read=DIFFERENCE,
+        area_terms=PRESENT_AREA,
+        through_blocked=vents.through_blocked if vents.blockage else 1.0,
+        opens_at=np.inf if vents.burst_time and not vents.opening_pressure else vents.opening_pressure,
+        bursts_at=vents.burst_time or np.inf,
+    )  # fmt: skip
+
+
+def _leakage(
+    leakage: PartLeakage, case: schema.Case, name: str, behind: int, ahead: int, triangles: np.ndarray, area: float
+) -> Passage:
+    time_factor, pressure_factor = leakage.time_factor, leakage.pressure_factor
+    coefficient, over_time, over_pressure = 1.0, (), None
+    if isinstance(time_factor, float):
+        coefficient *= time_factor
+    else:
+        over_time = (_curve(time_factor.time, time_factor.value),)
+    if isinstance(pressure_factor, float):
+        coefficient *= pressure_factor
+    else:
+        over_pressure = _curve(pressure_factor.pressure, pressure_factor.value)
+    if leakage.law == "permeability":
+        coefficient *= case.fabric.permeability
+    return Passage(
+        name, FABRIC, LAWS[leakage.law], behind, ahead, triangles, area,
+        coefficient=coefficient,
+        over_time=over_time,
+        over_pressure=over_pressure,
+        pressure_read=ABSOLUTE,
+        area_terms=AREAS[leakage.area] if isinstance(leakage.area, str) else leakage.area,
+        through_blocked=leakage.through_blocked if leakage.blockage else 1.0,
+    )  # fmt: skip
+
+
+def _orifice(orifice: schema.schema_gas.Orifice, shape: BagShape) -> Passage:
+    ends = [
+        OUTSIDE if end == SURROUNDINGS else chamber_of(end, shape, f"gas.orifices, orifice {orifice.name}")
+        for end in orifice.between
+    ]
+    constant = isinstance(orifice.discharge, float)
+    return Passage(
+        orifice.name, VENT if OUTSIDE in ends else OPENING, ORIFICE, *sorted(ends, key=lambda end: end == OUTSIDE),
+        area=orifice.area,
+        coefficient=orifice.discharge if constant else 1.0,
+        over_time=() if constant else (_curve(orifice.discharge.time, orifice.discharge.value),),
+    )  # fmt: skip
+
+
+def _curve(x: tuple[float, ...], y: tuple[float, ...]) -> Curve:
+    return Curve(np.array(x), np.array(y))
+
+
+def _side(names: tuple[str, ...], behind: int, ahead: int) -> str:
+    return "_".join(names[end] for end in (behind, ahead) if end != OUTSIDE)
+
+
+def _require_parts(case: schema.Case, shape: BagShape) -> None:
+    surface = shape.surface
+    fabric = [name for name, kind in zip(surface.part_names, surface.part_kinds, strict=True) if kind == "fabric"]
+    for part in case.leakage.parts:
+        if part not in fabric:
+            raise InputError(
+                "E-GAS-003",
+                f"the bag has no part of fabric {part!r}",
+                where=f"leakage.parts.{part}",
+                why="only fabric leaks; vents, mouths and openings are holes",
+                remedy=f"use one of {', '.join(fabric)}",
+            )
+
+
+def _require_two_sides(part: str, behind: int, ahead: int, names: tuple[str, ...]) -> None:
+    if behind == ahead:
+        raise InputError(
+            "E-GAS-005",
+            f"the opening {part!r} joins chamber {names[behind]} with itself",
+            where=f"bag, part {part}",
+            why="gas can only flow between two chambers",
+            remedy="give its two sides different chambers, or leave the opening out",
+        )

@@ -1,0 +1,116 @@
+"""`billow couple`: a surrogate that moves its own impactor."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from billow.commands.options import make_console, parse_settings
+
+app = typer.Typer(
+    name="couple",
+    no_args_is_help=True,
+    rich_markup_mode="rich",
+    help="""Couple a surrogate to its own impactor: acceleration, velocity, HIC of a free obstacle without a run.
+
+A first round, with a study of a free obstacle:
+
+\b
+  billow train STUDY                                          the bag
+  billow couple train STUDY                                   the force on the obstacle
+  billow couple evaluate STUDY                                both against unseen runs
+  billow couple predict STUDY/coupled.safetensors --set permeability=0.03 ...
+""",
+)
+
+Study = Annotated[Path, typer.Argument(help="Study folder.")]
+
+
+@app.command()
+def train(
+    folder: Study,
+    surrogate_file: Annotated[
+        Path | None, typer.Option("--surrogate", help="Surrogate file (default: FOLDER/surrogate.safetensors).")
+    ] = None,
+    out: Annotated[Path | None, typer.Option(help="Coupled file (default: FOLDER/coupled.safetensors).")] = None,
+    seed: Annotated[int, typer.Option(help="Seed of the networks.")] = 0,
+) -> None:
+    """Learn the contact force on the free obstacle from the runs the surrogate was learned from."""
+    from billow.results.dataset import Dataset
+    from billow.rom.coupled import Coupled
+    from billow.rom.surrogate import Surrogate
+    from billow.terminal import epochs
+
+    dataset = Dataset.open(folder)
+    surrogate = Surrogate.load(surrogate_file or folder / "surrogate.safetensors")
+    with epochs(make_console(), "training") as progress:
+        coupled = Coupled.train(dataset, surrogate, seed, progress)
+    path = coupled.save(out or folder / "coupled.safetensors")
+    make_console().print(f"{path}: {coupled}", markup=False)
+
+
+@app.command()
+def evaluate(
+    folder: Study,
+    coupled_file: Annotated[
+        Path | None, typer.Option("--coupled", help="Coupled file (default: FOLDER/coupled.safetensors).")
+    ] = None,
+    out: Annotated[Path | None, typer.Option(help="Write the numbers as JSON.")] = None,
+) -> None:
+    """Compare with the solver on unseen runs: ISO/TS 18571 ratings and injury metrics. Nothing is known in advance."""
+    from billow.results.atomic import write_atomically
+    from billow.results.dataset import Dataset
+    from billow.rom.coupled import Coupled
+    from billow.rom.coupled_evaluation import QUANTITIES, evaluate_coupled
+    from billow.terminal import steps
+
+    dataset = Dataset.open(folder)
+    coupled = Coupled.load(coupled_file or folder / "coupled.safetensors")
+    with steps(make_console()) as progress:
+        found = evaluate_coupled(dataset, coupled, progress)
+    print(f"{len(found.runs)} unseen runs; ISO/TS 18571, median and worst (mean motion of the training runs)")
+    for quantity in QUANTITIES:
+        print(
+            f"  {quantity:<20} {found.median(quantity):.3f}  {found.worst(quantity):.3f}"
+            f"   ({found.median(quantity, typical=True):.3f}  {found.worst(quantity, typical=True):.3f})"
+        )
+    print(f"  one deployment takes {found.seconds:.3g} s")
+    if out is not None:
+        write_atomically(out, json.dumps(found.record(), indent=1, allow_nan=False) + "\n")
+
+
+@app.command()
+def predict(
+    coupled_file: Annotated[Path, typer.Argument(help="Coupled file.")],
+    settings: Annotated[
+        list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="Value of a design parameter.")
+    ] = None,
+    out: Annotated[Path | None, typer.Option(help="Write motion.csv, injury.json and motion.svg here.")] = None,
+    extrapolate: Annotated[
+        bool, typer.Option("--extrapolate", help="Allow values outside the trained ranges.")
+    ] = False,
+) -> None:
+    """Motion and injury metrics of the obstacle in one deployment. Without --set it lists the parameters."""
+    from billow.prediction import describe_surrogate
+    from billow.rom.coupled import Coupled
+    from billow.rom.coupled_evaluation import injury_record
+    from billow.rom.coupled_folder import write_motion
+
+    coupled = Coupled.load(coupled_file)
+    if not settings:
+        print(describe_surrogate(coupled.surrogate))
+        return
+    from billow.injury.motion import assess
+
+    motion = coupled.deploy(parse_settings(settings), extrapolate=extrapolate)
+    found = injury_record(assess(motion.times, motion.velocity))
+    print(
+        f"{coupled.impactor.name}: HIC15 {found['hic15']:.1f}, HIC36 {found['hic36']:.1f}, 3 ms clip "
+        f"{found['clip_3ms_g']:.1f} g, peak {found['peak_g']:.1f} g, speed at the end {motion.velocity[-1, 2]:.2f} m/s"
+    )
+    if out is not None:
+        write_motion(motion, coupled.impactor.name, out)
+        print(f"{out}: motion.csv, injury.json, motion.svg")

@@ -1,0 +1,134 @@
+"""`billow coupon`: the virtual test bench for fabric."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from billow.commands.options import make_console
+from billow.errors import InputError
+
+
+def coupon(
+    test: Annotated[str, typer.Argument(metavar="TEST", help="biaxial, strip or picture-frame.")],
+    out: Annotated[Path, typer.Option(help="Result folder; must not exist yet.")],
+    fabric_file: Annotated[
+        Path | None,
+        typer.Option(
+            "--fabric",
+            help="Case file (TOML) whose \\[fabric] is tested; without one, the nylon that comes with Billow.",
+        ),
+    ] = None,
+    law: Annotated[
+        list[str] | None,
+        typer.Option(help="linear, curves or curves-shear, several times to compare (default: the file's; or all)."),
+    ] = None,
+    data: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="[CURVE=]CSV",
+            help="Measured test to rate against, loading first: strain (or angle), stress. CURVE: warp, weft, shear.",
+        ),
+    ] = None,
+    peak: Annotated[
+        str | None, typer.Option(help="How far to load: true strain, or angle with unit, '35 deg'.")
+    ] = None,
+    direction: Annotated[str, typer.Option(help="warp or weft: how a strip is cut.")] = "warp",
+    element_size: Annotated[str, typer.Option(help="Edge length of the elements.")] = "10 mm",
+) -> None:
+    """Simulate a fabric test with a real mesh, compare the fabric laws, and rate them against test data.
+
+    Biaxial: a square stretched equally along warp and weft. Strip: clamped ends, free sides. Picture frame: pure shear.
+    Each is loaded and unloaded. Writes stress and strain of each law (CSV), coupon.png and coupon.toml.
+
+    Without --data the curves in the fabric file stand for the test they came from.
+    """
+    from billow.case.schema import Case
+    from billow.coupon import session
+    from billow.terminal import steps
+
+    _known("test", test, session.TESTS)
+    _known("direction", direction, ("warp", "weft"))
+    given = Case.load(fabric_file).fabric if fabric_file else Case.from_dict({"fabric": {"law": "curves-shear"}}).fabric
+    laws = tuple(law) if law else ((given.law,) if fabric_file else session.LAWS)
+    for name in laws:
+        _known("law", name, session.LAWS)
+    shear = test == "picture-frame"
+    furthest = _number("peak", peak, "deg" if shear else "-", 1e-4, 60.0 if shear else 0.5)
+    amount = session.USUAL_PEAK[test] if furthest is None else furthest * (math.pi / 180.0 if shear else 1.0)
+    size = _number("element-size", element_size, "m", 1e-3, 0.05)
+    curves = session.make_specimen(test, size, direction).curves
+    points = _test_data(data, curves) if data else session.given_curves(test, given, amount)
+    console = make_console()
+    with steps(console) as progress:
+        measured = session.run_laws(
+            test, given, laws, amount, size, direction,
+            progress=lambda name, share: progress(round(100 * share), 100, name) if share * 10 % 1 == 0.0 else None,
+        )  # fmt: skip
+    ratings = session.write_session(out, test, given, measured, points)
+    for line in _table(ratings):
+        console.print(line, markup=False)
+    console.print(f"{out}: written", markup=False)
+
+
+def _table(ratings: dict) -> list[str]:
+    heads = ("peak [MPa]", "match up", "match down", "ripple up", "ripple down")
+    lines = [f"{'law':<14}{'curve':<7}" + "".join(f"{head:>13}" for head in heads)]
+    for law, curves in ratings.items():
+        for curve, r in curves.items():
+            up, down = (_percent(r.get(k)) for k in ("match_loading", "match_unloading"))
+            lines.append(
+                f"{law:<14}{curve:<7}{1e-6 * r['peak_stress']:>13.3f}{up:>13}{down:>13}"
+                f"{100 * r['ripple_loading']:>11.3f} %{100 * r['ripple_unloading']:>11.3f} %"
+            )
+    return lines
+
+
+def _percent(share: float | None) -> str:
+    return "-" if share is None or math.isnan(share) else f"{100 * share:.1f} %"
+
+
+def _known(option: str, value: str, choices: tuple[str, ...]) -> None:
+    if value not in choices:
+        raise InputError(
+            "E-CLI-006",
+            f"there is no {option} {value[:40]!r}",
+            where="billow coupon",
+            why=f"known are {', '.join(choices)}",
+            remedy="take one of them, or see what the options of `billow coupon` mean",
+        )
+
+
+def _number(option: str, value: str | None, unit: str, low: float, high: float) -> float | None:
+    from billow.units import to_si
+
+    if value is None:
+        return None
+    try:
+        number = to_si(value, unit)
+        if not low <= number <= high:
+            raise ValueError(f"{number:g} {unit} is outside {low:g} to {high:g} {unit}")
+    except ValueError as error:
+        raise InputError(
+            "E-CLI-007",
+            f"--{option} {value[:40]!r} cannot be used",
+            where="billow coupon",
+            why=str(error),
+            remedy="give a number, with a unit if it is not in the one of the help text",
+        ) from None
+    return number
+
+
+def _test_data(texts: list[str], curves: tuple[str, ...]) -> dict:
+    from billow.coupon.session import read_test_data
+
+    points = {}
+    for text in texts:
+        name, equals, path = text.partition("=")
+        curve, path = (name, path) if equals else (curves[0], text)
+        _known("curve of this test", curve, curves)
+        points[curve] = read_test_data(Path(path), curve)
+    return points

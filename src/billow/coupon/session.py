@@ -1,0 +1,163 @@
+"""A bench session: a fabric file, a test, one or more laws; curves, ratings and a picture in a folder."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+import tomli_w
+
+from billow.case import schema_fabric
+from billow.case.build_fabric import build_fabric
+from billow.case.schema import Case
+from billow.coupon.bench import Measured, run_test
+from billow.coupon.figures import stress_strain
+from billow.coupon.rating import match, ripple
+from billow.coupon.specimen import Biaxial, PictureFrame, Specimen, Strip
+from billow.errors import InputError
+from billow.fabric.curve import Curve
+from billow.fabric.curve_file import read_curve_file
+from billow.results.atomic import write_atomically
+from billow.results.histories import write_histories
+
+TESTS = ("biaxial", "strip", "picture-frame")
+LAWS = ("linear", "curves", "curves-shear")
+USUAL_PEAK = {"biaxial": 0.10, "strip": 0.10, "picture-frame": float(np.radians(35.0))}
+"""How far each test goes by default: true strain [-], shear angle [rad]."""
+
+Points = tuple[np.ndarray, np.ndarray]
+"""Strain [-] or angle [rad], and stress [Pa], of a measured test, loading first."""
+
+
+def make_specimen(test: str, element_size: float, direction: str = "warp") -> Specimen:
+    """The usual specimen of a test: 100 mm square, 200 x 50 mm strip, 200 mm frame."""
+    if test == "biaxial":
+        return Biaxial(0.1, element_size)
+    if test == "strip":
+        return Strip(0.2, 0.05, element_size, direction)
+    return PictureFrame(0.2, element_size)
+
+
+def with_law(fabric: schema_fabric.Fabric, law: str) -> schema_fabric.Fabric:
+    """The same fabric under another law. Raises InputError if it lacks what that law needs."""
+    written = fabric.model_dump()
+    if law == "linear" and fabric.law != "linear":
+        written.pop("library")
+    if law != "linear" and fabric.liner.ratio > 0.0:
+        written["liner"] = {"ratio": 0.0}
+    return Case.from_dict({"fabric": written | {"law": law}}, "the fabric").fabric
+
+
+def read_test_data(path: Path, curve: str) -> Points:
+    """Measured strain and stress. Raises InputError E-FAB-001, -002 (see billow.fabric.curve_file), E-FAB-020."""
+    x = "angle" if curve == "shear" else "strain"
+    columns = read_curve_file(path, x)
+    strain, stress = np.array(columns[x]), np.array(columns["stress"])
+    if len(strain) < 2 or not (np.isfinite(strain).all() and np.isfinite(stress).all()) or not stress.any():
+        raise InputError(
+            "E-FAB-020",
+            f"{path.name} holds no test to compare with",
+            where=str(path),
+            why="it needs two points or more, finite numbers, and a stress that is not zero throughout",
+            remedy="give loading first, then unloading, one point a line",
+        )
+    return (np.radians(strain) if curve == "shear" else strain), stress
+
+
+def given_curves(test: str, fabric: schema_fabric.Fabric, peak: float) -> dict[str, Points]:
+    """The curves the fabric was described by, as far as this test measures the same: loading to the peak, and
+    unloading if that begins there. Empty where it does not."""
+    measured = {"biaxial": ("warp", "weft"), "picture-frame": ("shear",), "strip": ()}[test]
+    if not fabric.curves.warp.loading.stress or (test == "biaxial" and fabric.curves.transverse != 1.0):
+        return {}
+    points = {}
+    for name in measured:
+        curves = getattr(fabric.curves, name)
+        loading = _curve(curves.loading)
+        unloading = _curve(curves.unloading) or loading
+        up = np.linspace(0.0, peak, 41)
+        points[name] = up, loading.at(up)
+        if abs(unloading.end - peak) < 0.01 * peak:
+            points[name] = np.concatenate([up, up[::-1]]), np.concatenate([loading.at(up), unloading.at(up[::-1])])
+    return points
+
+
+def _curve(written: schema_fabric.YarnCurve | schema_fabric.ShearCurve) -> Curve | None:
+    if not written.stress:
+        return None
+    if isinstance(written, schema_fabric.ShearCurve):
+        return Curve(tuple(np.radians(written.angle).tolist()), written.stress)
+    return Curve(written.strain, written.stress)
+
+
+def run_laws(
+    test: str,
+    fabric: schema_fabric.Fabric,
+    laws: Sequence[str],
+    peak: float,
+    element_size: float,
+    direction: str = "warp",
+    duration: float = 0.05,
+    progress: Callable[[str, float], None] | None = None,
+) -> dict[str, Measured]:
+    """Law -> what the test gives. progress: called with law and share done. Raises InputError, NumericalStop."""
+    specimen = make_specimen(test, element_size, direction)
+    found = {}
+    for law in laws:
+        tell = (lambda share, law=law: progress(law, share)) if progress else None
+        found[law] = run_test(specimen, build_fabric(with_law(fabric, law)), peak, duration, tell)
+    return found
+
+
+def rate(measured: Measured, data: Mapping[str, Points]) -> dict[str, dict[str, float]]:
+    """Curve -> peak stress [Pa], ripple of loading and unloading, and, where there is data, match of both [-]."""
+    ratings = {}
+    for k, curve in enumerate(measured.curves):
+        strain, stress = measured.strain[:, k], measured.stress[:, k]
+        ripples = ripple(strain, stress)
+        rating = {
+            "peak_stress": float(stress.max()), "ripple_loading": ripples[0], "ripple_unloading": ripples[1],
+        }  # fmt: skip
+        if curve in data:
+            rating["match_loading"], rating["match_unloading"] = match(strain, stress, *data[curve])
+        ratings[curve] = rating
+    return ratings
+
+
+def write_session(
+    folder: Path, test: str, fabric: schema_fabric.Fabric, measured: Mapping[str, Measured], data: Mapping[str, Points]
+) -> dict[str, dict[str, dict[str, float]]]:
+    """Write LAW.csv of each law, coupon.png and coupon.toml; returns law -> curve -> ratings.
+
+    Raises InputError E-RES-009 if the folder exists and is not empty.
+    """
+    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        raise InputError(
+            "E-RES-009",
+            "the result folder exists already",
+            where=str(folder),
+            why="a published result is never overwritten",
+            remedy="choose another folder with --out, or delete this one",
+        )
+    folder.mkdir(parents=True, exist_ok=True)
+    ratings = {}
+    for law, test_run in measured.items():
+        columns = {"time [s]": test_run.time, "machine_force [N]": test_run.machine_force}
+        for k, curve in enumerate(test_run.curves):
+            name = "angle [rad]" if curve == "shear" else "strain [-]"
+            columns |= {f"{curve}_{name}": test_run.strain[:, k], f"{curve}_stress [Pa]": test_run.stress[:, k]}
+        write_histories(folder / f"{law}.csv", columns)
+        ratings[law] = rate(test_run, data)
+    summary = {
+        "test": test,
+        "laws": ratings,
+        "energy": {
+            law: {"work": m.work, "stored": m.stored, "lost": m.lost, "kinetic_share": m.kinetic_share}
+            for law, m in measured.items()
+        },
+        "fabric": fabric.model_dump(mode="python"),
+    }
+    write_atomically(folder / "coupon.toml", tomli_w.dumps(summary))
+    stress_strain(folder / "coupon.png", test, measured, data)
+    return ratings

@@ -1,0 +1,43 @@
+"""Codes of force inputs and of coupled models."""
+
+from billow.error_catalogue.entry import Entry
+from billow.errors import InputError
+
+CODES: dict[str, Entry] = {
+    "E-CPL-001": Entry(
+        InputError,
+        "Contact forces cannot be inputs in that component.",
+        "Another letter than x, y or z, or a component in which no run felt a force.",
+        "Choose a component in which the obstacle pushes, or train without forces.",
+    ),
+    "E-CPL-002": Entry(
+        InputError,
+        "Contact forces do not fit the surrogate.",
+        "A surrogate trained with force_modes was asked without forces, or another one with them.",
+        "Give forces only to a surrogate trained with force_modes, one for each time and node.",
+    ),
+    "E-CPL-003": Entry(
+        InputError,
+        "The study has no free obstacle.",
+        "Its obstacles are locked, or plates.",
+        "Set obstacles.impactor.locked to false in the case of the study.",
+    ),
+    "E-CPL-004": Entry(
+        InputError,
+        "The obstacle is not a plain function of the design.",
+        "A property that is no affine function of the parameters, or fewer training runs than parameters.",
+        "Vary each property of the obstacle by a parameter of its own; make more runs.",
+    ),
+    "E-CPL-005": Entry(
+        InputError,
+        "A coupled model cannot be learned.",
+        "The surrogate was trained with force_modes, or histories of the runs have different times.",
+        "Train the surrogate without force_modes, on runs with the same run.histories_per_frame.",
+    ),
+    "E-CPL-006": Entry(
+        InputError,
+        "The file holds no coupled model.",
+        "The file is a surrogate of the bag alone.",
+        "Make a coupled model: billow couple train FOLDER",
+    ),
+}

@@ -1,0 +1,95 @@
+"""Birth ramp: fabric whose start shape is stretched against its flat cut is let go slowly.
+
+A start shape that was folded or scaled by other programs holds strain that would snap back at the first step. Until the
+birth time strain is measured against a reference between start and flat cut instead. With the deformation gradient of
+the start F0 = R U (polar decomposition, U symmetric in the plane of the cut), the flat edges are
+Dm(s) = ((1 - s) U + s I) Dm, s from 0 to 1: at s = 0 nothing is strained. Only stretch is taken up, so U has no
+eigenvalue below one: compressed fabric is slack, and a smaller reference would need smaller steps.
+
+The moving reference does work on the fabric, dE/ds ds at a fixed shape, by the trapezoidal rule over each step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from billow.compiled import CHUNK
+from billow.fabric.fabric import ENERGY, SUMS
+from billow.fabric.membrane import Membrane
+
+NUDGE = 1e-4
+"""Step of s in the central difference for dE/ds."""
+
+
+@dataclass(frozen=True)
+class Birth:
+    """time: at which the flat cut is reached [s]. stretch: U - I of each membrane's elements, its entries 11, 12 and 22
+    [-], (3, n)."""
+
+    time: float
+    stretch: tuple[np.ndarray, ...]
+
+    @classmethod
+    def of(cls, time: float, membranes: Sequence[Membrane], triangles: np.ndarray, start: np.ndarray) -> Birth:
+        """start: positions at time zero, [m], (nodes, 3); triangles: (triangles, 3)."""
+        return cls(time, tuple(_excess(m, start[triangles[m.elements]]) for m in membranes))
+
+    def fraction(self, time: float) -> float:
+        """How far the reference has come at a time [s], 0 to 1."""
+        return min(1.0, time / self.time)
+
+    def membranes(self, membranes: Sequence[Membrane], fraction: float) -> tuple[Membrane, ...]:
+        """The membranes with the reference of a fraction of the way."""
+        if fraction == 1.0:
+            return tuple(membranes)
+        return tuple(_against(m, (1.0 - fraction) * u) for m, u in zip(membranes, self.stretch, strict=True))
+
+    def energy_slope(
+        self, membranes: Sequence[Membrane], fraction: float, triangles: np.ndarray, positions: np.ndarray,
+        histories: Sequence[np.ndarray],
+    ) -> float:  # fmt: skip
+        """dE/ds [J] of the strain energy at fixed positions [m] (nodes, 3)."""
+        above, below = (
+            strain_energy(self.membranes(membranes, fraction + side * NUDGE), triangles, positions, histories)
+            for side in (1.0, -1.0)
+        )
+        return (above - below) / (2.0 * NUDGE)
+
+
+def strain_energy(
+    membranes: Sequence[Membrane], triangles: np.ndarray, positions: np.ndarray, histories: Sequence[np.ndarray]
+) -> float:
+    """Recoverable energy [J] of membranes whose history is left as it is."""
+    total = 0.0
+    at_rest, force = np.zeros_like(positions), np.zeros((len(triangles), 3, 3))
+    for membrane, history in zip(membranes, histories, strict=True):
+        sums = np.zeros((-(-len(membrane.elements) // CHUNK), SUMS))
+        membrane.fabric.add_forces(membrane, triangles, positions, at_rest, history.copy(), force, sums)
+        total += float(sums[:, ENERGY].sum())
+    return total
+
+
+def _excess(membrane: Membrane, corners: np.ndarray) -> np.ndarray:
+    """U - I with the eigenvalues of U at least one; corners: [m], (n, 3, 3)."""
+    d = membrane.reference_inverse[:, :, None]
+    u, w = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    f1, f2 = u * d[0] + w * d[2], u * d[1] + w * d[3]
+    c11, c12, c22 = (np.einsum("ij,ij->i", a, b) for a, b in ((f1, f1), (f1, f2), (f2, f2)))
+    squared, axes = np.linalg.eigh(np.stack([c11, c12, c12, c22], axis=1).reshape(-1, 2, 2))
+    excess = np.maximum(np.sqrt(np.maximum(squared, 0.0)), 1.0) - 1.0
+    tensor = np.einsum("nik,nk,njk->nij", axes, excess, axes)
+    return np.ascontiguousarray([tensor[:, 0, 0], tensor[:, 0, 1], tensor[:, 1, 1]])
+
+
+def _against(membrane: Membrane, excess: np.ndarray) -> Membrane:
+    """The membrane with flat edges (I + excess) Dm."""
+    m11, m12, m22 = 1.0 + excess[0], excess[1], 1.0 + excess[2]
+    determinant = m11 * m22 - m12 * m12
+    d11, d12, d21, d22 = membrane.reference_inverse
+    inverse = np.array(
+        [d11 * m22 - d12 * m12, d12 * m11 - d11 * m12, d21 * m22 - d22 * m12, d22 * m11 - d21 * m12]
+    ) / determinant  # fmt: skip
+    return replace(membrane, reference_inverse=inverse, yarn_inverse=membrane.fabric.along_yarns(inverse))

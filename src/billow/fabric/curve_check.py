@@ -1,0 +1,164 @@
+"""Whether curves describe a fabric: refused here if a run with them would have no physics, before it starts.
+
+Every message names the curve as the case does, for example `fabric.curves.warp.loading`.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from billow.errors import InputError
+from billow.fabric.curve import Curve, TestedCurve
+from billow.fabric.curve_fabric import SHEAR, CurveFabric
+
+LARGEST_TURN = np.radians(80.0)
+"""Shear angle, counted from right angles, up to which a curve may go: at 90 degrees the yarns lie on each other."""
+
+SAME = 0.02
+"""Part of the stress by which unloading may miss the end of loading, or rise above it."""
+
+NAMES = ("warp", "weft", "shear", "shear")
+
+
+def check_curves(fabric: CurveFabric, where: str) -> None:
+    """where: key of the table that holds warp, weft and shear.
+
+    Raises InputError: E-FAB-003 points that make no curve, E-FAB-004 falling or negative stress, E-FAB-005 unloading
+    that does not belong to the loading, E-FAB-006 unloading that would create energy.
+    """
+    for name in NAMES[:3]:
+        tested: TestedCurve = getattr(fabric, name)
+        _check_points(tested.loading, name, f"{where}.{name}.loading", fabric)
+        if tested.unloading is not None:
+            _check_points(tested.unloading, name, f"{where}.{name}.unloading", fabric)
+            _check_pair(tested, name, f"{where}.{name}")
+    for name, spring in zip(NAMES, fabric.springs, strict=False):
+        if not (name == "shear" and fabric.switches_shear):
+            _check_heat(spring, name, f"{where}.{name}")
+
+
+def check_shape(strain: tuple[float, ...], stress: tuple[float, ...], where: str) -> None:
+    """Raises InputError E-FAB-003 unless there are as many strains as stresses, and at least two."""
+    if len(strain) != len(stress):
+        raise _no_curve(where, f"it has {len(strain)} strains and {len(stress)} stresses", "give one stress per strain")
+    if len(strain) < 2:
+        raise _no_curve(where, f"it has {len(strain)} points", "give at least two, the first at zero")
+
+
+def _check_points(curve: Curve, name: str, where: str, fabric: CurveFabric) -> None:
+    x, stress = np.array(curve.strain), np.array(curve.stress)
+    shown, unit = (np.degrees(x), "deg") if name == "shear" else (x, "of strain")
+    if x[0] != 0.0 or stress[0] != 0.0:
+        raise _no_curve(
+            where,
+            f"it begins at {shown[0]:g} {unit} with {stress[0]:g} Pa; fabric without strain has no stress",
+            "begin with the point 0, 0; take off what a pretension or a residual strain added",
+        )
+    k = int(np.argmin(np.diff(x)))
+    if x[k + 1] <= x[k]:
+        raise _no_curve(
+            where, f"{shown[k + 1]:g} {unit} follows {shown[k]:g}", "sort the points; give each strain once"
+        )
+    turn = x[-1] + abs(fabric.start_angle)
+    if name == "shear" and turn > LARGEST_TURN:
+        raise _no_curve(
+            where,
+            f"it ends {np.degrees(turn):.3g} deg from right angles; at 90 the yarns lie on each other",
+            "check the unit of the angle; end the curve at 40 to 50 deg, it goes on with its last slope",
+        )
+    falling = np.flatnonzero(np.diff(stress) < 0.0)
+    if len(falling) or (stress < 0.0).any():
+        k = int(falling[0]) if len(falling) else int(np.argmax(stress < 0.0)) - 1
+        raise InputError(
+            "E-FAB-004",
+            f"the stress falls from {stress[k]:.4g} to {stress[k + 1]:.4g} Pa",
+            where=f"{where}, from {shown[k]:g} to {shown[k + 1]:g} {unit}",
+            why="fabric that softens has no stable shape: strain would gather in one row of elements",
+            remedy="smooth the curve, and end it where the fabric tears",
+        )
+    if stress[-1] == 0.0 or (stress[1] == 0.0 and where.endswith(".loading")):
+        raise InputError(
+            "E-FAB-004",
+            "there is no stress",
+            where=f"{where}, up to {shown[-1 if stress[-1] == 0.0 else 1]:g} {unit}",
+            why="fabric that does not resist at all has no shape",
+            remedy="give the first point a small stress, or check the column of stresses",
+        )
+
+
+def _check_pair(tested: TestedCurve, name: str, where: str) -> None:
+    loading, unloading = tested.loading, tested.unloading
+    end, stress = unloading.end, unloading.stress[-1]
+    reached = float(loading.at(end))
+    shown = f"{np.degrees(end):g} deg" if name == "shear" else f"{end:g} of strain"
+    if end > loading.end * (1.0 + SAME) or abs(stress - reached) > SAME * reached:
+        raise InputError(
+            "E-FAB-005",
+            "the unloading curve does not begin on the loading curve",
+            where=f"{where}.unloading, at {shown}",
+            why=f"it has {stress:.4g} Pa there, loading {reached:.4g} Pa"
+            if end <= loading.end * (1.0 + SAME)
+            else "loading ends before",
+            remedy="end both curves at the point where the test turned round",
+        )
+    x = np.array(unloading.strain[1:])
+    above = np.array(unloading.stress[1:]) - (1.0 + SAME) * loading.at(x)
+    if (above > 0.0).any():
+        k = int(above.argmax())
+        raise InputError(
+            "E-FAB-005",
+            "the unloading curve lies above the loading curve",
+            where=f"{where}.unloading, point {k + 2}",
+            why=f"it has {unloading.stress[k + 1]:.4g} Pa, loading {float(loading.at(x[k])):.4g} Pa: "
+            "each cycle would create energy",
+            remedy="exchange the two curves, or check the columns",
+        )
+
+
+def _check_heat(spring, name: str, where: str) -> None:
+    """Loading further must not give back what was turned to heat before: (1 - U) f >= U x f' on the whole curve."""
+    growth = np.diff(spring.heat, prepend=0.0)
+    if growth.min() >= -1e-6 * spring.heat.max():
+        return
+    k = int(growth.argmin())
+    x, f, slope = spring.loading.x[k], spring.loading.stress[k], spring.loading.slope[k]
+    raise InputError(
+        "E-FAB-006",
+        "a cycle to a larger strain would give back energy that smaller cycles turned to heat",
+        where=f"{where}.unloading",
+        why=f"unloading gives back {100 * spring.share:.3g} % of stress times strain; where loading stiffens most "
+        f"({x:.3g}, {f:.3g} Pa) at most {100 / (1.0 + x * slope / f):.3g} % are possible",
+        remedy="make the unloading curve more hollow, or smooth the kink of the loading curve",
+    )
+
+
+def _no_curve(where: str, why: str, remedy: str) -> InputError:
+    return InputError("E-FAB-003", "the points do not make a curve", where=where, why=why, remedy=remedy)
+
+
+def cost_of_steepness(fabric: CurveFabric, altitude: float) -> tuple[str, float, float]:
+    """What the steepest curve does to the step: (its name, stable step [s], stable step without it [s]).
+
+    Without it: as if it were nowhere steeper than the straight line to its end. altitude: of the smallest element [m].
+    """
+    slopes = [spring.steepest for spring in fabric.springs]
+    chords = [spring.loading.stress[-1] / spring.loading.end for spring in fabric.springs]
+    k = int(np.argmax(slopes))
+    density = fabric.density
+    milder = max(chords[k], *(s for i, s in enumerate(slopes) if i != k and (i < SHEAR) == (k < SHEAR)), 0.0)
+    squared = fabric.wave_speed**2 - (slopes[k] - milder) / density
+    xi = fabric.damping
+    safe = 0.75 * altitude * (np.sqrt(1.0 + xi**2) - xi)
+    return NAMES[k], float(safe / fabric.wave_speed), float(safe / np.sqrt(max(squared, milder / density)))
+
+
+def reach(fabric: CurveFabric) -> dict[str, tuple[float, float]]:
+    """How far the curves of warp and weft go: name -> (true strain [-], force per width [N/m]) at their end.
+
+    Beyond, they go on with their last slope.
+    """
+    ends = {name: getattr(fabric, name).loading for name in NAMES[:2]}
+    return {
+        name: (curve.end, curve.stress[-1] * float(np.exp(fabric.transverse * curve.end)) * fabric.thickness)
+        for name, curve in ends.items()
+    }

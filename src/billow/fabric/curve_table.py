@@ -1,0 +1,148 @@
+"""Curves as uniform tables, so that a kernel finds stress and energy in one step, and hysteresis on top of them.
+
+A loading curve f(x) and the shape of an unloading curve u (u(0) = 0, u(1) = 1) make a spring with history: on the way
+up, at the largest x so far, it follows f. Below the largest, m, it follows f(m) u(x/m), the unloading curve scaled in
+both axes so that it passes through (m, f(m)) and the origin. Stress is a continuous function of x and m. With U the
+integral of u, the recoverable energy is f(m) m U(x/m), and what has been turned to heat so far is the work of loading
+minus f(m) m U(1): both follow from x and m, nothing is summed up over time. No loop creates energy as long as the heat
+never shrinks while m grows; `billow.fabric.curve_check` sees to that.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from billow.compiled import scalar
+
+INTERVALS = 256
+"""Of a table; a kink of the curve is rounded off over one of them."""
+
+
+VIRGIN = 1e300
+"""Intervals of the unloading curve per x before the first load: only x = 0 lies on that curve."""
+
+Stress = Callable[[np.ndarray], np.ndarray]
+"""[Pa] at x >= 0 [-], (n,) to (n,)."""
+
+
+@dataclass(frozen=True)
+class Branch:
+    """A tabulated curve. rows: (INTERVALS, 4): for each interval of x the integral of the stress up to its start
+    [J/m^3], the stress there [Pa], the slope in it [Pa], and a filler. end: of the last interval [-]; beyond, the last
+    slope goes on."""
+
+    rows: np.ndarray
+    end: float
+
+    @classmethod
+    def sample(cls, stress: Stress, end: float) -> Branch:
+        value = stress(np.linspace(0.0, end, INTERVALS + 1))
+        step = end / INTERVALS
+        work = np.concatenate([[0.0], np.cumsum(0.5 * step * (value[1:] + value[:-1]))])
+        return cls(np.stack([work[:-1], value[:-1], np.diff(value) / step, np.zeros(INTERVALS)], axis=1), end)
+
+    @property
+    def x(self) -> np.ndarray:
+        """Ends of the intervals [-], (INTERVALS,)."""
+        return np.linspace(0.0, self.end, INTERVALS + 1)[1:]
+
+    @property
+    def stress(self) -> np.ndarray:
+        """At the ends of the intervals [Pa], (INTERVALS,)."""
+        return self.rows[:, 1] + self.rows[:, 2] * self.end / INTERVALS
+
+    @property
+    def work(self) -> np.ndarray:
+        """Integral of the stress up to the ends of the intervals [J/m^3], (INTERVALS,)."""
+        return self.rows[:, 0] + (self.rows[:, 1] + self.stress) * 0.5 * self.end / INTERVALS
+
+    @property
+    def slope(self) -> np.ndarray:
+        """In the intervals [Pa], (INTERVALS,)."""
+        return self.rows[:, 2]
+
+
+@dataclass(frozen=True)
+class Spring:
+    """One direction of a fabric. unloading: in stress, or scaled to u on [0, 1]. share: U(1) if scaled, else 0."""
+
+    loading: Branch
+    unloading: Branch
+    share: float
+
+    @classmethod
+    def elastic(cls, stress: Stress, end: float) -> Spring:
+        """Unloads as it loads."""
+        branch = Branch.sample(stress, end)
+        return cls(branch, branch, 0.0)
+
+    @classmethod
+    def scaled(cls, stress: Stress, end: float, unloading: Stress, unloading_end: float) -> Spring:
+        """Unloads along the unloading curve, scaled to wherever loading has come."""
+        last = unloading(np.array([unloading_end]))[0]
+        shape = Branch.sample(lambda x: unloading(x * unloading_end) / last, 1.0)
+        return cls(Branch.sample(stress, end), shape, float(shape.work[-1]))
+
+    @classmethod
+    def switched(cls, stress: Stress, end: float, unloading: Stress) -> Spring:
+        """Unloads along the unloading curve as it is, which never lies above the loading curve."""
+        lower = Branch.sample(lambda x: np.minimum(unloading(x), stress(x)), end)
+        return cls(Branch.sample(stress, end), lower, 0.0)
+
+    @property
+    def steepest(self) -> float:
+        """Largest slope [Pa] of any branch, wherever unloading starts."""
+        if self.share == 0.0:
+            return float(max(self.loading.slope.max(), self.unloading.slope.max()))
+        chord = max(float((self.loading.stress / self.loading.x).max()), float(self.loading.slope[-1]))
+        return max(float(self.loading.slope.max()), chord * float(self.unloading.slope.max()))
+
+    @property
+    def heat(self) -> np.ndarray:
+        """Turned to heat [J/m^3] by loading to the ends of the intervals of x and coming back, (INTERVALS,)."""
+        if self.share == 0.0:
+            return self.loading.work - self.unloading.work
+        return self.loading.work - self.share * self.loading.x * self.loading.stress
+
+
+@dataclass(frozen=True)
+class SpringTable:
+    """Springs as kernels see them.
+
+    rows: (springs * 2 * INTERVALS, 4), loading and unloading of each spring after one another, for each interval of
+    width s the work up to its start [J/m^3], s times the stress there, s times its growth in the interval, a filler.
+    scale: intervals of loading per x, (springs,); of unloading it is the same, or INTERVALS for a scaled curve.
+    share: (springs,). Kernels remember two numbers per spring, zero at the start: intervals of the unloading
+    curve per x, which is INTERVALS over the largest x so far, and this x times the stress of loading there.
+    """
+
+    rows: np.ndarray
+    scale: np.ndarray
+    share: np.ndarray
+
+    @classmethod
+    def build(cls, springs: list[Spring]) -> SpringTable:
+        branches = [branch for spring in springs for branch in (spring.loading, spring.unloading)]
+        width = np.array([branch.end / INTERVALS for branch in branches])
+        rows = np.concatenate([b.rows * [1.0, w, w * w, 0.0] for b, w in zip(branches, width, strict=True)])
+        return cls(rows, 1.0 / width[::2], np.array([spring.share for spring in springs]))
+
+
+# Kernels read the rows themselves and hand their numbers to the functions below: passing an array to a compiled
+# function costs more than the whole spring.
+
+
+@scalar
+def place(first, at):
+    """(row, part of its interval) at a number of intervals from row `first`; above 1 beyond the table."""
+    i = int(min(at, INTERVALS - 1.0))
+    return np.uint64(first + i), at - i
+
+
+@scalar
+def read(work, start, growth, part, scale):
+    """(stress [Pa], work [J/m^3]) from a row, at a part of its interval."""
+    return (start + growth * part) * scale, work + part * (start + 0.5 * growth * part)

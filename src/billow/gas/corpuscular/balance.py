@@ -1,0 +1,49 @@
+"""Energy that is owed to the gas, or by it, is settled by warming or cooling its particles.
+
+What a particle loses at a moving wall reaches the fabric later and at another speed of the wall; a molecule that leaves
+through a hole takes less along than continuum outflow does (flight (4 + zeta)/2 k T instead of enthalpy (5 + zeta)/2 k
+T). Both differences are pooled by chamber and settled by one factor on all thermal energy of the chamber: velocities
+about the chamber's mean velocity by s, stores by s^2. Momentum does not change.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import prange
+
+from billow.compiled import kernel
+from billow.gas.corpuscular.particles import Particles, ParticleSums
+
+LARGEST_SHARE = 0.05
+"""Of a chamber's thermal energy that is settled at once; the rest stays in the pool."""
+
+
+def settle(particles: Particles, sums: ParticleSums, mass: np.ndarray, pool: np.ndarray) -> np.ndarray:
+    """Give pool [J] (chambers,) to the particles; returns what was given (chambers,).
+
+    sums: of the particles as they are; mass of a particle [kg] (species,).
+    """
+    weight = sums.particles @ mass
+    mean = sums.momentum / np.maximum(weight, 1e-300)[:, None]
+    thermal = thermal_energy(sums, mass)
+    given = np.clip(pool, -LARGEST_SHARE * thermal, LARGEST_SHARE * thermal)
+    square = 1.0 + given / np.maximum(thermal, 1e-300)
+    _warm(
+        particles.count, particles.velocity, particles.internal_energy, particles.chamber, mean, np.sqrt(square), square
+    )
+    return given
+
+
+def thermal_energy(sums: ParticleSums, mass: np.ndarray) -> np.ndarray:
+    """Energy without that of each chamber's mean motion [J], (chambers,)."""
+    weight = np.maximum(sums.particles @ mass, 1e-300)
+    return sums.flight_energy + sums.internal_energy - 0.5 * np.sum(sums.momentum**2, axis=1) / weight
+
+
+@kernel
+def _warm(n, velocity, internal_energy, chamber, mean, factor, square):
+    for i in prange(n):
+        c = chamber[i]
+        internal_energy[i] *= square[c]
+        for k in range(3):
+            velocity[i, k] = mean[c, k] + factor[c] * (velocity[i, k] - mean[c, k])

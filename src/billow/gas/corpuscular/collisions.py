@@ -1,0 +1,164 @@
+"""Collisions: what makes a gas of particles a gas in local equilibrium.
+
+In each cell particles are paired at random and a pair collides with probability min(1, dt/tau), tau being the time a
+particle needs for its mean free path, FREE_PATH cells, at the mean thermal speed sqrt(8 k T / pi m). This is the
+continuum limit of direct simulation Monte Carlo (Bird, "Molecular Gas Dynamics and the Direct Simulation of Gas Flows",
+1994): only that the path is short compared with the bag matters, not what it is; viscosity is about rho c path / 2.
+
+A collision scatters isotropically in the pair's centre of mass. Every second one, on average, also shares energy
+between flight and store (Borgnakke and Larsen, J. Comput. Phys. 18, 405, 1975): E_rel + e1 + e2 is split in the
+proportions of Gamma(3/2), Gamma(zeta1/2), Gamma(zeta2/2) draws. 3/2, and not the 2 of hard spheres, because pairs are
+chosen whatever their relative speed. Momentum and energy of each pair are kept to rounding, unequal masses or not.
+
+What a cell decides by, its rate and its zeta, rests on what collisions do not change: its energy and its masses.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import prange
+
+from billow.compiled import kernel, scalar
+from billow.gas.corpuscular.cells import Cells
+from billow.gas.corpuscular.internal_energy import ParticleKinds, cell_degrees_of_freedom, cell_temperature
+from billow.gas.corpuscular.particles import Particles
+from billow.gas.corpuscular.random_numbers import gamma, stream, uniform
+from billow.gas.mixture import mixture_gas_constant
+
+FREE_PATH = 0.75
+"""Mean free path in cell edges."""
+
+EXCHANGE = 0.5
+"""Share of collisions that exchange internal energy."""
+
+CELLS_PER_CHUNK = 128
+"""Cells one thread works on at a time."""
+
+EVENTS_PER_PAIR = 8
+"""Random numbers reserved for one pair."""
+
+COLLISIONS = 0x434F4C4C
+"""Names the random numbers of collisions."""
+
+
+def collide(cells: Cells, particles: Particles, kinds: ParticleKinds, dt: float, seed: int, step: int) -> int:
+    """Let particles collide that are in one cell, for dt [s] since the last call; returns the number of collisions.
+
+    Changes velocity and internal_energy, and the order within cells. `step` names the random numbers: no two calls of a
+    run may use the same.
+    """
+    collided = np.zeros(-(-cells.count // CELLS_PER_CHUNK), np.int64)
+    _collide(
+        particles.count, cells.count, cells.first, cells.start, cells.order, cells.size, particles.velocity,
+        particles.internal_energy, particles.species, kinds.table, kinds.mass, kinds.heat, dt, seed, step, collided,
+    )  # fmt: skip
+    return int(collided.sum())
+
+
+@kernel
+def _collide(
+    n, cells, first, start, order, size, velocity, internal_energy, species, table, mass, heat, dt, seed, step,
+    collided_out,
+):  # fmt: skip
+    """n particles in so many cells."""
+    chunks = (cells + CELLS_PER_CHUNK - 1) // CELLS_PER_CHUNK
+    for chunk in prange(chunks):
+        masses, dof = np.empty(len(mass)), np.empty(len(mass))
+        temperature, chamber = 300.0, 0
+        for cell in range(chunk * CELLS_PER_CHUNK, min(cells, (chunk + 1) * CELLS_PER_CHUNK)):
+            begin, end = np.int64(start[cell]), np.int64(start[cell + 1])
+            if end - begin < 2:
+                continue
+            while cell >= first[chamber + 1]:
+                chamber += 1
+            thermal = cell_content(order, begin, end, velocity, internal_energy, species, mass, masses)
+            found = cell_temperature(table, masses, heat, thermal, temperature)
+            if not found > 0.0:  # all fly alike and store nothing
+                continue
+            temperature = found  # the next cell's is near
+            constant = mixture_gas_constant(table, masses) / masses.sum()
+            speed = math.sqrt(8.0 / math.pi * constant * temperature)
+            probability = min(1.0, dt * speed / (FREE_PATH * size[chamber]))
+            key = stream(seed + COLLISIONS, step, cell)
+            pairs = int(0.5 * (end - begin) * probability + uniform(key, 0))
+            pairs = min(pairs, (end - begin) // 2)
+            cell_degrees_of_freedom(table, masses, heat, thermal, temperature, dof)
+            for pair in range(pairs):
+                event = 1 + EVENTS_PER_PAIR * pair
+                i = _draw(order, begin + 2 * pair, end, uniform(key, event))
+                j = _draw(order, begin + 2 * pair + 1, end, uniform(key, event + 1))
+                _scatter(velocity, internal_energy, species, mass, dof, i, j, key, event + 2)
+            collided_out[chunk] += pairs
+
+
+@scalar
+def cell_content(order, begin, end, velocity, internal_energy, species, mass, masses_out):
+    """Thermal energy [J] of particles order[begin:end], and their masses [kg] by species."""
+    total, px, py, pz, flight, stored = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    masses_out[:] = 0.0
+    for at in range(begin, end):
+        i = order[at]
+        m = mass[species[i]]
+        vx, vy, vz = velocity[i, 0], velocity[i, 1], velocity[i, 2]
+        masses_out[species[i]] += m
+        total += m
+        px += m * vx
+        py += m * vy
+        pz += m * vz
+        flight += 0.5 * m * (vx * vx + vy * vy + vz * vz)
+        stored += internal_energy[i]
+    flight -= 0.5 * (px * px + py * py + pz * pz) / total
+    return flight + stored
+
+
+@scalar
+def _draw(order, at, end, u):
+    """Swap a random one of order[at:end] to the front, and return it."""
+    chosen = min(at + int(u * (end - at)), end - 1)
+    i = order[chosen]
+    order[chosen] = order[at]
+    order[at] = i
+    return i
+
+
+@scalar
+def _scatter(velocity, internal_energy, species, mass, dof, i, j, key, event):
+    """Collide particles i and j."""
+    m1, m2 = mass[species[i]], mass[species[j]]
+    share = m1 / (m1 + m2)
+    gx, gy, gz = (
+        velocity[i, 0] - velocity[j, 0], velocity[i, 1] - velocity[j, 1], velocity[i, 2] - velocity[j, 2],
+    )  # fmt: skip
+    cx, cy, cz = velocity[j, 0] + share * gx, velocity[j, 1] + share * gy, velocity[j, 2] + share * gz
+    square = gx * gx + gy * gy + gz * gz
+    dof1, dof2 = dof[species[i]], dof[species[j]]
+    if dof1 + dof2 > 0.0 and uniform(key, event) < EXCHANGE:
+        half_mass = 0.5 * share * m2
+        total = half_mass * square + internal_energy[i] + internal_energy[j]
+        flight = gamma(key, event + 1, 1.5)
+        one, two = gamma(key, event + 2, 0.5 * dof1), gamma(key, event + 3, 0.5 * dof2)
+        total /= flight + one + two
+        internal_energy[i], internal_energy[j] = total * one, total * two
+        square = total * flight / half_mass
+    speed = math.sqrt(square)
+    z = 2.0 * uniform(key, event + 4) - 1.0
+    angle = 2.0 * math.pi * uniform(key, event + 5)
+    across = speed * math.sqrt(1.0 - z * z)
+    gx, gy, gz = across * math.cos(angle), across * math.sin(angle), speed * z
+    velocity[i, 0], velocity[i, 1], velocity[i, 2] = (
+        cx + (1.0 - share) * gx, cy + (1.0 - share) * gy, cz + (1.0 - share) * gz,
+    )  # fmt: skip
+    velocity[j, 0], velocity[j, 1], velocity[j, 2] = cx - share * gx, cy - share * gy, cz - share * gz
+
+
+def collision_time(cells: Cells, kinds: ParticleKinds, mass_fractions: np.ndarray, temperature: float) -> float:
+    """Shortest time [s] in which particles of any chamber fly their mean free path, at a mean temperature [K].
+
+    Calls of `collide` may lie up to this far apart: longer, and pairs would have to collide more than once.
+    mass_fractions: (species,). Infinite before the first sort.
+    """
+    constant = mixture_gas_constant(kinds.table, mass_fractions)
+    size = cells.size[cells.size > 0.0].min(initial=np.inf)
+    return FREE_PATH * size / math.sqrt(8.0 / math.pi * constant * temperature)

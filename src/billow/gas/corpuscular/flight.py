@@ -1,0 +1,277 @@
+"""Particles fly straight and bounce off walls that move; none gets lost.
+
+Walls are triangles between chambers. A particle knows its chamber, and only triangles that bound it count, crossed
+from the chamber's side: `crossing` finds the first of them without gaps. There the particle passes (vents, openings,
+porous fabric: with the triangle's probability) or is reflected in the frame of the wall, v_n' = 2 w_n - v_n.
+
+A reflected particle does not start again on the wall, where rounding would decide which side it is on, but STANDOFF
+(or half its path, if that is less) before it: a place it has just flown through, hence inside with respect to every
+wall nearby, also in the corner where two walls meet at no angle. After MOST_HITS hits in one step (deep in a closing
+fold) it is put beside the wall it hit last, where that stands at the end of the step; that costs it time, not energy.
+
+The end of the path and the end of the walls' motion are the numbers that the next step starts from. Therefore
+`start` of a step must be `end` of the last one, bit for bit.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import prange
+
+from billow.compiled import CHUNK, kernel
+from billow.gas.corpuscular.crossing import INWARD, NEVER, OUTWARD, crossing, piece_normal
+from billow.gas.corpuscular.impact_bank import HITS_PER_CHUNK, Hits, ImpactBank
+from billow.gas.corpuscular.random_numbers import stream, uniform
+from billow.gas.corpuscular.search_grid import SearchGrid, clipped_cell
+from billow.gas.corpuscular.sight import beside_wall
+from billow.gas.corpuscular.walls import SWEPT_NUMBERS, Walls, sweep, wall_velocity
+
+STANDOFF = 1e-9
+"""Distance [m] from a wall at which a reflected particle starts again."""
+
+MOST_HITS = 32
+"""Hits per particle and step after which it is parked; a fold of angle a takes up to pi/a."""
+
+MOST_LOOKS = 100_000
+"""Pieces into which the search may cut a path; only meaningless velocities need so many."""
+
+_TIE = 1e-9
+"""Fractions of a step closer than this count as simultaneous."""
+
+PASSING = 0x5EED_0001
+"""Purpose constant of the random numbers that decide whether a particle passes a triangle."""
+
+
+@dataclass
+class Flock:
+    """What flies; arrays of equal length, changed in place by `fly`.
+
+    position: [m], (particles, 3). velocity: [m/s], (particles, 3). species: (particles,) int32. identity: (particles,)
+    int64, names the particle in random numbers for ever. chamber: (particles,) int32, OUTSIDE once it has left.
+    exit: (particles,) int32, the last triangle it passed, -1 if none.
+    """
+
+    position: np.ndarray
+    velocity: np.ndarray
+    species: np.ndarray
+    identity: np.ndarray
+    chamber: np.ndarray
+    exit: np.ndarray
+
+
+@dataclass(frozen=True)
+class FlightTally:
+    """What happened in a step.
+
+    energy_to_walls: [J], kinetic energy the particles lost in hits. hits: reflections and passages. passed: passages.
+    parked: particles that had MOST_HITS hits and were put beside a wall. bad: index of the first particle whose place
+    is not a number, -1 if none.
+    """
+
+    energy_to_walls: float
+    hits: int
+    passed: int
+    parked: int
+    bad: int
+
+
+def fly(
+    flock: Flock, particle_mass: np.ndarray, walls: Walls, grid: SearchGrid, start: np.ndarray, end: np.ndarray,
+    dt: float, pass_probability: np.ndarray, friction: float, seed: int, step: int, hits: Hits, bank: ImpactBank,
+    born: np.ndarray | None = None,
+) -> FlightTally:  # fmt: skip
+    """Fly all particles through a gas step of dt [s] while nodes move linearly from start to end [m], (nodes, 3).
+
+    particle_mass: [kg] of one particle of each species, (species,). grid: must have followed this motion.
+    pass_probability: (triangles,), 0 for tight fabric, 1 for an opening. friction: part of the tangential velocity
+    relative to the wall that a hit takes, 0 to 1. seed, step: name the random numbers. hits: room for this many
+    particles. born: fraction of the step at which each particle starts from its position, (particles,); all at the
+    start of the step if not given. Changes flock and bank.
+    """
+    n = len(flock.position)
+    chunks = -(-n // CHUNK)
+    swept = np.empty((len(walls.nodes), SWEPT_NUMBERS))
+    sweep(len(walls.nodes), walls.nodes, walls.orientation, start, end, swept)
+    next_particle = np.arange(0, n, CHUNK, dtype=np.int64)
+    sums, counts = np.zeros(chunks), np.zeros((chunks, 4), dtype=np.int64)
+    counts[:, 3] = n
+    while True:
+        _fly(
+            n, flock.position, flock.velocity, flock.species, flock.identity, flock.chamber, flock.exit, particle_mass,
+            walls.nodes, walls.corner, walls.orientation, walls.behind, walls.ahead, swept, start, end, dt,
+            grid.first, grid.listed, grid.origin, grid.cell, grid.counts, grid.reach, pass_probability, friction,
+            seed + PASSING, step, np.empty(0) if born is None else born, next_particle, hits.count, hits.triangle,
+            hits.numbers, sums, counts,
+        )  # fmt: skip
+        bank.collect(hits)
+        if (next_particle >= np.minimum(np.arange(1, chunks + 1) * CHUNK, n)).all():
+            break
+    total = counts.sum(axis=0)
+    bad = int(counts[:, 3].min(initial=n))
+    return FlightTally(float(sums.sum()), int(total[0]), int(total[1]), int(total[2]), bad if bad < n else -1)
+
+
+@kernel
+def _fly(
+    n, position, velocity, species, identity, chamber, exit_out, particle_mass, nodes, corner, orientation, behind,
+    ahead, swept, start, end, dt, first, listed, origin, cell, counts, reach, pass_probability, friction, seed, step,
+    born, next_particle, hit_count, hit_triangle, hit_numbers, energy_out, tally_out,
+):  # fmt: skip
+    chunks = (n + CHUNK - 1) // CHUNK
+    rate = 1.0 / dt
+    ox, oy, oz, per_cell = origin[0], origin[1], origin[2], 1.0 / cell
+    nx_cells, ny_cells, nz_cells = counts[0], counts[1], counts[2]
+    looks_per_metre = 0.5 / reach
+    none = np.uint32(len(nodes))
+    for chunk in prange(chunks):
+        recorded, energy = 0, 0.0
+        p = next_particle[chunk]
+        stop = min(n, (chunk + 1) * CHUNK)
+        # A chunk whose room for hits runs low waits for them to be collected.
+        while p < stop and recorded + MOST_HITS <= HITS_PER_CHUNK:
+            home = chamber[p]
+            if home < 0:
+                p += 1
+                continue
+            px, py, pz = position[p, 0], position[p, 1], position[p, 2]
+            vx, vy, vz = velocity[p, 0], velocity[p, 1], velocity[p, 2]
+            x0, y0, z0, now, left = px, py, pz, 0.0, dt
+            if len(born) > 0:
+                now = born[p]
+                left = (1.0 - now) * dt
+                x0, y0, z0 = px - vx * (now * dt), py - vy * (now * dt), pz - vz * (now * dt)
+            x1, y1, z1 = px + vx * left, py + vy * left, pz + vz * left
+            struck, skip = 0, none
+            while True:
+                # First crossing on the way from (px, py, pz) to (x1, y1, z1), looked for in pieces of the way that the
+                # lists of one cell cover. Written out here: a call with this many arrays costs as much as the search.
+                fraction, t, way, piece, wi, wj, wk = NEVER, none, 0, 0, 0.0, 0.0, 0.0
+                way_x, way_y, way_z = x1 - px, y1 - py, z1 - pz
+                extent = max(abs(way_x), abs(way_y), abs(way_z)) * looks_per_metre
+                looks = int(extent) + 1 if extent < MOST_LOOKS else MOST_LOOKS
+                part = 1.0 / looks
+                dx, dy, dz = part * way_x, part * way_y, part * way_z
+                abs_x, abs_y, abs_z = abs(dx), abs(dy), abs(dz)
+                slack = 2.0 * STANDOFF * (abs_x + abs_y + abs_z)
+                for look in range(looks):
+                    mx, my, mz = px + (look + 0.5) * dx, py + (look + 0.5) * dy, pz + (look + 0.5) * dz
+                    cell_x = clipped_cell(mx, ox, per_cell, nx_cells)
+                    cell_y = clipped_cell(my, oy, per_cell, ny_cells)
+                    cell_z = clipped_cell(mz, oz, per_cell, nz_cells)
+                    place = np.uint64((cell_x * ny_cells + cell_y) * nz_cells + cell_z)
+                    for entry in range(first[place], first[place + np.uint64(1)]):
+                        s = listed[np.uint64(entry)]
+                        # The piece as a segment against the triangle's box (separating axes; Ericson, "Real-time
+                        # collision detection", 2005, section 5.3.3), with both doubled. Bitwise or: one branch that
+                        # is nearly always taken instead of six that are not.
+                        ex, ey, ez = swept[s, 3] - swept[s, 0], swept[s, 4] - swept[s, 1], swept[s, 5] - swept[s, 2]
+                        rx = 2.0 * mx - (swept[s, 3] + swept[s, 0])
+                        ry = 2.0 * my - (swept[s, 4] + swept[s, 1])
+                        rz = 2.0 * mz - (swept[s, 5] + swept[s, 2])
+                        if (
+                            (abs(rx) > ex + abs_x + 2.0 * STANDOFF)
+                            | (abs(ry) > ey + abs_y + 2.0 * STANDOFF)
+                            | (abs(rz) > ez + abs_z + 2.0 * STANDOFF)
+                        ):
+                            continue
+                        if (
+                            (abs(ry * dz - rz * dy) > ey * abs_z + ez * abs_y + slack)
+                            | (abs(rz * dx - rx * dz) > ez * abs_x + ex * abs_z + slack)
+                            | (abs(rx * dy - ry * dx) > ex * abs_y + ey * abs_x + slack)
+                        ):
+                            continue
+                        nx, ny, nz = swept[s, 6], swept[s, 7], swept[s, 8]
+                        before = nx * x0 + ny * y0 + nz * z0 - swept[s, 9]
+                        later = nx * x1 + ny * y1 + nz * z1
+                        if before < -STANDOFF and later < swept[s, 10] - STANDOFF:
+                            continue  # behind the plane from start to end
+                        if before > STANDOFF and later > swept[s, 11] + STANDOFF:
+                            continue
+                        directions = 0
+                        if behind[s] == home:
+                            directions += OUTWARD
+                        if ahead[s] == home:
+                            directions += INWARD
+                        if directions == 0 or s == skip:
+                            continue
+                        when, which, a, b, c = crossing(
+                            nodes, orientation, s, start, end, x0, y0, z0, x1, y1, z1, directions, now - _TIE
+                        )
+                        # Ties go to the lower index, so that the order of the lists does not matter.
+                        if when < fraction or (when == fraction and when < NEVER and s < t):
+                            fraction, t, way, piece, wi, wj, wk = when, s, directions, which, a, b, c
+                    # What later pieces hold is later, but for ties.
+                    if fraction + _TIE < now + (1.0 - now) * (look + 1) * part:
+                        break
+                if fraction == NEVER:
+                    break
+                fraction = max(fraction, now)
+                nx, ny, nz, travel = piece_normal(nodes, orientation, t, piece, start, end)
+                approach = vx * nx + vy * ny + vz * nz - travel * rate
+                outward = way == OUTWARD or (way == OUTWARD + INWARD and approach > 0.0)
+                if outward != (approach > 0.0):
+                    approach = -approach  # it is rounding error, and of the wrong sign
+                if struck == MOST_HITS:
+                    x1, y1, z1 = beside_wall(
+                        t, wi, wj, wk, home, nodes, orientation, behind, ahead, end, first, listed, origin, cell,
+                        counts, reach,
+                    )  # fmt: skip
+                    tally_out[chunk, 2] += 1
+                    break
+                weight0 = wi if corner[t, 0] == 0 else (wj if corner[t, 1] == 0 else wk)
+                weight1 = wi if corner[t, 0] == 1 else (wj if corner[t, 1] == 1 else wk)
+                mass = particle_mass[species[p]]
+                hit_triangle[chunk, recorded] = np.int32(t) if outward else ~np.int32(t)
+                hit_numbers[chunk, recorded, 3], hit_numbers[chunk, recorded, 4] = weight0, weight1
+                hit_numbers[chunk, recorded, 5] = 2.0 * mass * abs(approach)
+                hit_numbers[chunk, recorded, 6] = mass
+                jx, jy, jz = 0.0, 0.0, 0.0
+                chance = pass_probability[t]
+                passes = chance > 0.0 and (chance >= 1.0 or uniform(stream(seed, step, identity[p]), struck) < chance)
+                struck += 1
+                if not passes:
+                    gap = STANDOFF * rate / abs(approach) if approach != 0.0 else 1.0
+                    now = fraction - min(gap, 0.5 * (fraction - now))
+                    px, py, pz = x0 + vx * (now * dt), y0 + vy * (now * dt), z0 + vz * (now * dt)
+                    jx, jy, jz = 2.0 * approach * nx, 2.0 * approach * ny, 2.0 * approach * nz
+                    if friction > 0.0:
+                        ux, uy, uz = wall_velocity(nodes, t, wi, wj, wk, start, end, rate)
+                        rx, ry, rz = vx - ux, vy - uy, vz - uz
+                        normal = rx * nx + ry * ny + rz * nz
+                        jx += friction * (rx - normal * nx)
+                        jy += friction * (ry - normal * ny)
+                        jz += friction * (rz - normal * nz)
+                    energy += mass * (jx * (vx - 0.5 * jx) + jy * (vy - 0.5 * jy) + jz * (vz - 0.5 * jz))
+                    vx -= jx
+                    vy -= jy
+                    vz -= jz
+                hit_numbers[chunk, recorded, 0] = mass * jx
+                hit_numbers[chunk, recorded, 1] = mass * jy
+                hit_numbers[chunk, recorded, 2] = mass * jz
+                recorded += 1
+                tally_out[chunk, 0] += 1
+                if passes:
+                    tally_out[chunk, 1] += 1
+                    exit_out[p] = np.int32(t)
+                    now, skip = fraction, t
+                    home = ahead[t] if outward else behind[t]
+                    if home < 0:
+                        x1, y1, z1 = x0 + vx * (now * dt), y0 + vy * (now * dt), z0 + vz * (now * dt)
+                        break
+                    continue
+                skip = none
+                left = (1.0 - now) * dt
+                x0, y0, z0 = px - vx * (now * dt), py - vy * (now * dt), pz - vz * (now * dt)
+                x1, y1, z1 = px + vx * left, py + vy * left, pz + vz * left
+            position[p, 0], position[p, 1], position[p, 2] = x1, y1, z1
+            if struck > 0:
+                velocity[p, 0], velocity[p, 1], velocity[p, 2] = vx, vy, vz
+                chamber[p] = home
+            if not abs(x1 + y1 + z1) < np.inf:
+                tally_out[chunk, 3] = min(tally_out[chunk, 3], p)
+            p += 1
+        next_particle[chunk] = p
+        hit_count[chunk] = recorded
+        energy_out[chunk] += energy

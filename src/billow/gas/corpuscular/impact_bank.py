@@ -1,0 +1,119 @@
+"""What particles give to the fabric: their impulses, kept per corner until the fabric takes them; local pressure.
+
+One particle stands for many molecules and hits a light node like a bullet. Its impulse therefore goes into a bank, on
+the corners of the triangle it hit, from where wall_load.py hands it on as a steady force. Gas and bank together keep
+their momentum to rounding.
+
+What strikes a triangle, smoothed over time, is the local pressure 2 sum(m u)/(A t), twice the incident normal momentum
+flux, and the incident mass flux. Both count particles that pass through a vent too, so that they describe the gas and
+not the wall.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numba import prange
+
+from billow.compiled import CHUNK, kernel
+
+HITS_PER_CHUNK = 512
+"""Hits that one chunk of CHUNK particles can hold before they are collected; at least one particle's MOST_HITS."""
+
+HIT_NUMBERS = 7
+"""Numbers of a hit: impulse on the wall x, y, z [N s]; weights of corners 0 and 1; incident 2 m u [N s]; mass [kg]."""
+
+
+@dataclass
+class Hits:
+    """Hits of one pass of the flight kernel, per chunk of particles, in the order of the particles.
+
+    count: (chunks,) int64. triangle: (chunks, HITS_PER_CHUNK) int32, t if struck from behind, ~t if from ahead.
+    numbers: (chunks, HITS_PER_CHUNK, HIT_NUMBERS).
+    """
+
+    count: np.ndarray
+    triangle: np.ndarray
+    numbers: np.ndarray
+
+    @classmethod
+    def empty(cls, particles: int) -> Hits:
+        """Room for the hits of this many particles."""
+        chunks = -(-particles // CHUNK)
+        return cls(
+            np.zeros(chunks, dtype=np.int64),
+            np.empty((chunks, HITS_PER_CHUNK), dtype=np.int32),
+            np.empty((chunks, HITS_PER_CHUNK, HIT_NUMBERS)),
+        )
+
+
+@dataclass
+class ImpactBank:
+    """Impulses on their way to the fabric, and what strikes each side of each triangle.
+
+    held: [N s], (triangles, 3, 3), impulse at each corner. struck: (triangles, 2, 2), since the last `smooth`: side (0
+    behind, 1 ahead) by incident impulse 2 m u [N s] and mass [kg]. pressure: [Pa], (triangles, 2), absolute pressure of
+    the gas on either side. mass_flux: [kg/m^2/s], (triangles, 2), incident.
+    """
+
+    held: np.ndarray
+    struck: np.ndarray
+    pressure: np.ndarray
+    mass_flux: np.ndarray
+
+    @classmethod
+    def empty(cls, triangles: int) -> ImpactBank:
+        """Nothing held, nothing struck."""
+        return cls(
+            np.zeros((triangles, 3, 3)), np.zeros((triangles, 2, 2)), np.zeros((triangles, 2)), np.zeros((triangles, 2))
+        )
+
+    def collect(self, hits: Hits) -> None:
+        """Take all hits, chunk after chunk; the order of additions depends on the particles' order only."""
+        _collect.serial(len(hits.count), hits.count, hits.triangle, hits.numbers, self.held, self.struck)
+
+    def smooth(self, area: np.ndarray, dt: float, time_constant: float) -> None:
+        """Take what struck in the last gas step dt [s] into the running means of pressure and mass flux.
+
+        area: [m^2], (triangles,). time_constant: of the exponential mean [s].
+        """
+        _smooth(len(area), area, dt, -math.expm1(-dt / time_constant), self.struck, self.pressure, self.mass_flux)
+
+
+@kernel
+def _collect(n, count, triangle, numbers, held, struck):
+    for chunk in range(n):
+        for h in range(count[chunk]):
+            t, side = triangle[chunk, h], 0
+            if t < 0:
+                t, side = ~t, 1
+            jx, jy, jz = numbers[chunk, h, 0], numbers[chunk, h, 1], numbers[chunk, h, 2]
+            first, second = numbers[chunk, h, 3], numbers[chunk, h, 4]
+            # The third corner takes what is left, so that the three add up to the impulse.
+            ax, ay, az = first * jx, first * jy, first * jz
+            bx, by, bz = second * jx, second * jy, second * jz
+            held[t, 0, 0] += ax
+            held[t, 0, 1] += ay
+            held[t, 0, 2] += az
+            held[t, 1, 0] += bx
+            held[t, 1, 1] += by
+            held[t, 1, 2] += bz
+            held[t, 2, 0] += jx - ax - bx
+            held[t, 2, 1] += jy - ay - by
+            held[t, 2, 2] += jz - az - bz
+            struck[t, side, 0] += numbers[chunk, h, 5]
+            struck[t, side, 1] += numbers[chunk, h, 6]
+        count[chunk] = 0
+
+
+@kernel
+def _smooth(n, area, dt, part, struck, pressure, mass_flux):
+    for i in prange(n):
+        for side in range(2):
+            if area[i] > 0.0:
+                pressure[i, side] += part * (struck[i, side, 0] / (area[i] * dt) - pressure[i, side])
+                mass_flux[i, side] += part * (struck[i, side, 1] / (area[i] * dt) - mass_flux[i, side])
+            struck[i, side, 0] = 0.0
+            struck[i, side, 1] = 0.0

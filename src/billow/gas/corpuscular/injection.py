@@ -1,0 +1,289 @@
+"""Injection: inflators blow particles into the bag through nozzles.
+
+What has been delivered is the closed form of the inflator's curve; a particle is born whenever a whole one has come
+together, and what is not yet a particle is pending. The species of the next particle is the one most overdue, and so is
+its nozzle, so that masses are exact in the long run, for each nozzle too.
+
+A newborn has the drift u along its jet, u = min(choked speed, mdot/(rho A)), and thermal motion and store of the
+temperature at which e(T) = h(T_in) - u^2/2. It is the *enthalpy* at the total temperature T_in that comes in: drift and
+a Maxwell distribution at T_in would lack the flow work R T. Each step's batch is scaled to that energy exactly; what a
+batch cannot take (a single particle that was drawn too fast) is carried to the next.
+
+A nozzle blows one way only. The thermal motion along the jet is folded, v = |s + xi| sigma with s such that the mean is
+still u, so that the thrust is mdot u as far as a one-sided distribution can have that mean (u > 0.8 sigma; a choked jet
+has u = sigma).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from billow.compiled import scalar
+from billow.gas.corpuscular.internal_energy import ParticleKinds, degrees_of_freedom
+from billow.gas.corpuscular.particles import Particles
+from billow.gas.corpuscular.random_numbers import gamma, normal, stream, uniform
+from billow.gas.inflator import Inflator, delivered_mass, interpolate
+from billow.gas.mixture import mixture_enthalpy, mixture_gas_constant, mixture_temperature
+from billow.gas.uniform_pressure import jet_speed
+
+INJECTION = 0x494E4A45
+"""Names the random numbers of injection."""
+
+INSET = 1e-5
+"""Height [m] of newborns over the plane of the mouth: inside the bag, and below any gap."""
+
+GENTLEST, STRONGEST = 0.5, 2.0
+"""Bounds of the factor on thermal speed that makes a batch exact."""
+
+
+@dataclass(frozen=True)
+class Nozzles:
+    """Holes of one inflator.
+
+    offset: of each hole from the mouth's centre [m] and direction: of its jet, unit vectors, both at time zero,
+    (nozzles, 3); chamber: it blows into, (nozzles,) int32; radius: of the hole [m]; half_angle: of the cone in which
+    jets leave, cosine-weighted [rad]; normal: of the mouth, unit vector into the bag, (3,); spin: rate [rad/s] at which
+    offsets and directions turn about the normal.
+    """
+
+    offset: np.ndarray
+    direction: np.ndarray
+    chamber: np.ndarray
+    radius: float
+    half_angle: float
+    normal: np.ndarray
+    spin: float = 0.0
+
+    @property
+    def area(self) -> float:
+        """Of all holes [m^2]."""
+        return len(self.offset) * math.pi * self.radius**2
+
+
+@dataclass
+class Delivery:
+    """What one inflator has given so far.
+
+    born: (nozzles, species) int64; offered: enthalpy delivered [J]; energy: taken by particles [J], measured at the
+    mouth; the difference is pending.
+    """
+
+    born: np.ndarray
+    offered: float = 0.0
+    energy: float = 0.0
+
+    def mass(self, kinds: ParticleKinds) -> np.ndarray:
+        """In particles [kg], (species,)."""
+        return self.born.sum(axis=0) * kinds.mass
+
+    @property
+    def pending_energy(self) -> float:
+        """Delivered, but in no particle yet [J]; may be negative by a fraction of a particle's energy."""
+        return self.offered - self.energy
+
+
+@dataclass(frozen=True)
+class Birth:
+    """One step's newborns, particles.count - count to particles.count: mass [kg] (species,); energy [J] at the mouth;
+    carried_energy [J], what they have on top of it because the mouth moves; impulse [N s] (3,), their momentum."""
+
+    count: int
+    mass: np.ndarray
+    energy: float
+    carried_energy: float
+    impulse: np.ndarray
+
+
+@dataclass(frozen=True)
+class Injector:
+    """One inflator with its nozzles."""
+
+    kinds: ParticleKinds
+    inflator: Inflator
+    nozzles: Nozzles
+    cumulative: np.ndarray = field(init=False)
+
+    def __post_init__(self):
+        object.__setattr__(self, "cumulative", self.inflator.cumulative)
+
+    def start(self) -> Delivery:
+        """Nothing delivered yet."""
+        return Delivery(np.zeros((len(self.nozzles.offset), len(self.kinds.mass)), np.int64))
+
+    def pending_mass(self, delivery: Delivery, time: float) -> np.ndarray:
+        """Delivered up to time [s], but in no particle yet [kg], (species,); the sum is below one particle's mass."""
+        return self.inflator.delivered(time) * self.inflator.mass_fractions - delivery.mass(self.kinds)
+
+    def blow(
+        self, delivery: Delivery, particles: Particles, time: float, dt: float, mouth: np.ndarray,
+        mouth_velocity: np.ndarray, pressure: float, clearance: float, seed: int,
+    ) -> Birth:  # fmt: skip
+        """Add what comes in from time to time + dt [s].
+
+        mouth: centre at the end of the step [m] (3,), mouth_velocity [m/s] (3,); pressure [Pa] around the nozzles;
+        clearance [m]: newborns are spread along their way by up to this, within which there must be no fabric.
+        """
+        inflator, nozzles, kinds = self.inflator, self.nozzles, self.kinds
+        curve = (inflator.flow_time, inflator.mass_flow, self.cumulative)
+        after = delivered_mass(*curve, time + dt)
+        arrived = after - delivered_mass(*curve, time)
+        fractions = inflator.mass_fractions
+        temperature = interpolate(inflator.temperature_time, inflator.temperature, time + 0.5 * dt)
+        enthalpy = mixture_enthalpy(kinds.table, fractions, temperature)
+        delivery.offered += arrived * enthalpy
+        due = after * fractions / kinds.mass
+        count = math.floor(due.sum() - delivery.born.sum())
+        if count <= 0:
+            return Birth(0, np.zeros(len(kinds.mass)), 0.0, 0.0, np.zeros(3))
+        constant = mixture_gas_constant(kinds.table, fractions)
+        density = pressure / (constant * temperature)
+        drift = min(jet_speed(kinds.table, fractions, temperature), arrived / (dt * density * nozzles.area))
+        warmth = mixture_temperature(kinds.table, fractions, enthalpy - 0.5 * drift * drift, temperature)
+        excess = (
+            delivery.offered - delivery.energy - _enthalpy(kinds, due - delivery.born.sum(axis=0), temperature)
+        )  # carried from earlier batches
+        born = delivery.born.copy()
+        nozzle = np.empty(count, np.int64)
+        particles.make_room(count)
+        first, last = particles.count, particles.count + count
+        _choose(due, born, nozzle, particles.species[first:last])
+        particles.chamber[first:last] = nozzles.chamber[nozzle]
+        particles.identity[first:last] = particles.next_identity + np.arange(count)
+        number = (born - delivery.born).sum(axis=0)
+        energy = _animate(
+            particles.position[first:last], particles.velocity[first:last], particles.internal_energy[first:last],
+            particles.species[first:last], particles.identity[first:last], nozzle, kinds.table, kinds.mass, kinds.heat,
+            turned(nozzles.offset, nozzles.normal, nozzles.spin * (time + dt)) + mouth,
+            turned(nozzles.direction, nozzles.normal, nozzles.spin * (time + dt)),
+            nozzles.normal, nozzles.radius, math.sin(nozzles.half_angle) ** 2, drift, warmth,
+            _enthalpy(kinds, number, temperature) + excess, dt, clearance, seed,
+        )  # fmt: skip
+        mass = number * kinds.mass
+        delivery.born = born
+        delivery.energy += energy
+        particles.count, particles.next_identity = last, particles.next_identity + count
+        each = kinds.mass[particles.species[first:last]]
+        impulse = each @ particles.velocity[first:last]
+        carried = float(mouth_velocity @ impulse + 0.5 * mass.sum() * mouth_velocity @ mouth_velocity)
+        particles.velocity[first:last] += mouth_velocity
+        return Birth(count, mass, energy, carried, impulse + mass.sum() * mouth_velocity)
+
+
+@scalar
+def turned(vectors, axis, angle):
+    """Vectors (n, 3) turned by angle [rad] about a unit axis through the origin (Rodrigues' formula)."""
+    result = np.empty_like(vectors)
+    cosine, sine = math.cos(angle), math.sin(angle)
+    for i in range(len(vectors)):
+        x, y, z = vectors[i, 0], vectors[i, 1], vectors[i, 2]
+        along = (1.0 - cosine) * (x * axis[0] + y * axis[1] + z * axis[2])
+        result[i, 0] = cosine * x + along * axis[0] + sine * (axis[1] * z - axis[2] * y)
+        result[i, 1] = cosine * y + along * axis[1] + sine * (axis[2] * x - axis[0] * z)
+        result[i, 2] = cosine * z + along * axis[2] + sine * (axis[0] * y - axis[1] * x)
+    return result
+
+
+def _enthalpy(kinds: ParticleKinds, number: np.ndarray, temperature: float) -> float:
+    """Enthalpy [J] of so many particles (species,) at temperature [K]."""
+    return mixture_enthalpy(kinds.table, number * kinds.mass, temperature)
+
+
+@scalar
+def _choose(due, born, nozzle_out, species_out):
+    """Species and nozzle of each newborn: the most overdue species, and of that the most overdue nozzle."""
+    nozzles, kinds = born.shape
+    for p in range(len(nozzle_out)):
+        chosen, most = 0, -np.inf
+        for k in range(kinds):
+            overdue = due[k] - born[:, k].sum()
+            if overdue > most:
+                chosen, most = k, overdue
+        at = 0
+        for z in range(nozzles):
+            if born[z, chosen] < born[at, chosen]:
+                at = z
+        born[at, chosen] += 1
+        nozzle_out[p], species_out[p] = at, chosen
+
+
+@scalar
+def folded_shift(mean):
+    """s >= 0 such that |s + xi|, xi standard normal, has this mean; 0 if the mean is below sqrt(2/pi)."""
+    if mean <= math.sqrt(2.0 / math.pi):
+        return 0.0
+    s = mean
+    for _ in range(40):
+        excess = math.sqrt(2.0 / math.pi) * math.exp(-0.5 * s * s) + s * math.erf(s / math.sqrt(2.0)) - mean
+        change = excess / math.erf(s / math.sqrt(2.0))  # the mean is convex in s: Newton falls to it from above
+        s -= change
+        if abs(change) <= 1e-12:
+            break
+    return s
+
+
+@scalar
+def _animate(
+    position, velocity, internal_energy, species, identity, nozzle, table, mass, heat, hole, direction, normal_, radius,
+    sine_square, drift, warmth, energy, dt, clearance, seed,
+):  # fmt: skip
+    """Place newborns and set them in motion; returns their energy [J], `energy` if the scaling stays in bounds.
+
+    The velocity of each is steady + q * thermal, its store q^2 times the one drawn; q from the energy of all.
+    """
+    count = len(species)
+    steady = np.empty((count, 3))
+    square, linear, constant = 0.0, 0.0, -energy
+    for p in range(count):
+        key = stream(seed + INJECTION, 0, identity[p])
+        kind = species[p]
+        axis = direction[nozzle[p]]
+        first, second = _perpendicular(axis)
+        sine = math.sqrt(sine_square * uniform(key, 0))
+        cosine = math.sqrt(1.0 - sine * sine)
+        turn = 2.0 * math.pi * uniform(key, 1)
+        sigma = math.sqrt(heat * warmth / mass[kind])
+        along = sigma * abs(folded_shift(drift * cosine / sigma) + normal(key, 2))
+        one, two = sigma * normal(key, 3), sigma * normal(key, 4)
+        internal_energy[p] = heat * warmth * gamma(key, 5, 0.5 * degrees_of_freedom(table[kind], warmth))
+        square += internal_energy[p]
+        for k in range(3):
+            outward = math.cos(turn) * first[k] + math.sin(turn) * second[k]
+            steady[p, k] = along * axis[k] + drift * sine * outward
+            velocity[p, k] = one * first[k] + two * second[k]
+            square += 0.5 * mass[kind] * velocity[p, k] * velocity[p, k]
+            linear += mass[kind] * steady[p, k] * velocity[p, k]
+            constant += 0.5 * mass[kind] * steady[p, k] * steady[p, k]
+    factor = GENTLEST
+    discriminant = linear * linear - 4.0 * square * constant
+    if discriminant > 0.0:
+        factor = min(max((math.sqrt(discriminant) - linear) / (2.0 * square), GENTLEST), STRONGEST)
+    total = energy + constant + factor * (linear + factor * square)
+    first, second = _perpendicular(normal_)
+    for p in range(count):
+        key = stream(seed + INJECTION, 0, identity[p])
+        internal_energy[p] *= factor * factor
+        out, turn = radius * math.sqrt(uniform(key, 6)), 2.0 * math.pi * uniform(key, 7)
+        rise, speed = 0.0, 0.0
+        for k in range(3):
+            velocity[p, k] = steady[p, k] + factor * velocity[p, k]
+            rise += velocity[p, k] * normal_[k]
+            speed += velocity[p, k] * velocity[p, k]
+        # Back towards the mouth there is no room.
+        way = min(dt * uniform(key, 8), clearance / math.sqrt(speed)) if rise > 0.0 and speed > 0.0 else 0.0
+        for k in range(3):
+            aside = out * (math.cos(turn) * first[k] + math.sin(turn) * second[k])
+            position[p, k] = hole[nozzle[p], k] + INSET * normal_[k] + aside + way * velocity[p, k]
+    return total
+
+
+@scalar
+def _perpendicular(axis):
+    """Two unit vectors perpendicular to a unit vector and to each other."""
+    seed = np.zeros(3)
+    seed[0 if abs(axis[0]) < 0.9 else 1] = 1.0
+    first = seed - np.dot(seed, axis) * axis
+    first /= math.sqrt(np.dot(first, first))
+    return first, np.cross(axis, first)

@@ -1,0 +1,105 @@
+"""The particles: what is known of each, and what they sum to."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import prange
+
+from billow.compiled import CHUNK, kernel
+
+
+@dataclass
+class Particles:
+    """Arrays with room for `capacity` particles, of which the first `count` exist.
+
+    position [m] (capacity, 3); velocity [m/s] (capacity, 3); internal_energy [J] (capacity,); species (capacity,)
+    int32; chamber (capacity,) int32; identity (capacity,) int64, never given twice: it names a particle's random
+    numbers. 72 bytes a particle.
+    """
+
+    count: int
+    position: np.ndarray
+    velocity: np.ndarray
+    internal_energy: np.ndarray
+    species: np.ndarray
+    chamber: np.ndarray
+    identity: np.ndarray
+    next_identity: int = 0
+
+    @classmethod
+    def room_for(cls, capacity: int) -> Particles:
+        """No particles yet."""
+        return cls(
+            0, np.zeros((capacity, 3)), np.zeros((capacity, 3)), np.zeros(capacity), np.zeros(capacity, np.int32),
+            np.zeros(capacity, np.int32), np.zeros(capacity, np.int64),
+        )  # fmt: skip
+
+    @property
+    def capacity(self) -> int:
+        return len(self.species)
+
+    def arrays(self) -> tuple[np.ndarray, ...]:
+        """Everything known of each particle, in the order of the class."""
+        return (self.position, self.velocity, self.internal_energy, self.species, self.chamber, self.identity)
+
+    def make_room(self, more: int) -> None:
+        """Room for so many more particles; the arrays move when they have to grow."""
+        needed = self.count + more
+        if needed <= self.capacity:
+            return
+        capacity = max(needed, self.capacity + self.capacity // 4)
+        grown = Particles.room_for(capacity)
+        for new, old in zip(grown.arrays(), self.arrays(), strict=True):
+            new[: self.count] = old[: self.count]
+        self.position, self.velocity, self.internal_energy, self.species, self.chamber, self.identity = grown.arrays()
+
+    def keep(self, wanted: np.ndarray) -> None:
+        """Drop all others; the order of those that stay is kept. wanted: (count,) bool."""
+        stay = np.flatnonzero(wanted)
+        for array in self.arrays():
+            array[: len(stay)] = array[stay]
+        self.count = len(stay)
+
+
+@dataclass(frozen=True)
+class ParticleSums:
+    """By chamber: particles (chambers, species) int64; momentum [N s] (chambers, 3); flight_energy, the kinetic energy
+    including the mean motion, and internal_energy [J], (chambers,)."""
+
+    particles: np.ndarray
+    momentum: np.ndarray
+    flight_energy: np.ndarray
+    internal_energy: np.ndarray
+
+    @property
+    def energy(self) -> float:
+        """All energy [J]."""
+        return float(self.flight_energy.sum() + self.internal_energy.sum())
+
+
+def sum_particles(particles: Particles, mass: np.ndarray, chambers: int) -> ParticleSums:
+    """Sums over all particles, the same bits for any number of threads; mass of a particle [kg] (species,)."""
+    n = particles.count
+    chunks = -(-n // CHUNK)
+    number = np.zeros((chunks, chambers, len(mass)), np.int64)
+    amounts = np.zeros((chunks, chambers, 5))
+    _sum(n, particles.velocity, particles.internal_energy, particles.species, particles.chamber, mass, number, amounts)
+    total = amounts.sum(axis=0)
+    return ParticleSums(number.sum(axis=0), total[:, :3].copy(), total[:, 3].copy(), total[:, 4].copy())
+
+
+@kernel
+def _sum(n, velocity, internal_energy, species, chamber, mass, number_out, amounts_out):
+    chunks = (n + CHUNK - 1) // CHUNK
+    for chunk in prange(chunks):
+        for i in range(chunk * CHUNK, min(n, (chunk + 1) * CHUNK)):
+            m, where = mass[species[i]], chamber[i]
+            vx, vy, vz = velocity[i, 0], velocity[i, 1], velocity[i, 2]
+            number_out[chunk, where, species[i]] += 1
+            amounts_out[chunk, where, 0] += m * vx
+            amounts_out[chunk, where, 1] += m * vy
+            amounts_out[chunk, where, 2] += m * vz
+            amounts_out[chunk, where, 3] += 0.5 * m * (vx * vx + vy * vy + vz * vz)
+            amounts_out[chunk, where, 4] += internal_energy[i]

@@ -1,0 +1,238 @@
+"""What pushes on the fabric: the particles' impulses, patch by patch, and the ambient pressure from outside.
+
+One particle stands for many molecules and would hit a light node like a bullet: left alone, nodes and particles share
+energy evenly until the fabric shivers at a hundred metres a second. Spreading impulses over *time* does not help a
+slack node, and makes the gas a spring that answers late, which feeds every oscillation: a lag t adds k t/2 of negative
+damping. Impulses are therefore spread over *space*: all that struck a patch of fabric in a gas step pushes on the whole
+patch, evenly, until the next gas step. What the patch got along its normals is its pressure; the rest (friction, jets
+along the fabric) is shared out by area. A patch takes k T/2 of spurious energy for each of its motions, a particle of a
+diatomic gas holds five times that: with PARTICLES_PER_PATCH = 100 it stays below 0.2 % of the gas' energy for each.
+
+The structure takes half of F dt in the step that ends where F is evaluated and half in the next one. Exactly that is
+taken from what a patch holds, so that the momentum of gas, patches and structure together is constant to rounding for
+any steps; what the length of a gas step leaves over goes into the next push. Work is booked the same way: half of each
+of two forces over the motion between them.
+
+A push is the mean of a gas step that is over. For the breathing of a whole chamber, whose gas is a stiff spring as long
+as the bag is flat, that would still be late; the chamber's pressure is therefore led along the adiabat from the middle
+of that gas step to the present volume. It is a loan: what patches hold goes down by as much, and the particles, who
+feel the walls move, pay it back.
+
+Ambient pressure acts on the outside of fabric, not of holes. What the particles do to a hole, the surroundings bear.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import prange
+
+from billow.compiled import CHUNK, kernel
+
+PARTICLES_PER_PATCH = 100
+"""At least; while the bag fills, patches become smaller."""
+
+BLEED = 0.2e-3
+"""Time constant [s] with which what is left over is given."""
+
+
+@dataclass(frozen=True)
+class Patches:
+    """start: (patches + 1,) int64 and members: (triangles,) int64, the triangles of each patch; patch: (triangles,)
+    int32, the patch of each triangle."""
+
+    start: np.ndarray
+    members: np.ndarray
+    patch: np.ndarray
+
+    @classmethod
+    def of(cls, patch: np.ndarray) -> Patches:
+        """From the patch of each triangle, any integers (triangles,)."""
+        _, patch = np.unique(patch, return_inverse=True)
+        members = np.argsort(patch, kind="stable")
+        start = np.concatenate([[0], np.cumsum(np.bincount(patch))])
+        return cls(start.astype(np.int64), members.astype(np.int64), patch.astype(np.int32))
+
+    @classmethod
+    def squares(cls, flat: np.ndarray, part: np.ndarray, side: float) -> Patches:
+        """Squares of the flat cut; no patch reaches over two parts.
+
+        flat: middle of each triangle in its flat piece [m], (triangles, 2); part: (triangles,); side [m].
+        """
+        place = np.floor((flat - flat.min(axis=0)) / side).astype(np.int64)
+        across, along = place.max(axis=0) + 1
+        return cls.of((part.astype(np.int64) * across + place[:, 0]) * along + place[:, 1])
+
+    @property
+    def count(self) -> int:
+        return len(self.start) - 1
+
+
+def patch_levels(flat: np.ndarray, part: np.ndarray, edge: float) -> tuple[Patches, ...]:
+    """Ever finer patches, from whole parts down to squares of two element edges [m], each level of half the side.
+
+    flat, part: as Patches.squares takes them.
+    """
+    side = float(np.ptp(flat, axis=0).max()) * (1.0 + 1e-9)
+    levels = []
+    while side > 2.0 * edge or not levels:
+        levels.append(Patches.squares(flat, part, side))
+        side *= 0.5
+    return tuple(levels)
+
+
+def fine_enough(levels: tuple[Patches, ...], particles: int) -> Patches:
+    """The finest level with PARTICLES_PER_PATCH; the coarsest if there are too few for any."""
+    fitting = [level for level in levels if level.count * PARTICLES_PER_PATCH <= particles]
+    return fitting[-1] if fitting else levels[0]
+
+
+@dataclass
+class WallLoad:
+    """held: impulse each triangle's patch has got and not given yet [N s], (triangles, 3). force: on each triangle
+    until the next gas step, before: with the lead, in the last step [N], (triangles, 3). given: impulse that structure
+    and surroundings have taken so far [N s], (3,); work: done by the particles, and ambient_work: the part of it
+    against the ambient pressure, so far [J]."""
+
+    held: np.ndarray
+    force: np.ndarray
+    before: np.ndarray
+    given: np.ndarray
+    work: float = 0.0
+    ambient_work: float = 0.0
+
+    @classmethod
+    def none(cls, triangles: int) -> WallLoad:
+        """No load."""
+        return cls.of_pressure(np.zeros(triangles), np.zeros((triangles, 3)))
+
+    @classmethod
+    def of_pressure(cls, pressure: np.ndarray, normals: np.ndarray) -> WallLoad:
+        """The load of a steady pressure [Pa] on each triangle, (triangles,); normals: area vectors [m^2]."""
+        force = pressure[:, None] * normals
+        return cls(np.zeros_like(force), force, force.copy(), np.zeros(3))
+
+    def renew(self, patches: Patches, impulse: np.ndarray, normals: np.ndarray, span: float) -> None:
+        """Take the impulses [N s] (triangles, 3, 3) of a gas step of `span` [s]; they are set to zero.
+
+        normals: area vectors [m^2], (triangles, 3), of the present surface.
+        """
+        _renew(
+            patches.count, patches.start, patches.members, impulse, normals, 1.0 / span, 1.0 / max(BLEED, 2.0 * span),
+            self.held, self.force,
+        )  # fmt: skip
+
+    def push(
+        self, solid: np.ndarray, ambient: np.ndarray, lead: np.ndarray, triangles: np.ndarray, positions: np.ndarray,
+        velocities: np.ndarray, dt: float, corner_force: np.ndarray,
+    ) -> float:  # fmt: skip
+        """Add the forces of a step of dt [s] to corner_force [N] (triangles, 3, 3).
+
+        solid: (triangles,) bool, false for holes. ambient: pressure on each triangle against its normal [Pa],
+        (triangles,). lead: pressure on each triangle along its normal [Pa], (triangles,), on top of what was struck.
+        positions [m] at the end of the step, velocities [m/s] at its middle. Returns the energy [J] that what is still
+        held would bring at these velocities.
+        """
+        n = len(triangles)
+        sums = np.empty((-(-n // CHUNK), 6))
+        _push(
+            n, triangles, positions, velocities, dt, solid, ambient, lead, self.before, self.force, self.held,
+            corner_force, sums,
+        )  # fmt: skip
+        total = sums.sum(axis=0)
+        self.given += total[:3]
+        self.work += float(total[3])
+        self.ambient_work += float(total[4])
+        return float(total[5])
+
+
+@kernel
+def _renew(n, start, members, impulse, normals, rate, bleed, held, force_out):
+    for p in prange(n):
+        gx, gy, gz, hx, hy, hz, nx, ny, nz, area = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        for m in range(start[p], start[p + 1]):
+            t = members[m]
+            hx, hy, hz = hx + held[t, 0], hy + held[t, 1], hz + held[t, 2]
+            for c in range(3):
+                gx, gy, gz = gx + impulse[t, c, 0], gy + impulse[t, c, 1], gz + impulse[t, c, 2]
+                impulse[t, c, 0], impulse[t, c, 1], impulse[t, c, 2] = 0.0, 0.0, 0.0
+            nx, ny, nz = nx + normals[t, 0], ny + normals[t, 1], nz + normals[t, 2]
+            area += np.sqrt(normals[t, 0] ** 2 + normals[t, 1] ** 2 + normals[t, 2] ** 2)
+        fx, fy, fz = rate * gx + bleed * hx, rate * gy + bleed * hy, rate * gz + bleed * hz
+        gx, gy, gz = gx + hx, gy + hy, gz + hz
+        square = nx * nx + ny * ny + nz * nz
+        pressure = (fx * nx + fy * ny + fz * nz) / square if square > 1e-6 * area * area else 0.0
+        fx, fy, fz = fx - pressure * nx, fy - pressure * ny, fz - pressure * nz
+        last = members[start[p + 1] - 1]
+        for m in range(start[p], start[p + 1]):
+            t = members[m]
+            own = np.sqrt(normals[t, 0] ** 2 + normals[t, 1] ** 2 + normals[t, 2] ** 2)
+            share = own / area if area > 0.0 else 1.0 / (start[p + 1] - start[p])
+            force_out[t, 0] = pressure * normals[t, 0] + share * fx
+            force_out[t, 1] = pressure * normals[t, 1] + share * fy
+            force_out[t, 2] = pressure * normals[t, 2] + share * fz
+            if t != last:
+                held[t, 0], held[t, 1], held[t, 2] = share * gx, share * gy, share * gz
+        # The last takes what rounding leaves, so that nothing is lost.
+        hx, hy, hz = gx, gy, gz
+        for m in range(start[p], start[p + 1] - 1):
+            t = members[m]
+            hx, hy, hz = hx - held[t, 0], hy - held[t, 1], hz - held[t, 2]
+        held[last, 0], held[last, 1], held[last, 2] = hx, hy, hz
+
+
+@kernel
+def _push(
+    n, triangles, positions, velocities, dt, solid, ambient, lead, before, force, held, corner_force, sums_out
+):  # fmt: skip
+    chunks = (n + CHUNK - 1) // CHUNK
+    half = 0.5 * dt
+    for chunk in prange(chunks):
+        gx, gy, gz, work, against, waiting = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        for i in range(chunk * CHUNK, min(n, (chunk + 1) * CHUNK)):
+            a, b, c = triangles[i, 0], triangles[i, 1], triangles[i, 2]
+            vx = (velocities[a, 0] + velocities[b, 0] + velocities[c, 0]) / 3.0
+            vy = (velocities[a, 1] + velocities[b, 1] + velocities[c, 1]) / 3.0
+            vz = (velocities[a, 2] + velocities[b, 2] + velocities[c, 2]) / 3.0
+            ux, uy, uz = (
+                positions[b, 0] - positions[a, 0], positions[b, 1] - positions[a, 1], positions[b, 2] - positions[a, 2],
+            )  # fmt: skip
+            wx, wy, wz = (
+                positions[c, 0] - positions[a, 0], positions[c, 1] - positions[a, 1], positions[c, 2] - positions[a, 2],
+            )  # fmt: skip
+            nx, ny, nz = 0.5 * (uy * wz - uz * wy), 0.5 * (uz * wx - ux * wz), 0.5 * (ux * wy - uy * wx)
+            fx, fy, fz = force[i, 0] + lead[i] * nx, force[i, 1] + lead[i] * ny, force[i, 2] + lead[i] * nz
+            x, y, z = half * (before[i, 0] + fx), half * (before[i, 1] + fy), half * (before[i, 2] + fz)
+            before[i, 0], before[i, 1], before[i, 2] = fx, fy, fz
+            gx += x
+            gy += y
+            gz += z
+            work += x * vx + y * vy + z * vz
+            held[i, 0] -= x
+            held[i, 1] -= y
+            held[i, 2] -= z
+            waiting += held[i, 0] * vx + held[i, 1] * vy + held[i, 2] * vz
+            if not solid[i]:
+                against += x * vx + y * vy + z * vz
+                continue
+            outside = ambient[i]
+            if outside != 0.0:
+                fx, fy, fz = fx - outside * nx, fy - outside * ny, fz - outside * nz
+                # Where it was at the beginning of the step: half of that force acted over this motion, too.
+                ux -= dt * (velocities[b, 0] - velocities[a, 0])
+                uy -= dt * (velocities[b, 1] - velocities[a, 1])
+                uz -= dt * (velocities[b, 2] - velocities[a, 2])
+                wx -= dt * (velocities[c, 0] - velocities[a, 0])
+                wy -= dt * (velocities[c, 1] - velocities[a, 1])
+                wz -= dt * (velocities[c, 2] - velocities[a, 2])
+                against += half * outside * (nx + 0.5 * (uy * wz - uz * wy)) * vx
+                against += half * outside * (ny + 0.5 * (uz * wx - ux * wz)) * vy
+                against += half * outside * (nz + 0.5 * (ux * wy - uy * wx)) * vz
+            fx, fy, fz = fx / 3.0, fy / 3.0, fz / 3.0
+            for k in range(3):
+                corner_force[i, k, 0] += fx
+                corner_force[i, k, 1] += fy
+                corner_force[i, k, 2] += fz
+        sums_out[chunk, 0], sums_out[chunk, 1], sums_out[chunk, 2] = gx, gy, gz
+        sums_out[chunk, 3], sums_out[chunk, 4], sums_out[chunk, 5] = work, against, waiting

@@ -1,0 +1,57 @@
+"""Piecewise linear curves, and many of them in flat arrays for kernels."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from billow.compiled import scalar
+
+NO_CURVE = -1
+"""Index that stands for the constant 1."""
+
+
+@dataclass(frozen=True)
+class Curve:
+    """y against increasing x, piecewise linear, constant outside; (n,) each."""
+
+    x: np.ndarray
+    y: np.ndarray
+
+
+@dataclass(frozen=True)
+class CurveTable:
+    """Curves one after the other. start: (curves + 1,) int64; x, y: (points,)."""
+
+    start: np.ndarray
+    x: np.ndarray
+    y: np.ndarray
+
+    @classmethod
+    def build(cls, curves: Sequence[Curve]) -> CurveTable:
+        start = np.concatenate([[0], np.cumsum([len(curve.x) for curve in curves])]).astype(np.int64)
+        x, y = (np.concatenate([np.empty(0), *(getattr(curve, axis) for curve in curves)]) for axis in "xy")
+        return cls(start, x, y)
+
+
+@scalar
+def interpolate(x, y, at):
+    """Piecewise linear value, constant outside."""
+    last = len(x) - 1
+    if at <= x[0]:
+        return y[0]
+    if at >= x[last]:
+        return y[last]
+    k = np.searchsorted(x, at, side="right") - 1
+    return y[k] + (y[k + 1] - y[k]) * (at - x[k]) / (x[k + 1] - x[k])
+
+
+@scalar
+def curve_value(start, x, y, curve, at):
+    """Value of one curve of a table; 1 for NO_CURVE."""
+    if curve == NO_CURVE:
+        return 1.0
+    first, end = start[curve], start[curve + 1]
+    return interpolate(x[first:end], y[first:end], at)

@@ -1,0 +1,159 @@
+"""Reading triangles and quads with their parts from VTKHDF files and from VTK legacy text files.
+
+VTKHDF is what Billow writes and what ParaView reads and writes; VTK legacy text is what nearly every other program can
+write. Both are read with checks of every size before anything is read or made, and nothing in a file is executed.
+Formats: docs.vtk.org, "VTKHDF format specification" and "VTK file formats, simple legacy formats".
+"""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+from billow.errors import InputError
+
+LARGEST_FILE = 2_000_000_000  # bytes; a frame of a million triangles takes 50 MB
+MOST_CELLS = 2_000_000
+TRIANGLE, QUAD = 5, 9
+"""VTK's numbers for kinds of cells."""
+
+SUFFIXES = (".vtkhdf", ".hdf", ".vtk")
+
+
+@dataclass(frozen=True)
+class CellMesh:
+    """points: (nodes, 3), in the file's unit. cells: (cells, 4) int64 node indices, -1 last for triangles. part:
+    (cells,) int64, the number of each cell's part. part_names: name -> number, as far as the file names parts."""
+
+    points: np.ndarray
+    cells: np.ndarray
+    part: np.ndarray
+    part_names: dict[str, int]
+
+
+def read_mesh(path: str | Path, part_field: str = "part", frame: int = 0) -> CellMesh:
+    """Mesh of a .vtkhdf or .vtk file; frame: of a file with several times, negative ones counted from the last.
+
+    Raises InputError E-GEO-030 (cannot be read), E-GEO-031 (holds no mesh of triangles and quads with parts).
+    """
+    path = Path(path)
+    if path.suffix.lower() not in SUFFIXES:
+        raise _unreadable(path, f"its name ends in {path.suffix!r}", f"give a file that ends in {', '.join(SUFFIXES)}")
+    try:
+        if not path.is_file() or path.stat().st_size > LARGEST_FILE:
+            raise OSError(f"it is no file, or longer than {LARGEST_FILE} bytes")
+        read = _read_legacy if path.suffix.lower() == ".vtk" else _read_vtkhdf
+        points, offsets, connectivity, types, part, names = read(path, part_field, frame)
+    except (OSError, KeyError, ValueError, IndexError, RuntimeError, TypeError, OverflowError) as error:
+        why = str(error.args[-1]) if error.args else "it is damaged"
+        raise _unreadable(path, why, "check the path, and that the file opens in ParaView") from None
+    _require_sound(path, points, offsets, connectivity, types, part, part_field)
+    cells = np.full((len(types), 4), -1, dtype=np.int64)
+    for kind, corners in ((TRIANGLE, 3), (QUAD, 4)):
+        mine = np.flatnonzero(types == kind)
+        cells[mine, :corners] = connectivity[offsets[mine][:, None] + np.arange(corners)]
+    return CellMesh(points, cells, part.astype(np.int64), names)
+
+
+def _read_vtkhdf(path: Path, part_field: str, frame: int):
+    with h5py.File(path, "r") as file:
+        grid = file["VTKHDF"]
+        if grid.attrs["Type"] not in (b"UnstructuredGrid", "UnstructuredGrid"):
+            raise ValueError("it is not an unstructured grid")
+        counts = [int(grid[name][0]) for name in ("NumberOfPoints", "NumberOfCells", "NumberOfConnectivityIds")]
+        nodes, cells, ids = counts
+        if not (0 <= nodes <= 4 * MOST_CELLS and 0 <= cells <= MOST_CELLS and 0 <= ids <= 4 * MOST_CELLS):
+            raise ValueError(f"it has more than {MOST_CELLS} cells")
+        first = 0
+        if "Steps" in grid:
+            first = int(grid["Steps/PointOffsets"][range(int(grid["Steps"].attrs["NSteps"]))[frame]])
+        elif len(grid["NumberOfPoints"]) > 1:
+            raise ValueError("it is in several pieces; save it as one")
+        names = file["billow/part_names"].asstr()[:MOST_CELLS] if "billow/part_names" in file else []
+        part = grid["CellData"][part_field][:cells] if part_field in grid.get("CellData", ()) else np.zeros(cells)
+        return (
+            grid["Points"][first : first + nodes].astype(float).reshape(nodes, 3),
+            grid["Offsets"][: cells + 1].astype(np.int64),
+            grid["Connectivity"][:ids].astype(np.int64),
+            grid["Types"][:cells].astype(np.int64),
+            part,
+            {str(name): number for number, name in enumerate(names)},
+        )
+
+
+def _read_legacy(path: Path, part_field: str, frame: int):
+    """ASCII only; versions up to 4 list each cell with its size, version 5 has offsets."""
+    lines = path.read_text(encoding="ascii", errors="strict").split("\n", 4)
+    if len(lines) < 5 or not lines[0].startswith("# vtk DataFile") or lines[2].strip().upper() != "ASCII":
+        raise ValueError("it is not a VTK legacy file in ASCII")
+    if lines[3].split() not in (["DATASET", "UNSTRUCTURED_GRID"], ["DATASET", "POLYDATA"]):
+        raise ValueError("its dataset is neither UNSTRUCTURED_GRID nor POLYDATA")
+    words = lines[4].split()
+    at = {word: k for k, word in reversed(list(enumerate(words))) if word.isupper() or word == part_field}
+
+    def numbers(start: int, count: int, kind=float) -> np.ndarray:
+        if not 0 <= count <= 20 * MOST_CELLS or start + count > len(words):
+            raise ValueError("it ends too early, or names too many items")
+        return np.array(words[start : start + count], dtype=kind)
+
+    nodes = int(words[at["POINTS"] + 1])
+    points = numbers(at["POINTS"] + 3, 3 * nodes).reshape(nodes, 3)
+    head = at["CELLS"] if "CELLS" in at else at["POLYGONS"]
+    count, size = int(words[head + 1]), int(words[head + 2])
+    if "OFFSETS" in at:
+        offsets = numbers(at["OFFSETS"] + 2, count, np.int64)
+        count -= 1
+        connectivity = numbers(at["CONNECTIVITY"] + 2, size, np.int64)
+    else:
+        listed = numbers(head + 3, size, np.int64).tolist()
+        starts = [0]
+        for _ in range(count):
+            starts.append(starts[-1] + listed[starts[-1]] + 1)
+        connectivity = np.array([v for a, b in itertools.pairwise(starts) for v in listed[a + 1 : b]])
+        offsets = np.array(starts) - np.arange(count + 1)
+    if "CELL_TYPES" in at:
+        types = numbers(at["CELL_TYPES"] + 2, count, np.int64)
+    else:
+        types = np.where(np.diff(offsets) == 3, TRIANGLE, np.where(np.diff(offsets) == 4, QUAD, 7))
+    part = np.zeros(count)
+    if part_field in at and "CELL_DATA" in at and at[part_field] > at["CELL_DATA"]:
+        start = at[part_field] + 1
+        if words[at[part_field] - 1] == "SCALARS":  # SCALARS name type [components] LOOKUP_TABLE table
+            start = next(k for k in range(start, start + 6) if words[k] == "LOOKUP_TABLE") + 2
+        else:  # a field array: name components tuples type
+            start += 3
+        part = numbers(start, count)
+    return points, offsets, connectivity, types, part, {}
+
+
+def _require_sound(path: Path, points, offsets, connectivity, types, part, part_field) -> None:
+    def refuse(why, remedy):
+        raise InputError("E-GEO-031", f"{path.name} holds no usable mesh", where=str(path), why=why, remedy=remedy)
+
+    again = "save the fabric alone, as triangles and quads in one unstructured grid"
+    if not len(types):
+        refuse("it has no cells", again)
+    if len(types) > MOST_CELLS:
+        refuse(f"it has {len(types)} cells; at most {MOST_CELLS} are allowed", again)
+    if not np.isin(types, (TRIANGLE, QUAD)).all():
+        cell = int(np.argmin(np.isin(types, (TRIANGLE, QUAD))))
+        refuse(f"cell {cell} is neither a triangle nor a quad", again)
+    corners = np.where(types == TRIANGLE, 3, 4)
+    if len(offsets) != len(types) + 1 or offsets[0] != 0 or not np.array_equal(np.diff(offsets), corners):
+        refuse("its cells do not have the nodes they should have", again)
+    if len(connectivity) < offsets[-1] or connectivity.min() < 0 or connectivity.max() >= len(points):
+        refuse("a cell names a node that does not exist", again)
+    if not np.isfinite(points).all() or np.abs(points).max() > 1e6:
+        refuse("a node lies at no finite place", "correct its coordinates")
+    if part.shape != types.shape or not np.isfinite(part).all() or (np.abs(part) > 2**31).any() or (part % 1).any():
+        refuse(f"its cell field {part_field!r} is no whole number of a part", "name the right field in bag.part_field")
+
+
+def _unreadable(path: Path, why: str, remedy: str) -> InputError:
+    return InputError(
+        "E-GEO-030", f"cannot read the mesh file {path.name!r}", where=repr(str(path)), why=why, remedy=remedy
+    )

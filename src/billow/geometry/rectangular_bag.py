@@ -1,0 +1,215 @@
+"""Rectangular bag: two flat panels sewn at the rim, parted into chambers by seams that join both panels.
+
+A square bag (LS-DYNA paper, examples 1 and 2) is one chamber; a side or window bag (example 3) several. Each seam
+leaves a gap through which gas passes; virtual triangles between the front and the rear fabric close it, so that the
+opening's area is the real one and grows while the bag inflates.
+"""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+
+import numpy as np
+
+from billow.errors import InputError
+from billow.geometry.bag_shapes import BagShape
+from billow.geometry.chambers import OUTSIDE, Chambers
+from billow.geometry.disc_mesh import Hole
+from billow.geometry.local_thickness import distance_to_lines, doubled, line_depth
+from billow.geometry.rectangle_mesh import MARGIN, RectangleMesh, Ring, even_lines, mesh_rectangle
+from billow.geometry.surface import Surface
+
+FRONT, REAR, MOUTH = "front", "rear", "mouth"
+
+
+@dataclass(frozen=True)
+class PanelVent:
+    """A round vent: centre [m] (x, y) from the middle of the bag, radius [m], and the panel it is cut into."""
+
+    x: float
+    y: float
+    radius: float
+    panel: str
+
+
+@dataclass(frozen=True)
+class Gap:
+    """What each inner seam leaves open: width [m], and its middle as a fraction of the bag's width, 0 to 1."""
+
+    width: float
+    place: float
+
+
+@dataclass(frozen=True)
+class Seam:
+    """Seam allowance: width [m] over which fabric lies in `layers` layers."""
+
+    width: float
+    layers: float
+
+
+def rectangular_bag(
+    length: float,
+    width: float,
+    element_size: float,
+    mouth_radius: float,
+    initial_gap: float,
+    vents: tuple[PanelVent, ...] = (),
+    chambers: int = 1,
+    mouth_chamber: int = 0,
+    gap: Gap | None = None,
+    seam: Seam | None = None,
+) -> BagShape:
+    """Two panels of length (x) by width (y) [m] about the origin, the rear one in the plane z = 0.
+
+    mouth_radius: of the retainer ring in the middle of the mouth chamber's rear panel [m], counted from 0 at the
+    lowest x; nodes on and inside it are fixed. initial_gap: greatest height of the front over the rear panel at the
+    start [m]. chambers: rooms of equal length along x; gap: needed if there are several.
+
+    Raises InputError E-GEO-010 if the mouth, a vent or a gap does not fit.
+    """
+    x_lines = _chamber_lines(length, element_size, chambers)
+    gap_ends = _gap_ends(width, element_size, gap) if chambers > 1 else (0.0, 0.0)
+    # A gap has a node in its middle: with both ends sewn it could not open otherwise.
+    y_lines = even_lines(sorted({-0.5 * width, *gap_ends, 0.5 * sum(gap_ends), 0.5 * width}), element_size)
+    walls = np.linspace(-0.5 * length, 0.5 * length, chambers + 1)
+    middle = 0.5 * (walls[mouth_chamber] + walls[mouth_chamber + 1])
+    mouth = Ring(middle, 0.0, mouth_radius)
+    _require_fit(mouth, vents, walls, width, element_size)
+    rear_vents = [k for k, vent in enumerate(vents) if vent.panel == REAR]
+    front_vents = [k for k, vent in enumerate(vents) if vent.panel == FRONT]
+    front = mesh_rectangle(
+        x_lines, y_lines, element_size, tuple(_hole(vents[k]) for k in front_vents), tuple(walls[1:-1])
+    )
+    rear = mesh_rectangle(
+        x_lines, y_lines, element_size, (mouth, *(_hole(vents[k]) for k in rear_vents)), tuple(walls[1:-1])
+    )
+
+    lines = _sewn_lines(length, width, walls, gap_ends)
+    sewn = distance_to_lines(rear.points, lines) < 1e-9 * length
+    rear_node = np.empty(len(rear.points), dtype=np.int64)
+    rear_node[rear.grid[rear.grid >= 0]] = front.grid[rear.grid >= 0]
+    rear_node[~sewn] = len(front.points) + np.arange(np.count_nonzero(~sewn))
+    flat = np.concatenate([front.points, rear.points[~sewn]])
+    depth = distance_to_lines(front.points, lines)
+    # A rounded roof over every room: as high as the fabric is far from a seam, level along the ridge.
+    height = np.zeros(len(flat))
+    height[: len(front.points)] = initial_gap * (1.0 - (1.0 - np.minimum(1.0, depth / depth.max())) ** 2)
+
+    names = (FRONT, REAR, MOUTH, *(f"vent_{k + 1}" for k in range(len(vents))))
+    part = np.concatenate([np.zeros(len(front.triangles)), np.ones(len(rear.triangles))]).astype(np.int64)
+    for k, patch in zip(front_vents, front.patches, strict=True):
+        part[patch] = 3 + k
+    for k, patch in zip([-1, *rear_vents], rear.patches, strict=True):
+        part[len(front.triangles) + patch] = 3 + k
+    panels = np.concatenate([front.triangles, rear_node[rear.triangles][:, [0, 2, 1]]])
+    behind = np.searchsorted(walls[1:-1], flat[panels].mean(axis=1)[:, 0])
+    openings = [_opening(front, rear, rear_node, wall, gap_ends) for wall in walls[1:-1]]
+    counts = [len(panels), *map(len, openings)]
+    triangles = np.concatenate([panels, *openings])
+    part = np.concatenate([part, np.repeat(len(names) + np.arange(chambers - 1), counts[1:])])
+    room = Chambers(
+        ("bag",) if chambers == 1 else tuple(f"chamber_{k + 1}" for k in range(chambers)),
+        np.concatenate([behind, np.repeat(np.arange(chambers - 1), counts[1:])]).astype(np.int32),
+        np.concatenate([np.full(len(panels), OUTSIDE), np.repeat(np.arange(1, chambers), counts[1:])]).astype(np.int32),
+    )
+    names += tuple(f"opening_{k + 1}" for k in range(chambers - 1))
+    surface = Surface.build(triangles, part, names, len(flat), chambers=room)
+    reference = flat[triangles]
+    reference[len(panels) :] = 0.0
+    fixed = np.zeros(len(flat), dtype=bool)
+    fixed[surface.triangles[surface.triangles_of(MOUTH)]] = True
+    shape = BagShape(
+        surface,
+        np.column_stack([flat, height]),
+        reference,
+        fixed,
+        mouth_centre=np.array([middle, 0.0, 0.0]),
+        seen_from_inside=(REAR,),
+    )
+    return doubled(shape, (FRONT, REAR), line_depth(lines, seam.width), seam.layers) if seam else shape
+
+
+def _chamber_lines(length: float, size: float, chambers: int) -> np.ndarray:
+    """Grid lines along x with an even number of cells in every chamber, so that each of its corners is whole."""
+    cells = 2 * max(1, round(0.5 * length / chambers / size)) * chambers
+    return np.linspace(-0.5 * length, 0.5 * length, cells + 1)
+
+
+def _gap_ends(width: float, size: float, gap: Gap) -> tuple[float, float]:
+    """The gap's ends along y [m], moved to the rim where no seam of one element's length would be left."""
+    length = min(gap.width, width)
+    low = np.clip(width * (gap.place - 0.5) - 0.5 * length, -0.5 * width, 0.5 * width - length)
+    if low + 0.5 * width < size:
+        low = -0.5 * width
+    if 0.5 * width - (low + length) < size:
+        low, length = (low, 0.5 * width - low) if low == -0.5 * width else (0.5 * width - length, length)
+    return float(low), float(low + length) if low + length < 0.5 * width else 0.5 * width
+
+
+def _sewn_lines(length: float, width: float, walls: np.ndarray, gap_ends: tuple[float, float]) -> np.ndarray:
+    """Ends of all straight seams, rim included, [m], (n, 2, 2)."""
+    x, y = 0.5 * length, 0.5 * width
+    lines = [[(-x, -y), (x, -y)], [(x, -y), (x, y)], [(x, y), (-x, y)], [(-x, y), (-x, -y)]]
+    for wall in walls[1:-1]:
+        lines += [[(wall, a), (wall, b)] for a, b in ((-y, gap_ends[0]), (gap_ends[1], y)) if b - a > 1e-9 * width]
+    return np.array(lines)
+
+
+def _opening(front: RectangleMesh, rear: RectangleMesh, rear_node, wall: float, gap_ends) -> np.ndarray:
+    """Triangles that close the gap in a seam at x = wall, normals towards larger x, (n, 3)."""
+    on_line = np.abs(front.points[front.grid[:, 0], 0] - wall).argmin()
+    y = front.points[front.grid[on_line], 1]
+    rows = np.flatnonzero((y > gap_ends[0] - 1e-9) & (y < gap_ends[1] + 1e-9))
+    upper, lower = front.grid[on_line, rows], rear_node[rear.grid[on_line, rows]]
+    triangles = []
+    for k, (i, j) in enumerate(itertools.pairwise(range(len(rows)))):
+        corners = [(lower[i], lower[j], upper[j]), (lower[i], upper[j], upper[i])]
+        if k % 2:
+            corners = [(lower[i], lower[j], upper[i]), (lower[j], upper[j], upper[i])]
+        triangles += [c for c in corners if len(set(c)) == 3]
+    return np.array(triangles)
+
+
+def _hole(vent: PanelVent) -> Hole:
+    return Hole(vent.x, vent.y, vent.radius)
+
+
+def _require_fit(mouth: Ring, vents: tuple[PanelVent, ...], walls: np.ndarray, width: float, size: float) -> None:
+    def refuse(what, key, why, remedy):
+        raise InputError("E-GEO-010", what, where=f"bag.{key}", why=why, remedy=remedy)
+
+    def room(x, y):
+        return min(float(np.abs(walls - x).min()), 0.5 * width - abs(y))
+
+    need = mouth.radius + MARGIN * size
+    if room(mouth.x, mouth.y) < need:
+        refuse(
+            "the inflator mouth does not fit into its chamber",
+            "mouth_radius",
+            f"it needs {need:.3g} m from its centre to the nearest seam and has {room(mouth.x, mouth.y):.3g} m",
+            "reduce bag.mouth_radius or bag.element_size, or make the bag larger",
+        )
+    for k, vent in enumerate(vents):
+        inside = walls[0] < vent.x < walls[-1] and abs(vent.y) < 0.5 * width
+        need = vent.radius + MARGIN * size
+        if not inside or room(vent.x, vent.y) < need:
+            refuse(
+                f"vent {k + 1} does not fit into its panel",
+                "vents",
+                f"at ({vent.x:.3g}, {vent.y:.3g}) m it needs {need:.3g} m to the nearest seam and has "
+                f"{max(0.0, room(vent.x, vent.y)) if inside else 0.0:.3g} m",
+                "reduce bag.vents.diameter or bag.element_size, or move the vent",
+            )
+        others = [(o.x, o.y, o.radius, "another vent") for o in vents[:k] if o.panel == vent.panel]
+        others += [(mouth.x, mouth.y, mouth.radius, "the mouth")] if vent.panel == REAR else []
+        for x, y, radius, name in others:
+            apart = float(np.hypot(vent.x - x, vent.y - y))
+            if apart < vent.radius + radius + MARGIN * size:
+                refuse(
+                    f"vent {k + 1} overlaps {name}",
+                    "vents",
+                    f"their centres lie {apart:.3g} m apart and need {vent.radius + radius + MARGIN * size:.3g} m",
+                    "reduce bag.vents.diameter or bag.element_size, or move the vent",
+                )

@@ -1,0 +1,123 @@
+"""How a start shape fits the flat cut it is measured against, panel by panel, before a run."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from billow.errors import InputError
+from billow.geometry.bag_shapes import BagShape
+from billow.geometry.surface import Surface
+
+NOTICED = 0.02
+"""Edges that differ by more than this from their cut length count as stretched or compressed."""
+
+COLLAPSED = 1e-3
+"""A triangle with less than this share of its flat area has collapsed: it has no normal, and gas cannot push it."""
+
+
+@dataclass(frozen=True)
+class Panel:
+    """A part of fabric at the start.
+
+    stretched, compressed, collapsed: shares of its triangles, by number [-]. shortest, longest: smallest and largest
+    ratio of an edge to its cut length [-]; shortest_at, longest_at, collapsed_at: a triangle of the surface where.
+    from_inside: whether the flat cut's triangles run clockwise.
+    """
+
+    name: str
+    triangles: int
+    flat_area: float
+    stretched: float
+    compressed: float
+    collapsed: float
+    shortest: float
+    longest: float
+    shortest_at: int
+    longest_at: int
+    collapsed_at: int
+    from_inside: bool
+
+
+def panels(surface: Surface, positions: np.ndarray, elements: np.ndarray, flat: np.ndarray) -> list[Panel]:
+    """One `Panel` for each part. positions: [m], (nodes, 3). elements: (n,), triangles of fabric. flat: [m], (n, 3, 2),
+    their corners in the flat cut."""
+    corners = positions[surface.triangles[elements]]
+    ratio = _edges(corners) / np.maximum(_edges(flat), 1e-300)
+    area = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    signed = signed_areas(flat)
+    gone = area < COLLAPSED * np.abs(signed)
+    found = []
+    for part in np.unique(surface.part[elements]):
+        mine = np.flatnonzero(surface.part[elements] == part)
+        low, high = ratio[mine].min(axis=1), ratio[mine].max(axis=1)
+        found.append(
+            Panel(
+                name=surface.part_names[part],
+                triangles=len(mine),
+                flat_area=float(np.abs(signed[mine]).sum()),
+                stretched=float((high > 1.0 + NOTICED).mean()),
+                compressed=float((low < 1.0 - NOTICED).mean()),
+                collapsed=float(gone[mine].mean()),
+                shortest=float(low.min()),
+                longest=float(high.max()),
+                shortest_at=int(elements[mine[low.argmin()]]),
+                longest_at=int(elements[mine[high.argmax()]]),
+                collapsed_at=int(elements[mine[gone[mine].argmax()]]),
+                from_inside=bool(signed[mine].sum() < 0.0),
+            )
+        )
+    return found
+
+
+def signed_areas(flat: np.ndarray) -> np.ndarray:
+    """Areas [m^2], (n,), of flat triangles [m] (n, 3, 2); negative if they run clockwise."""
+    u, w = flat[:, 1] - flat[:, 0], flat[:, 2] - flat[:, 0]
+    return 0.5 * (u[:, 0] * w[:, 1] - u[:, 1] * w[:, 0])
+
+
+def place(surface: Surface, positions: np.ndarray, triangle: int) -> str:
+    """A triangle as a message names it."""
+    centre = ", ".join(f"{v:.4g}" for v in positions[surface.triangles[triangle]].mean(axis=0))
+    return f"triangle {triangle} at ({centre}) m, part {surface.part_names[surface.part[triangle]]}"
+
+
+def require_unmirrored(shape: BagShape, warp_angles: dict[str, float]) -> None:
+    """Require that no panel is mirrored against its flat cut. warp_angles: [rad], of parts where it is not zero.
+
+    Raises InputError E-GEO-036 if part of a panel lies the other way round than the rest: its flat cut is folded over
+    itself. Raises E-GEO-037 if a whole panel is drawn from the other side than said and its warp runs aslant: the angle
+    would be counted the wrong way.
+    """
+    surface = shape.surface
+    signed = signed_areas(shape.reference)
+    for part, (name, kind) in enumerate(zip(surface.part_names, surface.part_kinds, strict=True)):
+        mine = np.flatnonzero(surface.part == part)
+        if kind != "fabric" or not len(mine):
+            continue
+        inside = signed[mine].sum() < 0.0
+        odd = mine[(signed[mine] < 0.0) != inside]
+        if len(odd):
+            raise InputError(
+                "E-GEO-036",
+                f"{100 * len(odd) / len(mine):.3g} % of part {name} is mirrored in the flat cut ({len(odd)} triangles)",
+                where=place(surface, shape.positions, int(odd[0])),
+                why="a piece of fabric that is folded over itself cannot be cut, and its warp would be mirrored there",
+                remedy="check that start and reference list the same triangles with the same order of corners",
+            )
+        slant = abs(np.sin(2.0 * warp_angles.get(name, 0.0))) > 1e-9
+        if slant and inside != (name in shape.seen_from_inside):
+            drawn, said = ("inside", "outside") if inside else ("outside", "inside")
+            raise InputError(
+                "E-GEO-037",
+                f"panel {name} is mirrored: its flat cut is drawn as seen from {drawn}",
+                where=f"bag.parts, part {name}",
+                why=f"it is said to be seen from {said}, and its warp runs aslant: the angle would count the wrong way",
+                remedy=f'mirror its flat cut, or write seen_from = "{drawn}" and count the angle in the drawing',
+            )
+
+
+def _edges(corners: np.ndarray) -> np.ndarray:
+    """Lengths of a triangle's edges, (n, 3), from its corners (n, 3, 2 or 3)."""
+    return np.linalg.norm(corners - np.roll(corners, -1, axis=1), axis=2)

@@ -1,0 +1,69 @@
+"""Channel frequency classes of SAE J211-1 (and ISO 6487): the low pass every crash signal goes through.
+
+A Butterworth filter of second order runs forward and backward, so that it shifts nothing in time; the two passes
+together make four poles (SAE J211-1, Appendix C):
+
+    y[i] = a0 x[i] + a1 x[i-1] + a2 x[i-2] + b1 y[i-1] + b2 y[i-2]
+    w = tan(pi 2.0775 CFC dt),  a0 = w^2 / (1 + sqrt(2) w + w^2),  a1 = 2 a0,  a2 = a0
+    b1 = -2 (w^2 - 1) / (1 + sqrt(2) w + w^2),  b2 = (-1 + sqrt(2) w - w^2) / (1 + sqrt(2) w + w^2)
+
+Both passes together lose 3 dB at 1.667 CFC.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from scipy.signal import filtfilt
+
+from billow.errors import InputError
+from billow.injury.curve import sample_interval
+
+CLASSES = (60, 180, 600, 1000)
+SAMPLES_PER_CLASS = 10
+"""Lowest sample rate over class (ISO 6487): 10 kHz for CFC 1000. At that rate the bilinear transform puts the -3 dB
+point of CFC 1000 at 1.750 instead of 1.667 kHz."""
+
+PADDING = 2.0
+"""Length of the mirrored ends in periods of the corner frequency 2.0775 CFC: what is left of a step there is 1e-4."""
+
+
+def channel_filter(times: np.ndarray, curve: np.ndarray, channel_class: int) -> np.ndarray:
+    """A curve filtered to a channel frequency class: same unit and shape.
+
+    times: [s], (samples,), evenly spaced; curve: (samples,) or (samples, components); channel_class: one of `CLASSES`
+
+    Before it starts and after it ends the curve is continued by its mirror image through its end point, so that a
+    constant or a straight line passes unchanged.
+    Raises InputError E-INJ-001 (no curve), E-INJ-002 (no such class), E-INJ-003 (sampled too slowly for it).
+    """
+    interval = sample_interval(times, curve)
+    if channel_class not in CLASSES:
+        raise InputError(
+            "E-INJ-002",
+            f"there is no channel frequency class {channel_class!r}",
+            where="channel filter",
+            why="SAE J211 knows the classes " + ", ".join(map(str, CLASSES)),
+            remedy="choose one of them: 1000 for heads, 600 for forces of the neck, 180 for the chest",
+        )
+    if interval * SAMPLES_PER_CLASS * channel_class > 1.0 + 1e-6:
+        raise InputError(
+            "E-INJ-003",
+            f"{1.0 / interval:.4g} samples per second are too few for CFC {channel_class}",
+            where="channel filter",
+            why=f"the class needs at least {SAMPLES_PER_CLASS * channel_class} per second (ISO 6487)",
+            remedy="raise run.histories_per_frame and run again, or choose a lower class",
+        )
+    forward, backward = coefficients(channel_class, interval)
+    padding = min(len(times) - 1, math.ceil(PADDING / (2.0775 * channel_class * interval)))
+    return filtfilt(forward, backward, np.asarray(curve, float), axis=0, padtype="odd", padlen=padding)
+
+
+def coefficients(channel_class: int, interval: float) -> tuple[np.ndarray, np.ndarray]:
+    """(a0, a1, a2) and (1, -b1, -b2) of one pass: [-], as `scipy.signal` takes them. interval: [s]."""
+    w = math.tan(math.pi * 2.0775 * channel_class * interval)
+    whole = 1.0 + math.sqrt(2.0) * w + w * w
+    a0 = w * w / whole
+    b1, b2 = -2.0 * (w * w - 1.0) / whole, (-1.0 + math.sqrt(2.0) * w - w * w) / whole
+    return np.array([a0, 2.0 * a0, a0]), np.array([1.0, -b1, -b2])

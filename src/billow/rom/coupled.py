@@ -1,0 +1,157 @@
+"""The surrogate coupled to its own impactor: nothing about the deployment is known in advance.
+
+The ROM paper predicts the bag with the contact forces of the very run it is to predict, and names as future work what
+stands here. Step by step:
+
+    bag(t)  ->  fabric within reach of the body where it now is  ->  contact force  ->  the body moves  ->  t + dt
+
+The bag is a `Surrogate`, the force a `ContactLaw`. It is held for dt, `EVERY` intervals of the histories, and the
+body's centre then moves on a parabola, whose points at the histories' times are the answer.
+The body's rotation stays that of the start: in the driver-bag study it turns by less than 3 degrees while the force is
+large.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+
+from billow.errors import InputError
+from billow.injury.curve import sample_interval
+from billow.results.dataset_files import same_times
+from billow.rom.contact_law import EVERY, ContactLaw, learn_contact_law
+from billow.rom.contact_reach import REACHES, area_vectors, node_area
+from billow.rom.coupled_file import read_coupled, write_coupled
+from billow.rom.impactor_motion import ImpactorMotion, filtered_force
+from billow.rom.impactor_of_design import Impactor, ImpactorOfDesign
+from billow.rom.question import check_design, design_rows
+from billow.rom.surrogate import Surrogate
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Coupled:
+    """A surrogate of the bag, a free body and the force between them.
+
+        coupled = Coupled.train(dataset, surrogate)
+        motion = coupled.deploy({"permeability": 0.03, ...})
+        motion.velocity[-1]          # [m/s]
+
+    times: [s], (steps + 1,) float64, evenly spaced from 0
+    gravity: [m/s^2], (3,)
+    """
+
+    surrogate: Surrogate
+    impactor: ImpactorOfDesign
+    law: ContactLaw
+    times: np.ndarray
+    gravity: np.ndarray
+
+    @classmethod
+    def train(cls, dataset, surrogate: Surrogate, seed: int = 0, progress=None) -> Coupled:
+        """Learn the contact force of the runs that `surrogate` was learned from. Test runs are never read.
+
+        progress(epoch, epochs, loss) is called after each epoch.
+        Raises InputError E-CPL-003 and E-CPL-004 (no free obstacle, or one that the design does not determine),
+        E-CPL-005 (the surrogate wants forces itself, or histories of runs differ in their times), ResourceError
+        E-ROM-006 (no PyTorch), NumericalStop E-ROM-014 (training failed).
+        """
+        runs = surrogate.training["runs"]
+        impactor = ImpactorOfDesign.learn(dataset, runs)
+        motions = [ImpactorMotion.of_run(dataset.result(run), impactor.name) for run in runs]
+        times = motions[0].times
+        _require_alike(surrogate, runs, motions)
+        gravity = np.array(dataset.result(runs[0]).case_toml["run"]["gravity"], float)
+        design = np.asarray(dataset.design(runs), float)
+        unfinished = cls(surrogate, impactor, None, times, gravity)
+        starts = unfinished._starts
+        held = np.diff([*starts, len(times) - 1])[:, None]
+        state, force = [], []
+        for row, motion in zip(design, motions, strict=True):
+            body, bag = impactor(row), unfinished._bag(row)
+            moved = zip(bag, motion.centre[starts], motion.velocity[starts], strict=True)
+            state.append([unfinished._state(nodes, body, *place) for nodes, *place in moved])
+            force.append(np.add.reduceat(filtered_force(motion, body.mass, gravity), starts) / held)
+        at = times[starts] + 0.5 * held[:, 0] * (times[1] - times[0])
+        law = learn_contact_law(
+            surrogate.regression.inputs, design, at, np.array(state), np.array(force), seed, progress
+        )
+        return cls(surrogate, impactor, law, times, gravity)
+
+    def __repr__(self) -> str:
+        return f"Coupled({self.surrogate!r}, impactor={self.impactor.name!r}, {len(self.times) - 1} steps)"
+
+    def save(self, path: str | Path) -> Path:
+        """Write everything to one file without pickle, atomically. `Surrogate.load` reads the bag from it too."""
+        return write_coupled(path, self)
+
+    @classmethod
+    def load(cls, path: str | Path) -> Coupled:
+        """Read a file written by `save`. Errors as `read_coupled`."""
+        return cls(**read_coupled(path))
+
+    def deploy(self, design, *, extrapolate: bool = False, pushed: np.ndarray | None = None) -> ImpactorMotion:
+        """Motion of the impactor in one deployment.
+
+        design: {name: value} or (parameters,)
+        pushed: [m], (3,), the body starts displaced by this much from where the design puts it
+        Raises InputError E-ROM-001 and E-ROM-002, as `Surrogate.predict`.
+        """
+        rows, _ = design_rows(design, self.surrogate.parameters)
+        if not extrapolate:
+            check_design(rows, self.surrogate.parameters)
+        row = rows[0]
+        body = self.impactor(row)
+        centre, velocity = np.empty((2, len(self.times), 3))
+        centre[0] = body.centre if pushed is None else body.centre + pushed
+        velocity[0] = body.velocity
+        for k, nodes in zip(self._starts, self._bag(row), strict=True):
+            held = slice(k + 1, k + EVERY + 1)
+            after = (self.times[held] - self.times[k])[:, None]
+            state = self._state(nodes, body, centre[k], velocity[k])
+            acceleration = self.gravity
+            if state[: 3 * len(REACHES)].any():  # fabric out of reach cannot push
+                middle = self.times[k] + 0.5 * float(after[-1, 0])
+                acceleration = acceleration + self.law(row, middle, state) / body.mass
+            centre[held] = centre[k] + after * (velocity[k] + 0.5 * after * acceleration)
+            velocity[held] = velocity[k] + after * acceleration
+        return ImpactorMotion(self.times, centre, velocity)
+
+    @cached_property
+    def _area(self):
+        return node_area(self.surrogate.reference, self.surrogate.triangles)
+
+    @property
+    def _starts(self):
+        """Index of each time from which a force is held."""
+        return np.arange(0, len(self.times) - 1, EVERY)
+
+    def _bag(self, row):
+        """Nodes at the times `_starts`: [m], (starts, nodes, 3)."""
+        trained = self.surrogate.times
+        times = np.clip(self.times[self._starts], trained[0], trained[-1])
+        return self.surrogate.reference + self.surrogate.predict(row, times, extrapolate=True)
+
+    def _state(self, nodes, body: Impactor, centre, velocity):
+        """What the law sees: area vectors [m^2] and velocity [m/s], (3 * reaches + 3,)."""
+        return np.concatenate([area_vectors(nodes, self._area, body, centre).ravel(), velocity])
+
+
+def _require_alike(surrogate, runs, motions) -> None:
+    if surrogate.forces is not None:
+        where, why = "surrogate", "it wants the contact forces of the time before, which are not known in advance"
+    else:
+        other = [r for r, m in zip(runs, motions, strict=True) if not same_times(m.times, motions[0].times)]
+        if not other:
+            sample_interval(motions[0].times, motions[0].velocity)
+            return
+        where, why = f"run {other[0]}", f"its histories have other times than those of run {runs[0]}"
+    raise InputError(
+        "E-CPL-005",
+        "a coupled model cannot be learned",
+        where=where,
+        why=why,
+        remedy="train the surrogate without force_modes, on runs with the same run.histories_per_frame",
+    )

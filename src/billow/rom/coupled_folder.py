@@ -1,0 +1,66 @@
+"""Answers of a coupled model on disk: motion as CSV, injury metrics, a figure."""
+
+from __future__ import annotations
+
+import io
+import json
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+from matplotlib.figure import Figure
+
+from billow.injury.criteria import GRAVITY
+from billow.injury.motion import assess
+from billow.results.atomic import write_atomically
+from billow.results.histories import write_histories
+from billow.rom.coupled_evaluation import Z, injury_record
+from billow.rom.figures import STYLE
+from billow.rom.impactor_motion import ImpactorMotion
+
+SHOWN_CLASS = 60
+"""Channel frequency class of the accelerations that are drawn."""
+
+
+def write_motion(motion: ImpactorMotion, name: str, folder: str | Path) -> dict:
+    """Write motion.csv, injury.json and motion.svg into a folder and return the injury metrics.
+
+    Columns as in the histories of a run: "NAME_centre_x [m]" and so on; accelerations are means over the interval that
+    ends at the row, the first row repeats the second.
+    """
+    folder = Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    _, acceleration = motion.acceleration()
+    acceleration = np.vstack([acceleration[:1], acceleration])
+    vectors = (
+        ("centre", "m", motion.centre),
+        ("velocity", "m/s", motion.velocity),
+        ("acceleration", "m/s^2", acceleration),
+    )
+    columns = {"time [s]": motion.times}
+    for title, unit, vector in vectors:
+        columns |= {f"{name}_{title}_{axis} [{unit}]": vector[:, k] for k, axis in enumerate("xyz")}
+    write_histories(folder / "motion.csv", columns)
+    found = injury_record(assess(motion.times, motion.velocity))
+    write_atomically(folder / "injury.json", json.dumps(found, indent=1) + "\n")
+    write_atomically(folder / "motion.svg", draw_motion([("coupled model", motion)]))
+    return found
+
+
+def draw_motion(motions: list[tuple[str, ImpactorMotion]]) -> bytes:
+    """Acceleration, velocity and displacement along the bag's axis, one line for each (label, motion), as SVG."""
+    with matplotlib.rc_context(STYLE):
+        figure = Figure(figsize=(10.5, 3.2), layout="constrained")
+        panels = figure.subplots(1, 3)
+        titles = (f"Acceleration, CFC {SHOWN_CLASS} [g]", "Velocity [m/s]", "Displacement [mm]")
+        for label, motion in motions:
+            middles, acceleration = motion.acceleration(SHOWN_CLASS)
+            panels[0].plot(1e3 * middles, acceleration[:, Z] / GRAVITY, label=label)
+            panels[1].plot(1e3 * motion.times, motion.velocity[:, Z], label=label)
+            panels[2].plot(1e3 * motion.times, 1e3 * motion.displacement[:, Z], label=label)
+        for panel, title in zip(panels, titles, strict=True):
+            panel.set(title=title, xlabel="Time [ms]")
+        panels[0].legend()
+        text = io.BytesIO()
+        figure.savefig(text, format="svg")
+        return text.getvalue()

@@ -1,0 +1,94 @@
+"""The free obstacle of a study: which body a design stands for.
+
+A surrogate knows parameters, not cases. What the parameters do to the body (radii, degree, place, attitude, mass,
+speed) is read from the cases of the training runs: each property is an affine function of the design, or it is refused.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from billow.errors import InputError
+
+PROPERTIES = (
+    *("radius a [m]", "radius b [m]", "radius c [m]", "degree [-]"),
+    *("centre x [m]", "centre y [m]", "centre z [m]", "angle about x [deg]"),
+    *("mass [kg]", "velocity x [m/s]", "velocity y [m/s]", "velocity z [m/s]"),
+)
+EXACT = 1e-6
+"""Largest residual of a property over the largest value of it: case files hold ten digits."""
+
+
+@dataclass(frozen=True)
+class Impactor:
+    """A super-ellipsoid in a start position.
+
+    radii: [m], (3,); degree: [-]; centre: [m], (3,); rotation: body to space, (3, 3); mass: [kg]; velocity: [m/s], (3,)
+    """
+
+    radii: np.ndarray
+    degree: float
+    centre: np.ndarray
+    rotation: np.ndarray
+    mass: float
+    velocity: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class ImpactorOfDesign:
+    """name: of the obstacle; affine: (properties, 1 + parameters) float64, in the units of `PROPERTIES`."""
+
+    name: str
+    affine: np.ndarray
+
+    @classmethod
+    def learn(cls, dataset, runs) -> ImpactorOfDesign:
+        """From the cases of `runs`. Raises InputError E-CPL-003 without a free super-ellipsoid, E-CPL-004 if a property
+        is no affine function of the design, or the runs are too few to tell."""
+        bodies = [_free_body(dataset.result(run).case_toml, run) for run in runs]
+        design = np.asarray(dataset.design(runs), float)
+        rows = np.column_stack([np.ones(len(runs)), design])
+        scale = np.abs(rows).max(axis=0)
+        values = np.array([_properties(body) for body in bodies])
+        affine, _, rank, _ = np.linalg.lstsq(rows / scale, values, rcond=None)
+        wrong = np.abs(rows / scale @ affine - values).max(axis=0) > EXACT * np.maximum(np.abs(values).max(axis=0), 1.0)
+        if rank < rows.shape[1] or len(runs) <= rows.shape[1] or wrong.any():
+            told = (
+                f"{PROPERTIES[int(wrong.argmax())]} of {bodies[0]['name']} is not" if wrong.any() else "too few runs:"
+            )
+            raise InputError(
+                "E-CPL-004",
+                "the obstacle is not a plain function of the design",
+                where=f"{len(runs)} training runs",
+                why=f"{told} affine in {rows.shape[1] - 1} parameters",
+                remedy="vary radii, degree, clearance, angle, mass or velocity each by a parameter of its own",
+            )
+        return cls(bodies[0]["name"], np.ascontiguousarray((affine / scale[:, None]).T))
+
+    def __call__(self, design: np.ndarray) -> Impactor:
+        """The body of one design: (parameters,), in the parameters' own units."""
+        p = self.affine @ np.concatenate([[1.0], design])
+        cosine, sine = np.cos(np.radians(p[7])), np.sin(np.radians(p[7]))
+        rotation = np.array([[1.0, 0.0, 0.0], [0.0, cosine, -sine], [0.0, sine, cosine]])
+        return Impactor(p[:3], float(p[3]), p[4:7], rotation, float(p[8]), p[9:])
+
+
+def _free_body(case: dict, run: str) -> dict:
+    for obstacle in case.get("obstacles", ()):
+        if obstacle.get("shape") == "super-ellipsoid" and not obstacle.get("locked", True):
+            return obstacle
+    raise InputError(
+        "E-CPL-003",
+        "the study has no free obstacle",
+        where=f"case of run {run}",
+        why="a coupled model moves the obstacle, and this one is locked or a plate",
+        remedy="set obstacles.impactor.locked to false in the case of the study",
+    )
+
+
+def _properties(body: dict) -> list[float]:
+    radii = body["radii"] if isinstance(body["radii"], list) else [body["radii"]] * 3
+    centre = [*body["offset"], body["clearance"] + radii[2]]
+    return [*radii, body["degree"], *centre, body["angle_about_x"], body["mass"], *body["velocity"]]

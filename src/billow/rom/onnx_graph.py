@@ -1,0 +1,148 @@
+"""A whole surrogate, networks and modes, as one ONNX graph: a design in, the moving shape out.
+
+    design        [parameters' units], (designs, parameters) float64
+    displacement  [m], (designs, times, nodes, 3) float32, at the trained times
+
+Parameters with their units and ranges, the times and the title travel as metadata. The graph does not refuse designs
+outside the trained ranges: whoever runs it must.
+"""
+
+from __future__ import annotations
+
+import importlib
+import json
+from dataclasses import asdict
+
+import numpy as np
+
+from billow import __version__
+from billow.errors import InputError, ResourceError
+from billow.rom.surrogate import Surrogate
+
+OPSET, IR_VERSION = 17, 8
+"""Of 2022; every runtime since reads them."""
+
+
+def import_onnx(name: str = "onnx"):
+    """The package `onnx` or `onnxruntime`. ResourceError E-ROM-016 if it is not installed."""
+    try:
+        return importlib.import_module(name)
+    except ImportError as error:
+        raise ResourceError(
+            "E-ROM-016",
+            f"{name} is not installed",
+            where="export",
+            why=f"export needs it, nothing else does ({error})",
+            remedy="pip install onnx onnxruntime",
+        ) from error
+
+
+def onnx_bytes(surrogate: Surrogate) -> bytes:
+    """The graph as the content of an .onnx file.
+
+    Raises ResourceError E-ROM-016 without the package onnx, InputError E-ROM-019 for a surrogate with force inputs.
+    """
+    onnx = import_onnx()
+    if surrogate.forces is not None:
+        raise InputError(
+            "E-ROM-019",
+            "this surrogate cannot be exported",
+            where=surrogate.title,
+            why="it takes contact forces of the time before as inputs; the graph has only the design",
+            remedy="export a surrogate trained without force modes",
+        )
+    graph = _Graph(onnx)
+    regression, times = surrogate.regression, len(surrogate.times)
+    hidden = _layers(graph, regression, _features(graph, surrogate))
+    shape = [-1, times, 3, surrogate.modes]
+    if surrogate.recipe == "shared":  # (networks, rows, outputs): the answer is their mean
+        answer = graph.add("ReduceMean", [hidden], axes=[0], keepdims=0)
+    else:  # (outputs, rows, 1): one network for each coefficient
+        answer = graph.add("Transpose", [hidden], perm=[2, 1, 0])
+    answer = graph.add("Reshape", [answer, graph.constant(np.array([-1, times, 3 * surrogate.modes]))])
+    answer = graph.add("Mul", [answer, graph.constant(regression.outputs.deviation)])
+    answer = graph.add("Add", [answer, graph.constant(regression.outputs.mean)])
+    answer = graph.add("Reshape", [answer, graph.constant(np.array(shape))])
+    answer = graph.add("Transpose", [answer], perm=[0, 2, 1, 3])  # (designs, 3, times, modes)
+    fields = graph.add("MatMul", [answer, graph.constant(np.stack([basis.modes for basis in surrogate.bases]))])
+    graph.add("Transpose", [fields], perm=[0, 2, 3, 1], output="displacement")
+    return _model(onnx, graph, surrogate).SerializeToString()
+
+
+class _Graph:
+    """Nodes and constants under names of their own."""
+
+    def __init__(self, onnx):
+        self._onnx, self.nodes, self.constants = onnx, [], []
+
+    def constant(self, array: np.ndarray) -> str:
+        name = f"constant_{len(self.constants)}"
+        self.constants.append(self._onnx.numpy_helper.from_array(np.ascontiguousarray(array), name))
+        return name
+
+    def add(self, kind: str, inputs: list[str], output: str | None = None, **attributes) -> str:
+        output = output or f"{kind.lower()}_{len(self.nodes)}"
+        self.nodes.append(self._onnx.helper.make_node(kind, inputs, [output], **attributes))
+        return output
+
+
+def _features(graph: _Graph, surrogate: Surrogate) -> str:
+    """What the networks see, as `InputScaling` makes it: (designs * times, width) float32."""
+    inputs, times = surrogate.regression.inputs, surrogate.times
+    # Scaled in float64: a slope of 1e6 N/m less its lower end would lose digits in float32.
+    zero, one = (inputs.design(np.array(bound)) for bound in (inputs.low, inputs.high))
+    factor = (one - zero) / (inputs.high - inputs.low)
+    design = graph.add("Mul", ["design", graph.constant(factor)])
+    design = graph.add("Add", [design, graph.constant(zero - factor * inputs.low)])
+    design = graph.add("Cast", [design], to=graph._onnx.TensorProto.FLOAT)
+    parameters = len(inputs.low)
+    rows = graph.add("Unsqueeze", [design, graph.constant(np.array([1]))])  # (designs, 1, parameters)
+    count = graph.add("Shape", ["design"], end=1)
+    tail = graph.constant(np.array([len(times), parameters]))
+    rows = graph.add("Expand", [rows, graph.add("Concat", [count, tail], axis=0)])
+    known = graph.constant(inputs.time(times).astype(np.float32)[None])
+    tail = graph.constant(np.array([len(times), inputs.width - parameters]))
+    known = graph.add("Expand", [known, graph.add("Concat", [count, tail], axis=0)])
+    features = graph.add("Concat", [rows, known], axis=2)
+    return graph.add("Reshape", [features, graph.constant(np.array([-1, inputs.width]))])
+
+
+def _layers(graph: _Graph, regression, hidden: str) -> str:
+    """The networks side by side: (networks, rows, outputs)."""
+    layers = list(zip(regression.weights, regression.biases, strict=True))
+    for number, (weight, bias) in enumerate(layers):
+        hidden = graph.add("MatMul", [hidden, graph.constant(weight)])  # the inputs are shared by broadcasting
+        hidden = graph.add("Add", [hidden, graph.constant(bias)])
+        if number == len(layers) - 1:
+            return hidden
+        if regression.recipe == "shared":
+            hidden = graph.add("Mul", [hidden, graph.add("Sigmoid", [hidden])])
+        else:
+            hidden = graph.add("Tanh", [hidden])
+    raise AssertionError("a network has layers")
+
+
+def _model(onnx, graph: _Graph, surrogate: Surrogate):
+    helper, kind = onnx.helper, onnx.TensorProto
+    asked = helper.make_tensor_value_info("design", kind.DOUBLE, ["designs", len(surrogate.parameters)])
+    shape = ["designs", len(surrogate.times), surrogate.nodes, 3]
+    told = helper.make_tensor_value_info("displacement", kind.FLOAT, shape)
+    made = helper.make_graph(graph.nodes, "surrogate", [asked], [told], graph.constants)
+    model = helper.make_model(
+        made,
+        opset_imports=[helper.make_opsetid("", OPSET)],
+        ir_version=IR_VERSION,
+        producer_name="billow",
+        producer_version=__version__,
+    )
+    helper.set_model_props(
+        model,
+        {
+            "title": surrogate.title,
+            "parameters": json.dumps([asdict(parameter) for parameter in surrogate.parameters]),
+            "times_s": json.dumps(surrogate.times.tolist()),
+            "mesh_sha256": surrogate.training["mesh_sha256"],
+        },
+    )
+    onnx.checker.check_model(model)
+    return model

@@ -1,0 +1,52 @@
+"""The next runs to make: where the surrogate is least sure, and nothing near has been simulated."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.stats import qmc
+
+from billow.errors import InputError
+from billow.rom.standing import to_unit
+from billow.rom.surrogate import Surrogate
+
+CANDIDATES = 2_048
+_AT_ONCE = 64
+
+
+def suggest(surrogate: Surrogate, count: int, known: np.ndarray, seed: int = 0) -> np.ndarray:
+    """Designs worth simulating next, most wanted first: (count, parameters), in each parameter's unit.
+
+    known: (runs, parameters), every design made or planned, unseen ones too
+
+    Candidates are a scrambled Sobol sequence over the trained ranges. Each is worth its uncertainty (the ensemble's
+    spread, root mean square over nodes, times and components) times its distance to the nearest design known or
+    chosen before: spread alone would put all of them in one corner. Same surrogate, known designs and seed: same rows.
+    Raises InputError E-ROM-021 if count is below 1 or the surrogate has no ensemble.
+    """
+    if count < 1 or surrogate.regression.members == 1 or surrogate.forces is not None:
+        raise InputError(
+            "E-ROM-021",
+            f"{count} designs cannot be suggested",
+            where=f"recipe {surrogate.recipe!r}",
+            why="it takes a count of at least 1, and an ensemble that needs no contact forces",
+            remedy='ask for at least one, with a surrogate of the recipe "shared": billow train FOLDER',
+        )
+    parameters = surrogate.parameters
+    low, high = (np.array([getattr(p, side) for p in parameters]) for side in ("low", "high"))
+    unit = qmc.Sobol(len(parameters), rng=seed).random(CANDIDATES)
+    unsure = uncertainty(surrogate, low + unit * (high - low))
+    nearest = np.full(len(unit), np.sqrt(len(parameters)))  # the diagonal: nothing is farther
+    for point in to_unit(np.reshape(known, (-1, len(parameters))), parameters):
+        nearest = np.minimum(nearest, np.linalg.norm(unit - point, axis=1))
+    chosen = []
+    for _ in range(count):
+        best = int((unsure * nearest).argmax())
+        chosen.append(best)
+        nearest = np.minimum(nearest, np.linalg.norm(unit - unit[best], axis=1))
+    return low + unit[chosen] * (high - low)
+
+
+def uncertainty(surrogate: Surrogate, designs: np.ndarray) -> np.ndarray:
+    """Spread of the ensemble as root mean square over nodes, times and components: [m], (designs,)."""
+    blocks = [designs[first : first + _AT_ONCE] for first in range(0, len(designs), _AT_ONCE)]
+    return np.concatenate([np.sqrt(np.square(surrogate.spread(block)).mean(axis=(1, 2))) for block in blocks])

@@ -1,0 +1,123 @@
+"""The moving mesh of one run that another solver made, in whatever form it left it."""
+
+from __future__ import annotations
+
+import csv
+import re
+import zipfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from billow.study.vtk_frames import SUFFIXES, read_vtk
+
+
+@dataclass(frozen=True, eq=False)
+class ForeignRun:
+    """positions: [m], (times, nodes, 3) float64; triangles: (triangles, 3) int64 or None; times: [s], (times,) or None
+    contact_force: [N], (times, nodes, 3), or None
+    """
+
+    positions: np.ndarray
+    triangles: np.ndarray | None
+    times: np.ndarray | None
+    contact_force: np.ndarray | None = None
+
+
+def find_run(folder: Path, run: str) -> tuple[Path, Callable[[Path], ForeignRun]] | None:
+    """Where `folder` keeps a run, and what reads it; None if nowhere."""
+    for suffix, read in ((".npz", _read_npz), (".npy", _read_npy)):
+        if (folder / f"{run}{suffix}").is_file():
+            return folder / f"{run}{suffix}", read
+    return (folder / run, _read_frames) if (folder / run).is_dir() else None
+
+
+def read_table(path: Path, columns: tuple[str, ...], dtype=float) -> np.ndarray:
+    """Columns of a CSV file with a header, or the array of the .npy file beside it: (rows, columns).
+
+    FileNotFoundError if there is neither; ValueError if it does not hold such columns.
+    """
+    if path.with_suffix(".npy").is_file():
+        array = np.load(path.with_suffix(".npy"), allow_pickle=False)
+        array = array[:, None] if array.ndim == 1 else array
+        if array.ndim != 2 or array.shape[1] != len(columns):
+            raise ValueError(
+                f"{path.with_suffix('.npy').name} has shape {array.shape}; expected {len(columns)} columns"
+            )
+        return array.astype(dtype)
+    with open(path, newline="", encoding="utf-8-sig") as file:
+        header, *rows = [[cell.strip() for cell in row] for row in csv.reader(file) if row]
+    missing = [name for name in columns if name not in header]
+    if missing:
+        raise ValueError(f"{path.name} has columns {', '.join(header)}; {', '.join(missing)} missing")
+    chosen = [header.index(name) for name in columns]
+    try:
+        return (
+            np.array([[float(row[k]) for k in chosen] for row in rows], float).reshape(-1, len(columns)).astype(dtype)
+        )
+    except (ValueError, IndexError) as error:
+        raise ValueError(f"{path.name}: {error}") from error
+
+
+def read_times(folder: Path) -> np.ndarray | None:
+    """times.csv (time [s]) or times.npy of a folder: [s], (times,); None if there is neither."""
+    try:
+        return read_table(folder / "times.csv", ("time [s]",))[:, 0]
+    except FileNotFoundError:
+        return None
+
+
+def read_triangles(folder: Path) -> np.ndarray | None:
+    """triangles.csv (a, b, c, counted from 0) or triangles.npy of a folder: (triangles, 3) int64; None without."""
+    try:
+        return read_table(folder / "triangles.csv", ("a", "b", "c"), np.int64)
+    except FileNotFoundError:
+        return None
+
+
+def _read_npy(path: Path) -> ForeignRun:
+    return ForeignRun(np.asarray(np.load(path, allow_pickle=False), float), None, None)
+
+
+def _read_npz(path: Path) -> ForeignRun:
+    try:
+        with np.load(path, allow_pickle=False) as arrays:
+            if "positions" not in arrays:
+                raise ValueError(f"it holds {', '.join(arrays) or 'nothing'}, no array called positions")
+            optional = {
+                name: np.asarray(arrays[name], kind) if name in arrays else None
+                for name, kind in (("triangles", np.int64), ("times", float), ("contact_force", float))
+            }
+            return ForeignRun(np.asarray(arrays["positions"], float), **optional)
+    except zipfile.BadZipFile as error:
+        raise ValueError(f"it is no .npz file ({error})") from error
+
+
+def _read_frames(folder: Path) -> ForeignRun:
+    """One file a frame, in the order of the numbers in their names; all of one kind."""
+    frames = sorted(
+        (p for p in folder.iterdir() if p.suffix in (".csv", *SUFFIXES) and p.stem != "times"), key=_natural
+    )
+    kinds = {path.suffix for path in frames}
+    if len(kinds) != 1:
+        raise ValueError("it holds no frames" if not kinds else f"it mixes {' and '.join(sorted(kinds))} files")
+    positions, triangles = [], None
+    for path in frames:
+        if path.suffix == ".csv":
+            points, cells = read_table(path, ("x [m]", "y [m]", "z [m]")), None
+        else:
+            points, cells = read_vtk(path)
+        if positions and (points.shape != positions[0].shape):
+            raise ValueError(f"{path.name} has {len(points)} nodes, {frames[0].name} has {len(positions[0])}")
+        if positions and cells is not None and not np.array_equal(cells, triangles):
+            raise ValueError(f"{path.name} has other triangles than {frames[0].name}")
+        positions.append(points)
+        triangles = cells
+    return ForeignRun(np.stack(positions), triangles, read_times(folder))
+
+
+def _natural(path: Path) -> list:
+    """frame_9 before frame_10."""
+    return [int(part) if part.isdigit() else part for part in re.split(r"(\d+)", path.name)]

@@ -1,0 +1,73 @@
+"""A study that grows: more training runs after those it has; what is there, and every test run, stays as it is."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from billow.errors import InputError
+from billow.study.definition import StudyDefinition
+from billow.study.design import Design, Values, draw, numbered
+
+MAY_GROW = ("train", "nested", "added_designs")
+"""Entries of study.toml that may change after runs were made."""
+
+
+def merged(existing: StudyDefinition, given: StudyDefinition, folder: Path) -> StudyDefinition:
+    """The definition of a study in `folder` after `given` has been asked for.
+
+    Sizes that exist stay sizes of nested hypercubes, which is what keeps their runs where they are.
+    InputError E-STU-008 if `given` differs in more than `MAY_GROW` allows.
+    """
+    different = [
+        name
+        for name in StudyDefinition.model_fields
+        if name not in MAY_GROW and getattr(existing, name) != getattr(given, name)
+    ]
+    if different:
+        raise another_study(folder, f"{', '.join(different)} in its study.toml differ from the study asked for")
+    if given.train < existing.train:
+        raise another_study(folder, f"it has {existing.train} training runs already, more than the {given.train} asked")
+    known = set(existing.sizes)
+    between = [size for size in given.nested if size not in known and size < existing.train]
+    if between:
+        raise another_study(folder, f"its {existing.train} training runs were not drawn with nested = {between}")
+    later = [size for size in given.sizes if size > existing.train]
+    sizes = (*existing.sizes, *later)
+    if any(later) and later[0] % existing.train:
+        raise InputError(
+            "E-STU-025",
+            f"{existing.train} training runs cannot grow to {later[0]}",
+            where=str(folder),
+            why=f"{later[0]} is no multiple of {existing.train}, so that the new runs could not fill all empty strata",
+            remedy=f"set train to a multiple, such as {2 * existing.train}, or list more designs in added_designs",
+        )
+    return given.model_copy(update={"train": sizes[-1], "nested": sizes[:-1]})
+
+
+def grown(existing: Design, definition: StudyDefinition, added: list[Values], folder: Path) -> Design:
+    """The runs of a study after it has grown to `definition` with the `added` designs.
+
+    InputError E-STU-008 if runs that exist would no longer belong to it, or a design was added that is a test run.
+    """
+    wanted = draw(definition)
+    rows = [*wanted.train.values(), *added]
+    if tuple(existing.test.values()) != tuple(wanted.test.values()):
+        raise another_study(folder, "its test runs are not those of the study asked for")
+    lost = set(existing.train.values()) - set(rows)
+    if lost:
+        raise another_study(folder, f"{len(lost)} of its training runs are not among those of the study asked for")
+    if set(added) & set(wanted.test.values()):
+        raise another_study(folder, "a design in added_designs is one of its test runs")
+    there = set(existing.train.values())
+    return numbered(existing, [row for row in rows if row not in there], [])
+
+
+def another_study(folder: Path, why: str) -> InputError:
+    """E-STU-008: what is in `folder` is not the study asked for."""
+    return InputError(
+        "E-STU-008",
+        "the folder holds something else than this study",
+        where=str(folder),
+        why=why,
+        remedy="choose another folder, or delete this one; to continue the study in it, give its own study.toml",
+    )

@@ -1,0 +1,261 @@
+"""A dataset made of runs of another solver, so that a surrogate can learn from them.
+
+    FOLDER/
+      runs.csv            run,permeability [-],jet_direction [deg],...: the designs; also, if known, columns
+                          "split" (train or test) and "wall_seconds [s]" (how long the run took)
+      triangles.csv       a,b,c: nodes of each triangle, counted from 0 (or triangles.npy; not needed with VTK frames)
+      times.csv           time [s]: of the frames, the first is 0 (or times.npy; a run may have its own)
+      0000.npz            positions (times, nodes, 3) [m]; if known times, triangles, contact_force [N] of that shape
+      0001.npy            positions alone
+      0002/               or one file a frame: .csv (x [m],y [m],z [m]), .vtk, .vtu or .vtp
+
+The first frame is the start shape. Runs must share mesh and times; nothing is interpolated.
+"""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import re
+import shutil
+import uuid
+from pathlib import Path
+
+import numpy as np
+import tomli_w
+
+from billow.errors import BillowError, InputError
+from billow.results.atomic import publish_folder, write_atomically
+from billow.results.dataset_files import (
+    DatasetRecord,
+    Parameter,
+    mesh_sha256,
+    same_times,
+    write_dataset_file,
+    write_design,
+    write_split,
+)
+from billow.results.histories import write_histories
+from billow.results.run_file import write_run_file
+from billow.results.vtkhdf import FabricWriter
+from billow.study.foreign_run import ForeignRun, find_run, read_times, read_triangles
+
+TABLE = "runs.csv"
+_COLUMN = re.compile(r"([A-Za-z][A-Za-z0-9_]*) \[([^\[\]]+)\]")
+_RUN = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,60}")
+_SAME = 1e-6
+"""Part of the mesh's size by which start shapes may differ: text with seven digits."""
+
+
+def import_runs(
+    folder: str | Path,
+    out: str | Path,
+    *,
+    title: str | None = None,
+    reference_length: float | None = None,
+    test_share: float = 0.2,
+    seed: int = 0,
+) -> tuple[int, int]:
+    """Make a dataset in `out` of the runs in `folder`; returns how many train and how many test.
+
+    title: by default the folder's name; reference_length: [m], to which errors are compared, by default the largest
+    extent of the start shape; test_share: part of the runs that is set aside, unless runs.csv has a column split
+
+    InputError E-STU-026: runs.csv; -027: a run cannot be read; -028: a run does not fit the others; -029: mesh or times
+    are unknown; E-RES-009: `out` exists. Nothing is written unless every run is sound.
+    """
+    folder, out = Path(folder), Path(out).absolute()
+    table = _Table(folder / TABLE)
+    split = table.split or _draw_split(list(table.design), test_share, seed)
+    partial = out.with_name(f"{out.name}.{uuid.uuid4().hex[:12]}.partial")
+    partial.mkdir(parents=True)
+    try:
+        common = None
+        for run in table.design:
+            found = _read(folder, run)
+            common = common or _Common(folder, run, found)
+            common.check(run, found)
+            _write_run(partial / "runs" / run, common, found, table, run)
+        write_design(partial, table.parameters, table.design)
+        write_split(partial, *split)
+        size = float(np.ptp(common.start, axis=0).max())
+        write_dataset_file(
+            partial,
+            DatasetRecord(
+                title=title or folder.resolve().name,
+                reference_length=reference_length or size,
+                seed=seed,
+                mesh_sha256=mesh_sha256(common.start, common.triangles),
+                times=tuple(common.times.tolist()),
+                parameters=table.parameters,
+            ),
+        )
+        publish_folder(partial, out)
+    finally:
+        shutil.rmtree(partial, ignore_errors=True)
+    return len(split[0]), len(split[1])
+
+
+class _Table:
+    """runs.csv. parameters; design: run -> values; split: (train, test) or None; seconds: run -> [s]."""
+
+    def __init__(self, path: Path):
+        try:
+            with open(path, newline="", encoding="utf-8-sig") as file:
+                header, *rows = [[cell.strip() for cell in row] for row in csv.reader(file, strict=True) if row]
+            self._take(header, rows)
+        except (OSError, ValueError, csv.Error) as error:
+            raise InputError(
+                "E-STU-026",
+                "the table of runs cannot be used",
+                where=str(path),
+                why=getattr(error, "strerror", None) or str(error),
+                remedy='write a column "run", one column "name [unit]" for each parameter, and one row for each run',
+            ) from error
+
+    def _take(self, header: list[str], rows: list[list[str]]) -> None:
+        if header[:1] != ["run"] or len(set(header)) != len(header):
+            raise ValueError(f"its columns are {', '.join(header)}; the first must be run, and each stand once")
+        if any(len(row) != len(header) for row in rows):
+            raise ValueError("a row has more or fewer cells than the header")
+        extra = ("run", "split", "wall_seconds [s]")
+        names = [name for name in header if name not in extra]
+        for name in names:
+            if not _COLUMN.fullmatch(name):
+                raise ValueError(f"column {name!r} is not of the form name [unit]")
+        columns = {name: [row[k] for row in rows] for k, name in enumerate(header)}
+        runs = columns["run"]
+        if len(runs) < 3 or len(set(runs)) != len(runs) or not all(map(_RUN.fullmatch, runs)):
+            raise ValueError("it needs at least three runs, each with a name of its own made of letters and digits")
+        values = np.array([list(map(float, columns[name])) for name in names], float).reshape(len(names), len(runs))
+        if not names or not np.isfinite(values).all():
+            raise ValueError("it has no parameter, or a value that is not a finite number")
+        for name, row in zip(names, values, strict=True):
+            if not row.min() < row.max():
+                raise ValueError(f"{name} is the same in every run; leave it out")
+        self.parameters = tuple(
+            Parameter(*_label(name), float(row.min()), float(row.max()))
+            for name, row in zip(names, values, strict=True)
+        )
+        self.design = {run: tuple(values[:, k].tolist()) for k, run in enumerate(runs)}
+        self.seconds = dict(zip(runs, map(float, columns.get("wall_seconds [s]", [0.0] * len(runs))), strict=True))
+        self.split = None
+        if "split" in columns:
+            parts = tuple(
+                [r for r, part in zip(runs, columns["split"], strict=True) if part == p] for p in ("train", "test")
+            )
+            if len(parts[0]) + len(parts[1]) != len(runs) or len(parts[0]) < 2 or not parts[1]:
+                raise ValueError("column split must say train or test for each run, two train and one test at least")
+            self.split = parts
+
+
+def _label(column: str) -> tuple[str, str, str]:
+    name, unit = _COLUMN.fullmatch(column).groups()
+    return name, name.replace("_", " ").capitalize(), unit
+
+
+def _draw_split(runs: list[str], share: float, seed: int) -> tuple[list[str], list[str]]:
+    """By run, never by snapshot; at least one test run, and two to learn from."""
+    count = min(max(round(share * len(runs)), 1), len(runs) - 2)
+    chosen = set(np.random.default_rng(seed).permutation(len(runs))[:count].tolist())
+    return [r for k, r in enumerate(runs) if k not in chosen], [r for k, r in enumerate(runs) if k in chosen]
+
+
+def _read(folder: Path, run: str) -> ForeignRun:
+    found = find_run(folder, run)
+    try:
+        if found is None:
+            raise ValueError(f"there is neither {run}.npz nor {run}.npy nor a folder {run}")
+        path, read = found
+        given = read(path)
+        shape = given.positions.shape
+        if len(shape) != 3 or shape[2] != 3 or shape[0] < 3 or shape[1] < 3:
+            raise ValueError(f"positions have shape {shape}; expected (times, nodes, 3) with three or more of both")
+        if given.contact_force is not None and given.contact_force.shape != shape:
+            raise ValueError(f"contact_force has shape {given.contact_force.shape}, positions have {shape}")
+        for name in ("positions", "contact_force"):
+            values = getattr(given, name)
+            if values is not None and not np.isfinite(values).all():
+                frame = int(np.argmin(np.isfinite(values).all(axis=(1, 2))))
+                raise ValueError(f"{name} of frame {frame} are not all finite")
+        return given
+    except (OSError, ValueError, MemoryError) as error:
+        raise InputError(
+            "E-STU-027",
+            f"run {run} cannot be read",
+            where=str(folder / run if found is None else found[0]),
+            why=getattr(error, "strerror", None) or str(error) or type(error).__name__,
+            remedy=f"export it again; {TABLE} names it, so it must be there",
+        ) from error
+
+
+class _Common:
+    """What the runs share, taken from the first one, `run`. start: [m], (nodes, 3); triangles; times: [s]."""
+
+    def __init__(self, folder: Path, run: str, first: ForeignRun):
+        self._folder, self.run, self.start = folder, run, first.positions[0]
+        try:
+            shared_times, shared_triangles = read_times(folder), read_triangles(folder)
+        except ValueError as error:
+            raise self._unknown(str(error)) from error
+        self.times = first.times if first.times is not None else shared_times
+        self.triangles = first.triangles if first.triangles is not None else shared_triangles
+        nodes = len(self.start)
+        if self.times is None or self.triangles is None:
+            raise self._unknown(
+                f"neither the runs nor the folder hold {'times' if self.times is None else 'triangles'}"
+            )
+        if self.times.ndim != 1 or self.times[0] != 0.0 or not (np.diff(self.times) > 0.0).all():
+            raise self._unknown("times must begin with 0, the start shape, and rise")
+        if self.triangles.ndim != 2 or self.triangles.shape[1:] != (3,) or not len(self.triangles):
+            raise self._unknown(f"triangles have shape {self.triangles.shape}; expected (triangles, 3)")
+        if not 0 <= self.triangles.min() <= self.triangles.max() < nodes:
+            raise self._unknown(f"a triangle names a node that is not among 0 to {nodes - 1}")
+
+    def _unknown(self, why: str) -> BillowError:
+        return InputError(
+            "E-STU-029",
+            "mesh or times of the runs are not known",
+            where=str(self._folder),
+            why=why,
+            remedy="put triangles.csv (a,b,c) and times.csv (time [s]) beside the runs, or both into every .npz",
+        )
+
+    def check(self, run: str, found: ForeignRun) -> None:
+        """InputError E-STU-028 if a run does not fit the first one."""
+        frames, nodes = found.positions.shape[:2]
+        if nodes != len(self.start):
+            why = f"it has {nodes} nodes, run {self.run} has {len(self.start)}"
+        elif frames != len(self.times):
+            why = f"it has {frames} frames for {len(self.times)} times"
+        elif found.times is not None and not same_times(found.times, self.times):
+            why = f"its times differ from those of run {self.run}"
+        elif found.triangles is not None and not np.array_equal(found.triangles, self.triangles):
+            why = f"its triangles differ from those of run {self.run}"
+        elif (away := np.abs(found.positions[0] - self.start).max()) > _SAME * np.ptp(self.start, axis=0).max():
+            why = f"its start shape differs from that of run {self.run} by up to {away:.3g} m"
+        else:
+            return
+        raise InputError(
+            "E-STU-028",
+            f"run {run} does not fit the others",
+            where=str(self._folder),
+            why=why,
+            remedy="give all runs one mesh, with nodes in the same order, and the same times; nothing is interpolated",
+        )
+
+
+def _write_run(folder: Path, common: _Common, found: ForeignRun, table: _Table, run: str) -> None:
+    folder.mkdir(parents=True)
+    values = dict(zip((p.name for p in table.parameters), table.design[run], strict=True))
+    case = tomli_w.dumps({"title": f"Run {run} of another solver", "design": values})
+    write_atomically(folder / "case.toml", case)
+    start = common.start
+    force = np.zeros_like(found.positions) if found.contact_force is None else found.contact_force
+    part = np.zeros(len(common.triangles), int)
+    with FabricWriter(folder / "fabric.vtkhdf", start, common.triangles, part, ["fabric"]) as frames:
+        for time, points, pushed in zip(common.times, found.positions, force, strict=True):
+            frames.append(float(time), points, {"displacement": points - start, "contact_force": pushed})
+    write_histories(folder / "histories.csv", {"time [s]": common.times})
+    record = {"status": "completed", "reason": None, "case_digest": hashlib.sha256(case.encode()).hexdigest()}
+    write_run_file(folder, {**record, "wall_seconds": table.seconds[run], "ledger": {}})

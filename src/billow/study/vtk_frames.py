@@ -1,0 +1,221 @@
+"""Points and triangles of one VTK file, without VTK: legacy .vtk, and XML .vtu and .vtp.
+
+Formats as in "VTK File Formats" (docs.vtk.org, version 9): legacy POLYDATA and UNSTRUCTURED_GRID, ASCII or binary,
+cells in the layout before or since version 5; XML with ascii, binary or appended arrays, uncompressed or zlib.
+Quadrilaterals are cut into two triangles; other cells are refused.
+"""
+
+from __future__ import annotations
+
+import base64
+import binascii
+import re
+import zlib
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+
+SUFFIXES = (".vtk", ".vtu", ".vtp")
+_TRIANGLE, _QUAD = 5, 9
+_LEGACY_TYPES = {"float": "f4", "double": "f8", "int": "i4", "vtktypeint32": "i4", "long": "i8", "vtktypeint64": "i8"}
+_XML_TYPES = {
+    **{
+        f"{kind}{bits}": f"{letter}{bits // 8}"
+        for kind, letter in (("Int", "i"), ("UInt", "u"))
+        for bits in (8, 32, 64)
+    },
+    "Float32": "f4",
+    "Float64": "f8",
+}
+
+
+def read_vtk(path: Path) -> tuple[np.ndarray, np.ndarray]:
+    """Points (nodes, 3) float64, in the file's unit, and triangles (triangles, 3) int64, of one file.
+
+    ValueError, with a sentence that says why, for anything else than the above.
+    """
+    content = path.read_bytes()
+    try:
+        points, offsets, nodes = (_legacy if path.suffix == ".vtk" else _xml)(content)
+        points = np.asarray(points, float).reshape(-1, 3)
+    except (IndexError, KeyError, AttributeError, TypeError, zlib.error, binascii.Error) as error:
+        raise ValueError(f"it is cut short or not the VTK file that its name says ({error})") from error
+    return points, _triangles(np.asarray(offsets, np.int64), np.asarray(nodes, np.int64))
+
+
+def _triangles(offsets: np.ndarray, nodes: np.ndarray) -> np.ndarray:
+    """offsets: (cells + 1,), where each cell's nodes begin; nodes: all of them."""
+    corners = np.diff(offsets)
+    if not np.isin(corners, (3, 4)).all():
+        raise ValueError("it has cells that are neither triangles nor quadrilaterals")
+    first, quads = offsets[:-1], corners == 4
+    whole = nodes[first[:, None] + np.arange(3)]
+    halves = nodes[first[quads, None] + np.array([0, 2, 3])]
+    order = np.argsort(np.concatenate([2 * np.arange(len(first)), 2 * np.flatnonzero(quads) + 1]), kind="stable")
+    return np.concatenate([whole, halves])[order]
+
+
+class _Legacy:
+    """The words and arrays of a legacy file, one after the other."""
+
+    def __init__(self, content: bytes):
+        lines = content.split(b"\n", 3)
+        self.binary = lines[2].strip().upper() == b"BINARY"
+        self.content, self.place = content, len(content) - len(lines[3])
+
+    def line(self) -> list[str] | None:
+        while self.place < len(self.content):
+            end = self.content.find(b"\n", self.place)
+            end = len(self.content) if end < 0 else end
+            words = self.content[self.place : end].decode("ascii", "replace").split()
+            self.place = end + 1
+            if words:
+                return words
+        return None
+
+    def array(self, count: int, kind: str) -> np.ndarray:
+        dtype = np.dtype(">" + _LEGACY_TYPES[kind.lower()])
+        if self.binary:
+            end = self.place + count * dtype.itemsize
+            if end > len(self.content):
+                raise ValueError("it is cut short")
+            values = np.frombuffer(self.content, dtype, count, self.place)
+            self.place = end
+            return values
+        words = re.compile(rb"\s*(\S+)")
+        values = []
+        for _ in range(count):
+            found = words.match(self.content, self.place)
+            values.append(float(found.group(1)))
+            self.place = found.end()
+        return np.array(values).astype(dtype)
+
+
+def _legacy(content: bytes):
+    file, points, cells, types = _Legacy(content), None, None, None
+    while (words := file.line()) is not None:
+        match words[0].upper():
+            case "DATASET" if words[1].upper() not in ("POLYDATA", "UNSTRUCTURED_GRID"):
+                raise ValueError(f"its dataset is {words[1]}; POLYDATA and UNSTRUCTURED_GRID can be read")
+            case "POINTS":
+                points = file.array(3 * int(words[1]), words[2])
+            case "CELLS" | "POLYGONS":
+                cells = _legacy_cells(file, int(words[1]), int(words[2]))
+            case "CELL_TYPES":
+                types = file.array(int(words[1]), "int")
+            case "POINT_DATA" | "CELL_DATA":
+                break
+    if points is None or cells is None:
+        raise ValueError("it has no points or no cells")
+    if types is not None and not np.isin(types, (_TRIANGLE, _QUAD)).all():
+        raise ValueError("it has cells that are neither triangles nor quadrilaterals")
+    return points, *cells
+
+
+def _legacy_cells(file: _Legacy, count: int, size: int):
+    begin = file.place
+    words = file.line()
+    if words and words[0].upper() == "OFFSETS":  # since version 5: count is that of offsets, size that of node numbers
+        offsets = file.array(count, words[1])
+        words = file.line()
+        return offsets, file.array(size, words[1])
+    file.place = begin
+    rows = file.array(size, "int").astype(np.int64)
+    offsets, nodes, place = [0], [], 0
+    for _ in range(count):
+        corners = int(rows[place])
+        nodes.append(rows[place + 1 : place + 1 + corners])
+        offsets.append(offsets[-1] + corners)
+        place += 1 + corners
+    return offsets, np.concatenate(nodes)
+
+
+def _xml(content: bytes):
+    # Raw appended data are no XML; what stands before them is closed by hand.
+    start = content.find(b"<AppendedData")
+    appended, encoding = b"", "base64"
+    if start >= 0:
+        head, body = content[start:].split(b"_", 1)
+        encoding = "raw" if b"raw" in head else "base64"
+        appended, content = body, content[:start] + b"</VTKFile>"
+    if b"<!DOCTYPE" in content or b"<!ENTITY" in content:
+        raise ValueError("it declares entities, which no VTK file does")
+    try:
+        root = ElementTree.fromstring(content)
+    except ElementTree.ParseError as error:
+        raise ValueError(f"it is no XML ({error})") from error
+    compressor = root.get("compressor")
+    if compressor not in (None, "vtkZLibDataCompressor"):
+        raise ValueError(f"it is packed with {compressor}; zlib or none can be read")
+    order = "<" if root.get("byte_order", "LittleEndian") == "LittleEndian" else ">"
+    reader = _Arrays(
+        order, np.dtype(order + _XML_TYPES[root.get("header_type", "UInt32")]), compressor, appended, encoding
+    )
+    pieces = root.findall(".//Piece")
+    if len(pieces) != 1:
+        raise ValueError(f"it has {len(pieces)} pieces; one can be read")
+    (piece,) = pieces
+    points = reader.read(piece.find("Points/DataArray"))
+    cells = piece.find("Cells") if piece.find("Cells") is not None else piece.find("Polys")
+    arrays = {array.get("Name"): reader.read(array) for array in cells.findall("DataArray")}
+    if "types" in arrays and not np.isin(arrays["types"], (_TRIANGLE, _QUAD)).all():
+        raise ValueError("it has cells that are neither triangles nor quadrilaterals")
+    return points, np.concatenate([[0], arrays["offsets"]]), arrays["connectivity"]
+
+
+class _Arrays:
+    """DataArray elements of one XML file."""
+
+    def __init__(self, order, header, compressor, appended, encoding):
+        self.order, self.header, self.compressor = order, header, compressor
+        self.appended, self.encoding = appended, encoding
+
+    def read(self, element) -> np.ndarray:
+        dtype = np.dtype(self.order + _XML_TYPES[element.get("type")])
+        kind = element.get("format", "ascii")
+        if kind == "ascii":
+            return np.array((element.text or "").split(), dtype)
+        if kind == "binary":
+            return np.frombuffer(self._decoded((element.text or "").strip().encode()), dtype)
+        place = int(element.get("offset"))
+        if self.encoding == "base64":
+            return np.frombuffer(self._decoded(self.appended[place:]), dtype)
+        return np.frombuffer(self._block(self.appended[place:]), dtype)
+
+    def _decoded(self, text: bytes) -> bytes:
+        """Header and data, encoded one after the other, each filled up with = signs of its own, or in one go."""
+        counts = self._header_words(base64.b64decode(text[: _encoded(self.header.itemsize)]))
+        length = _encoded(counts * self.header.itemsize)
+        head = base64.b64decode(text[:length])
+        if self.compressor is not None:
+            size = int(np.frombuffer(head, self.header, counts)[3:].sum())
+            return self._unpacked(head, base64.b64decode(text[length : length + _encoded(size)]), counts)
+        size = int(np.frombuffer(head, self.header, 1)[0])
+        if text[:length].endswith(b"="):
+            return base64.b64decode(text[length : length + _encoded(size)])
+        whole = base64.b64decode(text[: _encoded(self.header.itemsize + size)])
+        return whole[self.header.itemsize :]
+
+    def _block(self, data: bytes) -> bytes:
+        counts = self._header_words(data)
+        head, rest = data[: counts * self.header.itemsize], data[counts * self.header.itemsize :]
+        if self.compressor is None:
+            return rest[: int(np.frombuffer(head, self.header, 1)[0])]
+        return self._unpacked(head, rest, counts)
+
+    def _header_words(self, data: bytes) -> int:
+        """One number, the size; or, packed: blocks, block size, last block's size, and each block's packed size."""
+        return 1 if self.compressor is None else 3 + int(np.frombuffer(data, self.header, 1)[0])
+
+    def _unpacked(self, head: bytes, data: bytes, counts: int) -> bytes:
+        parts, place = [], 0
+        for size in np.frombuffer(head, self.header, counts)[3:].tolist():
+            parts.append(zlib.decompress(data[place : place + size]))
+            place += size
+        return b"".join(parts)
+
+
+def _encoded(size: int) -> int:
+    """Characters that base64 makes of so many bytes."""
+    return 4 * -(-size // 3)

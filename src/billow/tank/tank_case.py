@@ -1,0 +1,195 @@
+"""What a tank test needs to know, as users write it: one TOML file for prediction and evaluation.
+
+docs/tank.md shows the file; `[inflator]` takes the same curves as that of a simulation.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import AfterValidator, BeforeValidator, Field, ValidationError
+from pydantic_core import PydanticCustomError
+
+from billow.case.quantity import Strict, curve, quantity
+from billow.case.text import Text
+from billow.errors import InputError, shown
+from billow.gas.species import AIR, SPECIES
+from billow.tank.filling import Tank, make_tank
+from billow.tank.inflow_temperature import InflowTemperature
+from billow.units import to_si
+
+LARGEST_FILE = 1_000_000  # bytes
+
+
+def _cubic_metres(value: Any) -> Any:
+    """A text such as "60 l" in cubic metres."""
+    if not isinstance(value, str):
+        return value
+    for unit, factor in (("m^3", 1.0), ("l", 1e-3)):
+        if value.rstrip().endswith(unit):
+            try:
+                return factor * to_si(value.rstrip().removesuffix(unit), "-")
+            except ValueError as error:
+                raise PydanticCustomError("unit", "{reason}", {"reason": str(error)}) from None
+    return value
+
+
+def volume_within(low: float, high: float) -> Any:
+    """A volume kept in cubic metres; values outside low..high are refused as implausible."""
+
+    def check(value: float) -> float:
+        if low <= value <= high:
+            return value
+        reason = f"{value:g} m^3 is outside the plausible range {low:g} to {high:g} m^3"
+        remedy = f'write "{value:g} l" if litres are meant' if low <= 1e-3 * value <= high else None
+        raise PydanticCustomError("range", "{reason}", {"reason": reason, "try": remedy})
+
+    return Annotated[float, BeforeValidator(_cubic_metres), AfterValidator(check)]
+
+
+Fractions = dict[str, quantity("-", 0.0, 1.0)]
+Kelvin = quantity("K", 200.0, 3000.0)
+Time = quantity("s", 0.0, 10.0)
+
+
+class TankTable(Strict):
+    """The tank and the gas in it at the start."""
+
+    volume: volume_within(1e-4, 10.0)
+    pressure: quantity("Pa", 0.0, 1e7) = 101325.0
+    temperature: quantity("K", 200.0, 400.0) = 295.0
+    gas: Fractions = Field(default_factory=lambda: dict(AIR))
+    wall_area: quantity("m^2", 0.0, 100.0) = 0.0
+    heat_transfer: Annotated[float, Field(ge=0.0, le=1e4)] = 0.0
+    wall_temperature: quantity("K", 200.0, 1000.0) | None = None
+
+
+class InflatorTable(Strict):
+    """The gas source: all of it to predict a test; what is known of it to evaluate one."""
+
+    gas: Fractions
+    mass_flow: curve("kg/s", 0.0, 100.0) | None = None
+    temperature: Kelvin | curve("K", 200.0, 3000.0) | None = None
+    total_mass: quantity("kg", 1e-5, 10.0) | None = None
+    delay: Time = 0.0
+
+
+class Measurement(Strict):
+    """How a trace was measured; uncertainties are half-widths at 95 %."""
+
+    pressure: Literal["absolute", "gauge"] | None = None
+    ambient_pressure: quantity("Pa", 1e3, 1e6) = 101325.0
+    end_time: Time | None = None
+    temperature_uncertainty: quantity("K", 0.0, 1000.0) = 0.0
+    volume_uncertainty: volume_within(0.0, 1.0) = 0.0
+    mass_uncertainty: quantity("kg", 0.0, 1.0) = 0.0
+
+
+class Forward(Strict):
+    """Times of a prediction."""
+
+    end_time: quantity("s", 1e-4, 10.0) = 0.1
+    step: quantity("s", 1e-6, 0.1) = 1e-4
+
+
+class TankCase(Strict):
+    """A tank test."""
+
+    title: Text = "Tank test"
+    tank: TankTable
+    inflator: InflatorTable
+    measurement: Measurement = Measurement()
+    forward: Forward = Forward()
+
+    @classmethod
+    def load(cls, path: str | Path) -> TankCase:
+        """From a TOML file. Raises InputError E-TANK-001 (no TOML) and those of `from_dict`."""
+        try:
+            with open(path, "rb") as file:
+                content = file.read(LARGEST_FILE + 1)
+            if len(content) > LARGEST_FILE:
+                raise ValueError(f"it has more than {LARGEST_FILE} bytes")
+            data = tomllib.loads(content.decode("utf-8"))
+        except (OSError, ValueError, RecursionError) as error:
+            raise InputError(
+                "E-TANK-001",
+                "the tank case cannot be read",
+                where=str(path),
+                why=getattr(error, "strerror", None) or str(error),
+                remedy="give a TOML file; docs/tank.md has one to start from",
+            ) from None
+        return cls.from_dict(data, str(path))
+
+    @classmethod
+    def from_dict(cls, data: dict[str, Any], where: str = "tank case") -> TankCase:
+        """From nested dictionaries.
+
+        Raises InputError: E-TANK-002 (a key or value), E-TANK-003 (unknown gas), E-TANK-004 (fractions).
+        """
+        try:
+            case = cls.model_validate(data)
+        except ValidationError as error:
+            raise _explain(error, where) from None
+        _check_gas(case.tank.gas, f"{where}, key tank.gas")
+        _check_gas(case.inflator.gas, f"{where}, key inflator.gas")
+        return case
+
+    def make_tank(self, volume_change: float = 0.0) -> Tank:
+        """The tank, its volume changed by [m^3]."""
+        tank = self.tank
+        return make_tank(
+            tank.volume + volume_change,
+            *(tank.pressure, tank.temperature, tank.gas, self.inflator.gas),
+            tank.heat_transfer * tank.wall_area,
+            tank.wall_temperature,
+        )
+
+    @property
+    def inflow_temperature(self) -> InflowTemperature | None:
+        """Total temperature of the inflow, if it is given."""
+        given = self.inflator.temperature
+        if given is None or isinstance(given, float):
+            return None if given is None else InflowTemperature.constant(given)
+        return InflowTemperature(np.array(given.time) + self.inflator.delay, np.array(given.value))
+
+
+def _check_gas(shares: dict[str, float], where: str) -> None:
+    unknown = [name for name in shares if name not in SPECIES]
+    if unknown:
+        raise InputError(
+            "E-TANK-003",
+            f"unknown gas {shown(unknown[0])}",
+            where=where,
+            why="no thermodynamic data under that name",
+            remedy=f"use {', '.join(SPECIES)}",
+        )
+    total = sum(shares.values())
+    if abs(total - 1.0) > 1e-6:
+        raise InputError(
+            "E-TANK-004",
+            f"the mole fractions sum to {total:.9g}, not 1",
+            where=where,
+            why="a share is missing or given twice, or the numbers are percentages",
+            remedy='correct them; percentages are written as "45 %"',
+        )
+
+
+def _explain(error: ValidationError, where: str) -> InputError:
+    problems = error.errors(include_url=False)
+    # Of a union every branch complains; the branch that got furthest speaks for it.
+    problem = max(
+        problems,
+        key=lambda p: (p["type"] in ("range", "unit", "curve") and not isinstance(p["input"], dict), len(p["loc"])),
+    )
+    key = ".".join(str(part) for part in problem["loc"] if "[" not in str(part) and part != "float")
+    said = {"extra_forbidden": "no setting has this name", "missing": "it has no default"}
+    return InputError(
+        "E-TANK-002",
+        f"{key or 'the file'} is missing" if problem["type"] == "missing" else f"{key} cannot be used",
+        where=f"{where}, key {key}",
+        why=said.get(problem["type"], problem["msg"]),
+        remedy=(problem.get("ctx") or {}).get("try") or "docs/tank.md lists the keys and their units",
+    )

@@ -1,0 +1,194 @@
+"""A measured tank test: pressure, and if it was measured the gas temperature, against time, from a CSV file.
+
+    time [ms],pressure [kPa],gas temperature [K]
+    0.0,101.3,295.0
+    0.1,101.4,296.1
+
+Columns are found by name and unit, in any order; others are ignored. Time 0 is ignition; what comes before tells the
+pressure at rest.
+"""
+
+from __future__ import annotations
+
+import csv
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from billow.errors import InputError
+from billow.units import CONVERSIONS
+
+FEWEST_ROWS = 20
+MOST_ROWS = 2000
+"""Longer traces are averaged over blocks of equal length: what they lose is finer than any flow they can tell."""
+LARGEST_FILE = 100_000_000  # bytes; 100 kHz for a second are 3 MB
+
+_QUANTITIES = {"time": "s", "pressure": "Pa", "gas temperature": "K"}
+_HEADER = re.compile(r"\s*(.*\S)\s*\[\s*(\S+)\s*\]\s*")
+
+
+@dataclass(frozen=True)
+class Trace:
+    """times [s], increasing, none negative; pressure [Pa, absolute]; gas_temperature [K] or None; all (n,). rest [Pa]:
+    pressure before ignition, if it was recorded."""
+
+    times: np.ndarray
+    pressure: np.ndarray
+    gas_temperature: np.ndarray | None = None
+    rest: float | None = None
+
+
+def load_trace(path: str | Path, gauge: float = 0.0, end: float | None = None) -> Trace:
+    """Trace from a CSV file, at most `MOST_ROWS` rows long.
+
+    gauge: pressure [Pa] that the file's zero stands for: 0 for absolute readings, that of the surroundings for gauge;
+    end: time [s] after which the file is ignored. Raises InputError E-TANK-005 (no such table), E-TANK-006 (columns),
+    E-TANK-007 (times).
+    """
+    path = Path(path)
+    columns = _columns(path, *_table(path))
+    times = columns["time"]
+    wrong = np.flatnonzero(np.diff(times) <= 0.0)
+    if len(wrong):
+        raise InputError(
+            "E-TANK-007",
+            "the times of the trace do not increase",
+            where=f"{path}, row {wrong[0] + 3}",
+            why=f"{times[wrong[0] + 1]:g} s follows {times[wrong[0]]:g} s",
+            remedy="give one test in the order of time, each instant once",
+        )
+    used = (times >= 0.0) & (times <= (np.inf if end is None else end))
+    if used.sum() < FEWEST_ROWS:
+        raise _unreadable(path, f"{used.sum()} rows from ignition to the end; at least {FEWEST_ROWS} are needed")
+    columns["pressure"] = columns["pressure"] + gauge
+    rest = columns["pressure"][times < 0.0]
+    kept = {name: _block_means(values[used]) for name, values in columns.items()}
+    return Trace(kept["time"], kept["pressure"], kept.get("gas temperature"), float(rest.mean()) if len(rest) else None)
+
+
+def check_trace(trace: Trace, start_pressure: float, loses_heat: bool, where: str) -> None:
+    """Whether a trace can be that of a closed tank that begins at start_pressure [Pa].
+
+    Raises InputError: E-TANK-008 negative pressure or temperature, E-TANK-009 another start, E-TANK-010 a fall without
+    loss, E-TANK-011 no rise.
+    """
+    noise, peak = noise_of(trace.pressure), float(trace.pressure.max())
+    gas = trace.gas_temperature
+    if trace.pressure.min() < -max(6.0 * noise, 1e-3 * abs(peak)) or (gas is not None and gas.min() <= 0.0):
+        cold = trace.pressure.min() >= 0.0
+        raise InputError(
+            "E-TANK-008",
+            "the gas temperature is not above 0 K" if cold else "the absolute pressure is negative",
+            where=where,
+            why=f"the smallest is {gas.min() if cold else trace.pressure.min():g} {'K' if cold else 'Pa'}",
+            remedy="give kelvin"
+            if cold
+            else 'state pressure = "gauge" if the file holds gauge pressure; check its zero',
+        )
+    start, share = _start(trace)
+    allowed = max(6.0 * noise * share, 0.02 * abs(peak - start), 0.01 * start_pressure)
+    if start is not None and abs(start - start_pressure) > allowed:
+        raise InputError(
+            "E-TANK-009",
+            "the trace does not begin at the pressure of the tank",
+            where=where,
+            why=f"it begins at {start:.5g} Pa, absolute; the tank is said to hold {start_pressure:.5g} Pa",
+            remedy='correct the pressure of [tank], or pressure = "absolute" or "gauge" of [measurement]',
+        )
+    rise = peak - start_pressure
+    if rise < 10.0 * noise:
+        raise InputError(
+            "E-TANK-011",
+            "the pressure does not rise",
+            where=where,
+            why=f"its peak is {rise:.3g} Pa above the start, in noise of {noise:.3g} Pa",
+            remedy="give the trace of a deployment; check the unit of the pressure",
+        )
+    span = max(len(trace.pressure) // 20, 1)
+    level = np.convolve(trace.pressure, np.full(span, 1.0 / span), "valid")
+    fall = level.max() - level[-1]
+    if not loses_heat and fall > max(6.0 * noise / np.sqrt(span), 0.005 * rise):
+        raise InputError(
+            "E-TANK-010",
+            "the pressure falls although the tank loses no heat",
+            where=where,
+            why=f"from its highest level it falls by {fall:.3g} Pa, {fall / rise:.1%} of the rise",
+            remedy="give wall_area and heat_transfer of [tank], or end_time of [measurement] to stop at the peak",
+        )
+
+
+def noise_of(values: np.ndarray) -> float:
+    """Standard deviation of white noise on a smooth curve, from second differences (Gasser, Sroka and Jennen-Steinmetz
+    1986), with a floor of rounding."""
+    rough = np.diff(values, 2)
+    return float(max(np.sqrt(np.mean(rough**2) / 6.0), 1e-12 * np.abs(values).max()))
+
+
+def _start(trace: Trace) -> tuple[float | None, float]:
+    """Pressure [Pa] at ignition, and by what its noise is smaller than that of one row; None if nobody recorded it."""
+    if trace.rest is not None:
+        return trace.rest, 0.5
+    soon = trace.times[0] <= 0.005 * trace.times[-1]
+    return (float(trace.pressure[0]) if soon else None), 1.0
+
+
+def _table(path: Path) -> tuple[list[str], np.ndarray]:
+    """Header and rows, (n, columns)."""
+    try:
+        if path.stat().st_size > LARGEST_FILE:
+            raise ValueError(f"it has more than {LARGEST_FILE} bytes")
+        with open(path, newline="", encoding="utf-8-sig") as file:
+            header, *rows = [row for row in csv.reader(file) if row]
+    except (OSError, ValueError, csv.Error) as error:
+        raise _unreadable(path, getattr(error, "strerror", None) or str(error)) from None
+    values = np.empty((len(rows), len(header)))
+    for k, row in enumerate(rows):
+        if len(row) != len(header):
+            raise _unreadable(path, f"row {k + 2} has {len(row)} values, the header {len(header)}")
+        try:
+            values[k] = [float(text) for text in row]
+        except ValueError as error:
+            raise _unreadable(path, f"row {k + 2}: {error}") from None
+        if not np.isfinite(values[k]).all():
+            raise _unreadable(path, f"row {k + 2} holds a value that is not a finite number")
+    return header, values
+
+
+def _columns(path: Path, header: list[str], values: np.ndarray) -> dict[str, np.ndarray]:
+    """Columns in SI units by quantity."""
+    found = {}
+    for k, text in enumerate(header):
+        match = _HEADER.fullmatch(text)
+        name = match.group(1).lower() if match else ""
+        factors = CONVERSIONS[_QUANTITIES[name]] if name in _QUANTITIES else {}
+        if match and match.group(2) in factors and name not in found:
+            found[name] = values[:, k] * factors[match.group(2)]
+    for name in ("time", "pressure"):
+        if name not in found:
+            units = ", ".join(CONVERSIONS[_QUANTITIES[name]])
+            raise InputError(
+                "E-TANK-006",
+                f"there is no column of {name}",
+                where=f"{path}, row 1",
+                why=f"its columns are {', '.join(map(repr, header))}; expected '{name} [unit]' with one of {units}",
+                remedy="head the columns with quantity and unit, for example: time [ms],pressure [kPa]",
+            )
+    return found
+
+
+def _block_means(values: np.ndarray) -> np.ndarray:
+    size = -(-len(values) // MOST_ROWS)
+    whole = len(values) // size * size
+    return values[:whole].reshape(-1, size).mean(axis=1)
+
+
+def _unreadable(path: Path, why: str) -> InputError:
+    return InputError(
+        "E-TANK-005",
+        f"{path.name} is not a trace",
+        where=str(path),
+        why=why,
+        remedy="give a CSV file: a header such as time [ms],pressure [kPa], then one row of numbers for each instant",
+    )

@@ -1,0 +1,55 @@
+"""What is wrong with force inputs, or with what a coupled model is to learn from."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+from here import Here
+from triggers_surrogates import ANSWERABLE
+
+from billow.rom.coupled import Coupled
+from billow.rom.force_inputs import ForceInputs
+from billow.rom.impactor_of_design import ImpactorOfDesign
+from billow.rom.surrogate import Surrogate
+
+
+def study_of(locked: bool) -> SimpleNamespace:
+    """Two runs of an obstacle whose mass follows no parameter."""
+
+    def result(run):
+        return SimpleNamespace(
+            case_toml={
+                "obstacles": [
+                    {
+                        "shape": "super-ellipsoid", "name": "head", "radii": 0.1, "degree": 2.0, "clearance": 0.1,
+                        "offset": [0.0, 0.0], "angle_about_x": 0.0, "locked": locked, "mass": 4.0 + int(run),
+                        "velocity": [0.0, 0.0, 0.0],
+                    }
+                ]
+            }
+        )  # fmt: skip
+
+    return SimpleNamespace(result=result, design=lambda runs: np.ones((len(runs), 2)))
+
+
+def couple_with_forces(here: Here):
+    surrogate = SimpleNamespace(training={"runs": ["0"]}, forces="z")
+    histories = {"time [s]": np.arange(9) * 1e-4} | {
+        f"head_{name}_{axis} [{unit}]": np.zeros(9)
+        for name, unit in (("centre", "m"), ("velocity", "m/s"))
+        for axis in "xyz"
+    }
+    here.patch.setattr(ImpactorOfDesign, "learn", lambda dataset, runs: SimpleNamespace(name="head"))
+    dataset = SimpleNamespace(result=lambda run: SimpleNamespace(histories=histories))
+    Coupled.train(dataset, surrogate)
+
+
+TRIGGERS = {
+    "E-CPL-001": lambda here: ForceInputs.learn(None, (), 3, "w", 0),
+    "E-CPL-002": lambda here: Surrogate.load(here.bench.surrogate).predict(ANSWERABLE, previous_forces=np.zeros(3)),
+    "E-CPL-003": lambda here: ImpactorOfDesign.learn(study_of(locked=True), ["0", "1"]),
+    "E-CPL-004": lambda here: ImpactorOfDesign.learn(study_of(locked=False), ["0", "1"]),
+    "E-CPL-005": couple_with_forces,
+    "E-CPL-006": lambda here: Coupled.load(here.bench.surrogate),
+}

@@ -1,0 +1,118 @@
+"""What the flight tests share: boxes, a small scene that flies, and an inside test that owes nothing to the package."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from billow.gas.corpuscular.flight import Flock, fly
+from billow.gas.corpuscular.impact_bank import Hits, ImpactBank
+from billow.gas.corpuscular.search_grid import SearchGrid
+from billow.gas.corpuscular.walls import Walls
+
+MASS = 2e-7  # kg, 50 g in 250,000 particles
+
+
+def box(divisions=4, rooms=1):
+    """Unit cubes side by side along x, faces in `divisions`^2 squares of two triangles, inner walls as single layers.
+
+    Returns triangles, positions, behind, ahead. Corners are exact multiples of 1/divisions.
+    """
+    number, triangles, behind, ahead = {}, [], [], []
+
+    def square(corners, inside, outside):
+        nodes = [number.setdefault(c, len(number)) for c in corners]
+        triangles.extend([[nodes[0], nodes[1], nodes[2]], [nodes[0], nodes[2], nodes[3]]])
+        behind.extend([inside] * 2)
+        ahead.extend([outside] * 2)
+
+    m = divisions
+    for room in range(rooms):
+        for axis in range(3):
+            u, v = (axis + 1) % 3, (axis + 2) % 3
+            for high in (0, 1):
+                if axis == 0 and high == 0 and room > 0:
+                    continue  # the inner wall was made by the room before
+                for i in range(m):
+                    for j in range(m):
+                        corners = []
+                        for a, b in ((i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)):
+                            c = [0, 0, 0]
+                            c[axis], c[u], c[v] = high * m, a, b
+                            c[0] += room * m
+                            corners.append(tuple(c))
+                        beyond = room + 1 if axis == 0 and high and room + 1 < rooms else -1
+                        square(corners if high else corners[::-1], room, beyond)
+    return np.array(triangles), np.array(list(number), dtype=float) / m, np.array(behind), np.array(ahead)
+
+
+def flock_of(position, velocity, chamber=0):
+    n = len(position)
+    return Flock(
+        np.array(position, dtype=float), np.array(velocity, dtype=float), np.zeros(n, np.int32),
+        np.arange(n, dtype=np.int64), np.full(n, chamber, np.int32), np.full(n, -1, np.int32),
+    )  # fmt: skip
+
+
+class Scene:
+    """Particles inside moving walls; `advance` flies one step to the nodes' new places."""
+
+    def __init__(self, triangles, positions, flock, behind=None, ahead=None, pass_probability=None, friction=0.0):
+        n = len(triangles)
+        self.triangles, self.positions, self.flock = triangles, np.array(positions, dtype=float), flock
+        self.walls = Walls.build(
+            triangles, np.zeros(n) if behind is None else behind, np.full(n, -1) if ahead is None else ahead
+        )
+        self.pass_probability = np.zeros(n) if pass_probability is None else pass_probability
+        self.friction = friction
+        self.bank, self.hits = ImpactBank.empty(n), Hits.empty(len(flock.position))
+        self.grid, self.step, self.work = None, 0, 0.0
+
+    def advance(self, dt, end=None, born=None):
+        end = self.positions.copy() if end is None else end
+        if self.grid is None:
+            self.grid = SearchGrid.build(self.triangles, self.positions, end)
+        else:
+            self.grid = self.grid.follow(self.triangles, self.positions, end)
+        tally = fly(
+            self.flock, np.array([MASS]), self.walls, self.grid, self.positions, end, dt, self.pass_probability,
+            self.friction, 11, self.step, self.hits, self.bank, born,
+        )  # fmt: skip
+        self.positions, self.step = end, self.step + 1
+        self.work += tally.energy_to_walls
+        return tally
+
+
+def kinetic(flock):
+    return 0.5 * MASS * float(np.sum(flock.velocity**2))
+
+
+@njit(cache=False)
+def winding(points, triangles, positions):
+    """Solid angle of the closed surface over 4 pi: one inside, zero outside (van Oosterom and Strackee 1983)."""
+    out = np.zeros(len(points))
+    for p in range(len(points)):
+        for t in range(len(triangles)):
+            a = positions[triangles[t, 0]] - points[p]
+            b = positions[triangles[t, 1]] - points[p]
+            c = positions[triangles[t, 2]] - points[p]
+            la, lb, lc = np.sqrt((a * a).sum()), np.sqrt((b * b).sum()), np.sqrt((c * c).sum())
+            volume = (
+                a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2])
+                + a[2] * (b[0] * c[1] - b[1] * c[0])
+            )  # fmt: skip
+            flat = la * lb * lc + (a * b).sum() * lc + (b * c).sum() * la + (c * a).sum() * lb
+            out[p] += np.arctan2(volume, flat) / (2.0 * np.pi)
+    return out
+
+
+def inside_points(triangles, positions, wanted, rng, deepest):
+    """Points inside a closed surface, most of them close to it: (n, 3)."""
+    n = 6 * wanted
+    t, weight = rng.integers(0, len(triangles), n), rng.dirichlet([1.0, 1.0, 1.0], n)
+    corners = positions[triangles[t]]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normal /= np.linalg.norm(normal, axis=1)[:, None]
+    depth = deepest * 10.0 ** rng.uniform(-4.0, 0.0, n)
+    points = np.einsum("ij,ijk->ik", weight, corners) - depth[:, None] * normal
+    return points[np.abs(winding(points, triangles, positions) - 1.0) < 1e-6][:wanted]

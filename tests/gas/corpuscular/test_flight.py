@@ -1,0 +1,228 @@
+"""Flight between walls: mirror images, moving walls, pressure, openings, vents, ledgers, bits."""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+import pytest
+from flights import MASS, Scene, box, flock_of, kinetic
+
+from billow.gas.corpuscular import search_grid
+from billow.gas.corpuscular.flight import STANDOFF
+
+CUBE = box()
+DT = 1e-4
+
+
+def random_flock(n, rng, speed=400.0, low=0.01, high=0.99):
+    return flock_of(rng.uniform(low, high, (n, 3)), rng.normal(0.0, speed, (n, 3)))
+
+
+def folded(x):
+    """Mirror images of an endless straight line in the unit interval."""
+    x = np.mod(x, 2.0)
+    return np.where(x > 1.0, 2.0 - x, x)
+
+
+def test_paths_are_mirror_images_of_straight_lines():
+    """A specular box unfolds: x(t) = fold(x0 + v t). Each hit turns back STANDOFF too early, 2 STANDOFF of path."""
+    flock = random_flock(2000, np.random.default_rng(1), speed=900.0)
+    start, velocity = flock.position.copy(), flock.velocity.copy()
+    scene = Scene(*CUBE[:2], flock)
+    steps, hits = 40, 0
+    for _ in range(steps):
+        hits += scene.advance(DT).hits
+    most = np.abs(velocity).max() * steps * DT + 1.0
+    assert hits > 5000
+    assert np.abs(flock.position - folded(start + velocity * steps * DT)).max() < 2.0 * STANDOFF * most
+    assert np.allclose(np.abs(flock.velocity), np.abs(velocity), rtol=1e-12)
+
+
+@pytest.mark.parametrize("w", [-120.0, 0.0, 80.0])
+def test_a_moving_wall_reflects_in_its_own_frame(w):
+    """v_n' = 2 w - v_n; the particle loses J w; the hit is where the wall was met."""
+    triangles, positions, _, _ = CUBE
+    v = 300.0
+    flock = flock_of([[0.9, 0.37, 0.41]], [[v, 50.0, -20.0]])
+    scene = Scene(triangles, positions, flock)
+    end = positions.copy()
+    end[positions[:, 0] == 1.0, 0] += w * 5e-4
+    tally = scene.advance(5e-4, end)
+    t = 0.1 / (v - w)
+    assert tally.hits == 1
+    assert flock.velocity[0] == pytest.approx([2.0 * w - v, 50.0, -20.0], rel=1e-12)
+    met = 1.0 + w * t
+    assert flock.position[0, 0] == pytest.approx(met + (2.0 * w - v) * (5e-4 - t), abs=1e-8)
+    impulse = 2.0 * MASS * (v - w)
+    assert scene.bank.held.sum(axis=(0, 1)) == pytest.approx([impulse, 0.0, 0.0], rel=1e-12, abs=1e-18)
+    assert tally.energy_to_walls == pytest.approx(impulse * w, rel=1e-12, abs=1e-18)
+    # Barycentric weights: the impulse acts where the particle met the wall.
+    corners = positions[triangles]
+    moment = np.einsum("tci,tc->i", corners, scene.bank.held[:, :, 0]) / impulse
+    assert moment[1:] == pytest.approx([0.37 + 50.0 * t, 0.41 - 20.0 * t], abs=1e-7)
+
+
+def test_friction_takes_its_part_of_the_tangential_velocity():
+    flock = flock_of([[0.9, 0.37, 0.41]], [[300.0, 50.0, -20.0]])
+    scene = Scene(*CUBE[:2], flock, friction=0.25)
+    tally = scene.advance(5e-4)
+    assert flock.velocity[0] == pytest.approx([-300.0, 37.5, -15.0], rel=1e-12)
+    assert tally.energy_to_walls == pytest.approx(0.5 * MASS * (50.0**2 + 20.0**2) * (1.0 - 0.75**2), rel=1e-10)
+
+
+def test_pressure_is_two_thirds_of_the_energy_density():
+    """Kinetic theory, paper equation 8; each wall's mean has deviation 1.13 / sqrt(hits) (physics notes, T19)."""
+    rng = np.random.default_rng(3)
+    flock = random_flock(50_000, rng)
+    scene = Scene(*CUBE[:2], flock)
+    for _ in range(40):
+        scene.advance(DT)
+    expected = 2.0 / 3.0 * kinetic(flock)
+    face = np.repeat(np.arange(6), 2 * 4 * 4)
+    for k in range(6):
+        struck = scene.bank.struck[face == k, 0]
+        pressure, hits = struck[:, 0].sum() / (40 * DT), struck[:, 1].sum() / MASS
+        assert pressure == pytest.approx(expected, rel=4.0 * 1.13 / np.sqrt(hits))
+
+
+def test_momentum_and_energy_close():
+    """Gas + bank is constant, whatever the walls do: to 1e-12 of what was exchanged."""
+    rng = np.random.default_rng(5)
+    triangles, positions, _, _ = CUBE
+    flock = random_flock(20_000, rng)
+    momentum, energy = MASS * flock.velocity.sum(axis=0), kinetic(flock)
+    scene = Scene(triangles, positions, flock, friction=0.1)
+    swirl = rng.normal(0.0, 60.0, positions.shape)
+    for _ in range(30):
+        scene.advance(DT, scene.positions + swirl * DT)
+    exchanged = np.abs(scene.bank.held).sum()
+    assert np.abs(MASS * flock.velocity.sum(axis=0) + scene.bank.held.sum(axis=(0, 1)) - momentum).max() < (
+        1e-12 * exchanged
+    )
+    assert abs(kinetic(flock) + scene.work - energy) < 1e-12 * energy
+    assert abs(scene.work) > 1e-3 * energy
+
+
+def test_a_moving_scene_is_the_same_scene():
+    """Galilean invariance: everything at 100 m/s more changes nothing but rounding."""
+    triangles, positions, _, _ = CUBE
+    drift = np.array([100.0, -40.0, 10.0])
+    ends = []
+    for v in (np.zeros(3), drift):
+        flock = random_flock(300, np.random.default_rng(7))
+        flock.velocity += v
+        scene = Scene(triangles, positions, flock)
+        for _ in range(10):
+            scene.advance(DT, scene.positions + v * DT)
+        ends.append(flock.position - v * 10 * DT)
+    assert np.abs(ends[1] - ends[0]).max() < 1e-9
+
+
+def test_exact_aim_at_corners_edges_and_diagonals_stays_inside():
+    """From the centre at every node, every edge's middle and every triangle's middle of a cube, in binary fractions."""
+    triangles, positions, _, _ = CUBE
+    edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
+    targets = np.concatenate([positions, positions[edges].mean(axis=1), positions[triangles].mean(axis=1)])
+    velocity = (targets - 0.5) * 1024.0
+    flock = flock_of(np.full_like(targets, 0.5), velocity)
+    scene = Scene(triangles, positions, flock)
+    for _ in range(64):  # steps that end exactly at the walls are among them
+        scene.advance(2.0**-12)
+        assert (flock.position > 0.0).all()
+        assert (flock.position < 1.0).all()
+    assert np.allclose((flock.velocity**2).sum(axis=1), (velocity**2).sum(axis=1), rtol=1e-12)
+
+
+def test_an_inner_wall_parts_two_rooms_and_its_opening_joins_them():
+    """Tight: nobody changes rooms, both sides feel their own gas. Open: particles carry their chamber with them."""
+    triangles, positions, behind, ahead = box(rooms=2)
+    rng = np.random.default_rng(9)
+    inner = (behind == 0) & (ahead == 1)
+    for opening in (0.0, 1.0):
+        flock = random_flock(4000, rng)
+        flock.chamber[:] = rng.integers(0, 2, 4000)
+        flock.position[:, 0] += flock.chamber
+        before = flock.chamber.copy()
+        scene = Scene(triangles, positions, flock, behind, ahead, np.where(inner, opening, 0.0))
+        for _ in range(30):
+            tally = scene.advance(DT)
+            assert (flock.chamber == (flock.position[:, 0] > 1.0)).all()
+        assert (flock.position > 0.0).all()
+        assert (flock.position < [2.0, 1.0, 1.0]).all()
+        struck = scene.bank.struck[inner]
+        assert (struck[:, :, 1].sum(axis=0) > 0.0).all()  # both sides
+        if opening:
+            assert 0 < np.count_nonzero(flock.chamber != before) < 4000
+            assert tally.passed > 0
+            assert not scene.bank.held[inner].any()
+        else:
+            assert (flock.chamber == before).all()
+
+
+def test_vents_let_their_share_of_particles_pass():
+    """The number passing is binomial in the hits; it does not depend on the order of the particles."""
+    triangles, positions, behind, ahead = CUBE
+    vent = (positions[triangles, 2] == 1.0).all(axis=1)
+    share = 0.3
+    rng = np.random.default_rng(13)
+    first = random_flock(20_000, rng)
+    order = rng.permutation(20_000)
+    second = flock_of(first.position[order], first.velocity[order])
+    second.identity[:] = order
+    gone = []
+    for flock in (first, second):
+        scene = Scene(triangles, positions, flock, behind, ahead, np.where(vent, share, 0.0))
+        for _ in range(10):
+            scene.advance(DT)
+        out = flock.chamber == -1
+        assert vent[flock.exit[out]].all()
+        assert np.abs(flock.position[out, 2] - 1.0).max() < 1e-12
+        met = scene.bank.struck[vent, 0, 1].sum() / MASS
+        assert abs(out.sum() - share * met) < 4.0 * np.sqrt(met * share * (1.0 - share))
+        gone.append(np.sort(flock.identity[out]))
+    assert np.array_equal(*gone)
+
+
+def test_the_search_does_not_change_the_answer(monkeypatch):
+    """Cell size and age of the lists decide the time it takes, not one bit of the result."""
+    triangles, positions, _, _ = CUBE
+    ends = []
+    for edges in (0.2, 0.8, 4.0):
+        monkeypatch.setattr(search_grid, "CELL_IN_EDGES", edges)
+        flock = random_flock(3000, np.random.default_rng(15))
+        scene = Scene(triangles, positions, flock)
+        for k in range(20):
+            scene.advance(DT, positions * (1.0 + 0.02 * np.sin(0.4 * k)))
+        ends.append(flock.position)
+    assert np.array_equal(ends[0], ends[1])
+    assert np.array_equal(ends[0], ends[2])
+
+
+def test_same_bits_for_any_number_of_threads():
+    results = []
+    before = numba.get_num_threads()
+    try:
+        for threads in (1, before):
+            numba.set_num_threads(threads)
+            flock = random_flock(20_000, np.random.default_rng(17))
+            scene = Scene(*CUBE[:2], flock, pass_probability=np.full(len(CUBE[0]), 0.1), friction=0.05)
+            for k in range(6):
+                scene.advance(DT, CUBE[1] * (1.0 + 0.01 * k))
+            results.append((flock.position, flock.velocity, flock.chamber, scene.bank.held, scene.bank.struck))
+    finally:
+        numba.set_num_threads(before)
+    for one, many in zip(*results, strict=True):
+        assert np.array_equal(one, many)
+
+
+def test_newborn_particles_fly_the_rest_of_the_step():
+    flock = flock_of([[0.5, 0.5, 0.5]] * 2, [[900.0, 0.0, 0.0]] * 2)
+    scene = Scene(*CUBE[:2], flock)
+    scene.advance(1e-3, born=np.array([0.25, 0.75]))
+    assert flock.position[:, 0] == pytest.approx(folded(0.5 + 900.0 * np.array([0.75e-3, 0.25e-3])), abs=1e-8)
+
+
+def test_a_lost_number_is_reported():
+    flock = random_flock(5, np.random.default_rng(19))
+    flock.velocity[3, 1] = np.nan
+    assert Scene(*CUBE[:2], flock).advance(DT).bad == 3

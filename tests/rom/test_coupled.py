@@ -1,0 +1,179 @@
+"""The coupled model: its geometry and motion against closed forms, its force against a law it can learn."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from free_synthetic import CLEARANCE, MASS, FreeDataset, case
+
+from billow.errors import InputError, IntegrityError
+from billow.geometry.super_ellipsoid import closest_point
+from billow.results.histories import read_histories
+from billow.rom.contact_reach import REACHES, area_vectors, distance_to, node_area
+from billow.rom.coupled import Coupled
+from billow.rom.coupled_evaluation import evaluate_coupled
+from billow.rom.coupled_folder import write_motion
+from billow.rom.impactor_of_design import Impactor, ImpactorOfDesign
+from billow.rom.surrogate import Surrogate
+
+
+@pytest.fixture(scope="module")
+def free():
+    return FreeDataset()
+
+
+@pytest.fixture(scope="module")
+def coupled(free):
+    return Coupled.train(free, Surrogate.train(free, modes=3, epochs=30))
+
+
+def body(degree=2.0, angle=0.0, radii=(0.15, 0.12, 0.2)):
+    c, s = np.cos(angle), np.sin(angle)
+    rotation = np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
+    return Impactor(np.array(radii), degree, np.array([0.1, -0.2, 0.5]), rotation, MASS, np.zeros(3))
+
+
+def test_distance_to_a_sphere_is_exact():
+    sphere = body(radii=(0.15, 0.15, 0.15), angle=0.4)
+    nodes = np.random.default_rng(1).normal(scale=0.3, size=(50, 3)) + sphere.centre
+    distance, normal = distance_to(nodes, sphere, sphere.centre)
+    away = nodes - sphere.centre
+    assert distance == pytest.approx(np.linalg.norm(away, axis=1) - 0.15, abs=1e-12)
+    assert normal == pytest.approx(away / np.linalg.norm(away, axis=1)[:, None], abs=1e-12)
+
+
+@pytest.mark.parametrize("degree", [2.0, 3.3, 4.5])
+def test_distance_near_any_body_is_that_of_the_closest_point(degree):
+    # First order: at 1 mm the error is of the order (1 mm)^2 over the smallest radius of curvature.
+    shape = body(degree, angle=0.7)
+    random = np.random.default_rng(2).normal(size=(40, 3))
+    gauge = (np.abs(random / shape.radii) ** degree).sum(axis=1) ** (1.0 / degree)
+    surface = random / gauge[:, None]
+    _, normal = distance_to(surface @ shape.rotation.T + shape.centre, shape, shape.centre)
+    nodes = surface @ shape.rotation.T + 1e-3 * normal + shape.centre
+    distance, _ = distance_to(nodes, shape, shape.centre)
+    for node, found in zip((nodes - shape.centre) @ shape.rotation, distance, strict=True):
+        closest = np.array(closest_point(*node, *shape.radii, degree)[:3])
+        assert found == pytest.approx(np.linalg.norm(node - closest), abs=2e-4)
+
+
+def test_fabric_against_a_flat_face_pushes_with_its_area():
+    # A box-like body stands on a patch of fabric; a quarter of the fabric lies under it, the rest out of reach.
+    grid = (np.arange(40) + 0.5) / 40.0 - 0.5
+    nodes = np.stack([*np.meshgrid(grid, grid), np.zeros((40, 40))], axis=-1).reshape(-1, 3)
+    area = np.full(1600, 1.0 / 1600)
+    box = Impactor(np.full(3, 0.25), 60.0, np.array([0.0, 0.0, 0.25]), np.eye(3), MASS, np.zeros(3))
+    touching = area_vectors(nodes, area, box, box.centre)
+    assert touching[0] == pytest.approx([0.0, 0.0, 0.25], abs=0.01)
+    # Lifted by one reach, its weight falls to 1/e; by fifty, to nothing.
+    lifted = area_vectors(nodes, area, box, box.centre + np.array([0.0, 0.0, REACHES[0]]))
+    assert lifted[0, 2] == pytest.approx(touching[0, 2] / np.e, rel=0.05)
+    assert area_vectors(nodes, area, box, box.centre + np.array([0.0, 0.0, 1.0])) == pytest.approx(
+        np.zeros((2, 3)), abs=1e-12
+    )
+
+
+def test_node_areas_add_up(free):
+    a, b, c = (free.reference[free.triangles[:, k]] for k in range(3))
+    whole = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()
+    assert node_area(free.reference, free.triangles).sum() == pytest.approx(whole, rel=1e-5)
+
+
+def test_the_body_of_a_design(free):
+    of_design = ImpactorOfDesign.learn(free, free.train)
+    found = of_design(np.array([20.0, 0.17]))
+    assert of_design.name == "head"
+    assert found.radii == pytest.approx([0.17] * 3, abs=1e-9)
+    assert found.centre == pytest.approx([0.0, 0.0, CLEARANCE + 0.17], abs=1e-9)
+    assert (found.degree, found.mass) == pytest.approx((3.0, MASS), abs=1e-9)
+    assert found.rotation == pytest.approx(np.eye(3), abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("code", "changes"), [("E-CPL-003", {"locked": True}), ("E-CPL-004", {"mass": None})], ids=["locked", "not affine"]
+)
+def test_a_body_the_design_does_not_tell_is_refused(free, code, changes):
+    class Other(SimpleNamespace):
+        def result(self, run):
+            radius = free.design([run])[0, 1]
+            mass = {"mass": 1.0 / radius} if "mass" in changes else changes
+            return SimpleNamespace(case_toml=case(radius, **mass))
+
+    with pytest.raises(InputError, match=code):
+        ImpactorOfDesign.learn(Other(design=free.design), free.train)
+
+
+def test_a_constant_force_moves_the_body_on_a_parabola(coupled):
+    law = lambda design, time, state: np.array([0.0, 0.0, 40.0])  # noqa: E731
+    gravity = np.array([0.0, 0.0, -9.81])
+    motion = dataclasses.replace(coupled, law=law, gravity=gravity).deploy(
+        {"pressure": 20.0, "radius": 0.15}, pushed=np.array([0.0, 0.0, -0.05])
+    )
+    # Position Verlet is exact for a constant acceleration; within reach from the start, so the law always acts.
+    a, t = 40.0 / MASS - 9.81, motion.times
+    assert motion.displacement[:, 2] == pytest.approx(0.5 * a * t**2, abs=1e-12)
+    assert motion.velocity[:, 2] == pytest.approx(a * t, abs=1e-12)
+
+
+def test_nothing_pushes_a_body_out_of_reach(coupled):
+    motion = coupled.deploy({"pressure": 20.0, "radius": 0.15}, pushed=np.array([0.0, 0.0, 20.0]))
+    assert not motion.velocity.any()
+
+
+def test_unseen_motion_is_found_with_nothing_known_in_advance(free, coupled):
+    evaluation = evaluate_coupled(free, coupled)
+    assert evaluation.median("velocity") > 0.9
+    assert evaluation.median("acceleration CFC 60") > 0.8
+    assert evaluation.median("velocity") > evaluation.median("velocity", typical=True)
+    record = json.loads(json.dumps(evaluation.record(), allow_nan=False))
+    assert record["iso_18571"]["velocity"]["median"] == evaluation.median("velocity")
+    assert record["nothing_known_in_advance"]
+
+
+def test_the_closed_loop_does_not_run_away(free, coupled):
+    # A body that starts 5 mm off goes another way, but the way stays a few times 5 mm near.
+    for design in free.design(free.test):
+        straight = coupled.deploy(design).centre
+        for off in (-5e-3, 5e-3):
+            other = coupled.deploy(design, pushed=np.array([0.0, 0.0, off])).centre
+            assert np.abs(other - straight).max() < 6 * 5e-3
+
+
+def test_a_file_answers_with_the_same_bits(coupled, tmp_path):
+    path = coupled.save(tmp_path / "coupled.safetensors")
+    design = {"pressure": 17.0, "radius": 0.13}
+    again = Coupled.load(path)
+    assert np.array_equal(again.deploy(design).centre, coupled.deploy(design).centre)
+    assert np.array_equal(Surrogate.load(path).predict(design), coupled.surrogate.predict(design))
+    coupled.surrogate.save(path)
+    with pytest.raises(InputError, match="E-CPL-006"):
+        Coupled.load(path)
+
+
+def test_a_file_whose_parts_do_not_fit_is_refused(coupled, tmp_path):
+    wrong = dataclasses.replace(coupled, impactor=ImpactorOfDesign("head", coupled.impactor.affine[:3]))
+    with pytest.raises(IntegrityError, match="E-ROM-004"):
+        Coupled.load(wrong.save(tmp_path / "coupled.safetensors"))
+
+
+def test_answers_on_disk(coupled, tmp_path):
+    motion = coupled.deploy({"pressure": 25.0, "radius": 0.15})
+    found = write_motion(motion, "head", tmp_path / "out")
+    columns = read_histories(tmp_path / "out" / "motion.csv")
+    assert columns["head_velocity_z [m/s]"] == pytest.approx(motion.velocity[:, 2], rel=1e-15)
+    gained = np.sum(columns["head_acceleration_z [m/s^2]"][1:]) * 1e-4
+    assert gained == pytest.approx(motion.velocity[-1, 2], rel=1e-9)
+    assert json.loads((tmp_path / "out" / "injury.json").read_text()) == found
+    assert (tmp_path / "out" / "motion.svg").read_bytes().startswith(b"<?xml")
+
+
+def test_designs_outside_are_refused_and_surrogates_that_want_forces(free, coupled):
+    with pytest.raises(InputError, match="E-ROM-002"):
+        coupled.deploy({"pressure": 99.0, "radius": 0.15})
+    wants = dataclasses.replace(coupled.surrogate, forces=SimpleNamespace(width=0))
+    with pytest.raises(InputError, match="E-CPL-005"):
+        Coupled.train(free, wants)

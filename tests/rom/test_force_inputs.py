@@ -1,0 +1,114 @@
+"""Contact forces as inputs: each step of the paper's recipe against what it says, and the surrogate around them."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from synthetic import SyntheticDataset, deploy
+
+from billow.errors import InputError
+from billow.rom.force_effect import force_effect
+from billow.rom.force_inputs import ForceInputs, previous, without_outliers
+from billow.rom.surrogate import Surrogate
+
+
+class PushedDataset(SyntheticDataset):
+    """Fabric is shifted by a load that no design parameter tells; the contact force does, one time before."""
+
+    def snapshots(self, field, runs):
+        if field == "contact_force":
+            return np.stack([self._load(run)[:, None, None] * self._pattern() for run in runs]).astype(np.float32)
+        shapes = []
+        for run in runs:
+            late = previous(self._load(run)[None])[0]
+            shapes.append(deploy(self.reference, self.times, self._design[run]))
+            shapes[-1][..., 2] += 2e-3 * late[:, None]
+        return np.stack(shapes).astype(np.float32)
+
+    def _load(self, run):
+        """[N], (times,): random from run to run and time to time."""
+        return np.random.default_rng(int(run) + 100).uniform(0.0, 30.0, len(self.times))
+
+    def _pattern(self):
+        inside = np.linalg.norm(self.reference[:, :2], axis=1) < 0.1
+        return inside[:, None] * np.array([0.0, 0.0, -1.0])
+
+
+@pytest.fixture(scope="module")
+def pushed():
+    return PushedDataset(train=24, test=3, times=12, nodes=200)
+
+
+def test_snapshots_whose_norm_is_an_outlier_leave():
+    matrix = np.ones((4, 50), np.float32)
+    matrix[:, 7] = 100.0
+    kept = without_outliers(matrix)
+    assert kept.shape == (4, 49)
+    assert kept.max() == 1.0
+    # mean +- 3 deviations of 50 norms 1, ..., 1, 100: one outlier always lies 7 deviations off.
+
+
+def test_inputs_are_the_normal_cumulative_function_of_projections_of_the_time_before(pushed):
+    model, inputs = ForceInputs.learn(pushed, pushed.train, 1, "z", 0)
+    pattern = pushed._pattern()[:, 2]
+    mode = model.modes[0, 0]
+    assert np.abs(mode @ pattern) == pytest.approx(np.linalg.norm(pattern), rel=1e-6)  # the one shape there is
+    loads = np.array([pushed._load(run) for run in pushed.train])
+    projected = loads * (mode @ pattern)
+    assert model.mean[0, 0] == pytest.approx(projected.mean(), rel=1e-5)
+    assert model.deviation[0, 0] == pytest.approx(projected.std(), rel=1e-5)
+    run, step = 3, 5
+    standard = (projected[run, step - 1] - projected.mean()) / projected.std()
+    assert inputs[run, step, 0] == pytest.approx(0.5 * (1.0 + math.erf(standard / math.sqrt(2.0))), abs=1e-5)
+    # Before the first time nothing touches.
+    assert inputs[:, 0, 0] == pytest.approx(model.scaled(np.zeros((24, 1, 1)))[:, 0])
+
+
+def test_inputs_lie_between_0_and_1_whatever_the_force(pushed):
+    model, _ = ForceInputs.learn(pushed, pushed.train, 1, "z", 0)
+    forces = np.zeros((3, 200, 3), np.float32)
+    forces[1] = 1e9
+    forces[2] = -1e9
+    inputs = model(forces)
+    assert inputs.shape == (3, 1)
+    assert ((inputs >= 0.0) & (inputs <= 1.0)).all()
+
+
+def test_true_forces_help_where_nothing_else_tells(pushed):
+    effect = force_effect(pushed, force_modes=1, modes=3, seeds=(0,), epochs=40)
+    assert effect.true_forces.shape == (1, 3, 12, 3)
+    # The load moves z by up to 60 mm, evenly distributed: 60 / sqrt(12) = 17 mm that only the force knows.
+    assert effect.without[..., 1:, 2].mean() > 12e-3
+    assert effect.gain(2) > 0.5
+    record = effect.record()
+    assert record["rmse_m_with_true_forces_of_the_unseen_run"]["z"]["mean"] == effect.true_forces[..., 2].mean()
+    assert record["gain_deviation_between_seeds"]["z"] == 0.0
+
+
+def test_a_surrogate_with_forces_survives_its_file_and_asks_for_them(pushed, tmp_path):
+    surrogate = Surrogate.train(pushed, modes=3, epochs=2, force_modes=2, force_components="z", seed=1)
+    again = Surrogate.load(surrogate.save(tmp_path / "forces.safetensors"))
+    run = pushed.test[0]
+    design, forces = pushed.design([run])[0], previous(pushed.snapshots("contact_force", [run]))[0]
+    answer = surrogate.predict(design, previous_forces=forces)
+    assert np.array_equal(again.predict(design, previous_forces=forces), answer)
+    several = surrogate.predict(np.stack([design, design]), previous_forces=np.stack([forces, forces]))
+    assert several[1] == pytest.approx(answer, abs=1e-6)
+    assert surrogate.spread(design, previous_forces=forces).shape == (12, 3)
+    for wrong in (None, forces[:3], np.full_like(forces, np.nan)):
+        with pytest.raises(InputError, match="E-CPL-002"):
+            surrogate.predict(design, previous_forces=wrong)
+
+
+def test_a_surrogate_without_forces_refuses_them(pushed):
+    surrogate = Surrogate.train(pushed, modes=2, epochs=1)
+    with pytest.raises(InputError, match="E-CPL-002"):
+        surrogate.predict(pushed.design(pushed.test)[0], previous_forces=np.zeros((12, 200, 3)))
+
+
+@pytest.mark.parametrize("components", ["", "w", "zz", "x"])
+def test_components_without_force_are_refused(pushed, components):
+    with pytest.raises(InputError, match="E-CPL-001"):
+        ForceInputs.learn(pushed, pushed.train, 1, components, 0)
