@@ -93,10 +93,12 @@ def test_taut_fabric_does_not_know_the_rule(e):
     shifts=st.tuples(st.floats(0.0, 6.0), st.floats(0.0, 6.0)),
 )
 def test_a_closed_loop_creates_no_energy(rule, centre, radii, shifts):
-    """Midpoint sum of s : de around a closed curve through taut, wrinkled and slack."""
+    """Midpoint sum of s : de around a closed curve through taut, wrinkled and slack. A step over a kink, of which a loop
+    has at most eight, errs by up to stiffness |de|^2 / 8, however small the taut part of the loop is."""
     phase = 2.0 * np.pi * np.arange(401) / 400
     loop = np.column_stack([c + r * np.sin(phase + d) for c, r, d in zip(centre, radii, (0.0, *shifts), strict=True)])
     middle, moved = 0.5 * (loop[1:] + loop[:-1]), np.diff(loop, axis=0)
     work = np.array([paired(stress(rule, e), d) for e, d in zip(middle, moved, strict=True)])
     if np.abs(work).sum() > 0.0:
-        assert abs(work.sum()) <= 2e-4 * np.abs(work).sum()
+        kinks = stiffest(rule) * np.sum(moved**2, axis=1).max()
+        assert abs(work.sum()) <= 2e-4 * np.abs(work).sum() + kinks

@@ -51,7 +51,7 @@ def test_ninety_percent_of_unseen_values_are_covered(surrogate):
     # Forty unseen runs of the same formula; the goal of the project is 85 to 95 % for each component.
     unseen = SyntheticDataset(train=2, test=40, seed=7)
     checks = {check.level: check for check in check_intervals(surrogate, collect(unseen, unseen.test))}
-    assert ((checks[0.9].covered > 0.85) & (checks[0.9].covered < 0.97)).all(), checks[0.9].covered
+    assert ((checks[0.9].covered > 0.85) & (checks[0.9].covered < 0.95)).all(), checks[0.9].covered
     widths = [checks[level].half_width for level in intervals.LEVELS]
     assert (np.diff(widths, axis=0) > 0).all()
 

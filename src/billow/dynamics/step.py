@@ -60,10 +60,11 @@ def stable_dt(model: Model, state: State) -> float:
 
     Fabric: 0.75 h_min/c (sqrt(1 + xi^2) - xi); 0.75 lies below the exact bound of a lumped-mass triangle, 0.827 h/c
     for an equilateral one. Strap springs add to a node's stiffness: their squared frequencies add. Contact sets no
-    limit.
+    limit; the gas has its own.
     """
     fabric = min((0.75 * m.stable_dt(state.largest_stretch) for m in model.membranes), default=float("inf"))
     stiffness = model.straps.nodal_stiffness(len(model.mass))
     squared_frequency = float((stiffness * state.inverse_mass).max())
     squared = 1.0 / fabric**2 + 0.25 * squared_frequency / 0.9**2
-    return squared**-0.5 if squared > 0.0 else float("inf")
+    structure = squared**-0.5 if squared > 0.0 else float("inf")
+    return min(structure, model.gas.stable_dt(state.gas))

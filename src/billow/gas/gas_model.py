@@ -113,6 +113,9 @@ class GasModel(Protocol):
     def advance(self, gas: object, bag: Bag, time: float, dt: float, corner_force: np.ndarray) -> None:
         """From `time` to `time + dt` [s]; the bag has already moved. Changes `gas`, adds to `corner_force`."""
 
+    def stable_dt(self, gas: object) -> float:
+        """Largest step [s] of the structure that the gas tolerates now."""
+
     def totals(self, gas: object) -> GasTotals:
         """Totals of the state."""
 

@@ -28,6 +28,9 @@ class NoGas:
     def advance(self, gas: EmptyState, bag: Bag, time: float, dt: float, corner_force: np.ndarray) -> None:
         gas.volume = bag.surface.volume(bag.positions)
 
+    def stable_dt(self, gas: EmptyState) -> float:
+        return float("inf")
+
     def totals(self, gas: EmptyState) -> GasTotals:
         return GasTotals(
             self.ambient_pressure, self.ambient_temperature, gas.volume, np.zeros(0),

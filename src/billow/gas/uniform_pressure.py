@@ -195,6 +195,10 @@ class UniformPressure:
         gas.jet_impulse_out += pattern.seen * thrust * dt
         return 0.5 * (before + power) * dt
 
+    def stable_dt(self, gas: UniformState) -> float:
+        """Any: the gas acts at the end of a step on where the fabric is then."""
+        return float("inf")
+
     def totals(self, gas: UniformState) -> GasTotals:
         sums = gas.sums.tolist()
         vented_by, leaked_by, passed = {}, {}, {}

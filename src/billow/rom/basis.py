@@ -73,7 +73,7 @@ def factor(matrix: np.ndarray, rank: int, seed: int) -> tuple[np.ndarray, np.nda
     not drowned in float32 rounding. NumericalStop E-ROM-013 if a product overflows.
     """
     start = np.random.default_rng(seed).standard_normal((matrix.shape[1], rank), dtype=np.float32)
-    with np.errstate(over="ignore", invalid="ignore"):  # told by _orthonormal
+    with np.errstate(over="ignore", invalid="ignore"):  # told by _finite: what overflows stays so to the end
         columns = _orthonormal(matrix @ start)
         for _ in range(POWER_ITERATIONS):
             rows = _orthonormal(matrix.T @ columns.astype(np.float32))
@@ -132,7 +132,7 @@ def sum_of_squares(snapshots: np.ndarray) -> float:
 
 
 def _orthonormal(matrix):
-    return np.linalg.qr(_finite(matrix).astype(float))[0]
+    return np.linalg.qr(matrix.astype(float))[0]
 
 
 def _finite(product):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy.spatial.distance import cdist
 from scipy.stats import qmc
 
 from billow.errors import InputError
@@ -18,9 +19,11 @@ def suggest(surrogate: Surrogate, count: int, known: np.ndarray, seed: int = 0) 
 
     known: (runs, parameters), every design made or planned, unseen ones too
 
-    Candidates are a scrambled Sobol sequence over the trained ranges. Each is worth its uncertainty (the ensemble's
-    spread, root mean square over nodes, times and components) times its distance to the nearest design known or
-    chosen before: spread alone would put all of them in one corner. Same surrogate, known designs and seed: same rows.
+    Candidates are a scrambled Sobol sequence over the trained ranges. Each stands for its surroundings with its
+    uncertainty, the ensemble's spread (root mean square over nodes, times and components), times its distance to the
+    nearest design known or chosen. The next design is the candidate that lowers the sum of these most (greedy weighted
+    k-medians). Taking the least sure, or the least sure and farthest, candidate instead ends in corners, from which
+    little of the space is learned. Same surrogate, known designs and seed: same rows.
     Raises InputError E-ROM-021 if count is below 1 or the surrogate has no ensemble.
     """
     if count < 1 or surrogate.regression.members == 1 or surrogate.forces is not None:
@@ -38,11 +41,12 @@ def suggest(surrogate: Surrogate, count: int, known: np.ndarray, seed: int = 0) 
     nearest = np.full(len(unit), np.sqrt(len(parameters)))  # the diagonal: nothing is farther
     for point in to_unit(np.reshape(known, (-1, len(parameters))), parameters):
         nearest = np.minimum(nearest, np.linalg.norm(unit - point, axis=1))
+    between = cdist(unit, unit)
     chosen = []
     for _ in range(count):
-        best = int((unsure * nearest).argmax())
+        best = int((np.maximum(nearest - between, 0.0) @ unsure).argmax())
         chosen.append(best)
-        nearest = np.minimum(nearest, np.linalg.norm(unit - unit[best], axis=1))
+        nearest = np.minimum(nearest, between[best])
     return low + unit[chosen] * (high - low)
 
 

@@ -44,6 +44,9 @@ class PrescribedPressure:
         gas.volume = bag.surface.volume(bag.positions)
         add_pressure(bag.surface.triangles, bag.positions, self.gauge, corner_force)
 
+    def stable_dt(self, gas: LoadedVolume) -> float:
+        return float("inf")
+
     def totals(self, gas: LoadedVolume) -> GasTotals:
         grown = gas.volume - gas.start
         return GasTotals(

@@ -51,6 +51,9 @@ CELLS_PER_STEP, EDGES_PER_STEP, GAPS_PER_STEP = 0.5, 1.5, 0.3
 """Way of a particle in a gas step, at most about: in collision cells, in mean edges of the mesh, and in mean distances
 between opposite walls. The last keeps a flat bag's gas from answering its walls too late."""
 
+SOUND_CROSSES = 1.0
+"""Gaps that sound crosses in a step of the structure, at most."""
+
 MOST_STEPS = 8
 """Of the structure within one gas step."""
 
@@ -473,9 +476,8 @@ class Corpuscular:
         speed = self._speed(gas)
         if speed == 0.0:
             return 1
-        gap = 2.0 * float(gas.volume.sum() / self._flat_area.sum())
         cell = float(gas.cells.size[gas.cells.size > 0.0].min())
-        way = min(CELLS_PER_STEP * cell, EDGES_PER_STEP * self._edge, GAPS_PER_STEP * gap)
+        way = min(CELLS_PER_STEP * cell, EDGES_PER_STEP * self._edge, GAPS_PER_STEP * self._gap(gas))
         return max(1, min(MOST_STEPS, int(way / (speed * dt))))
 
     def _speed(self, gas: CorpuscularState) -> float:
@@ -514,6 +516,16 @@ class Corpuscular:
         if gas.sums is None:  # a state just restored
             gas.sums = sum_particles(gas.particles, kinds.mass, self.chambers.count)
         return gas.sums
+
+    def _gap(self, gas: CorpuscularState) -> float:
+        """Mean distance of opposite walls [m]."""
+        return 2.0 * float(gas.volume.sum() / self._flat_area.sum())
+
+    def stable_dt(self, gas: CorpuscularState) -> float:
+        """The gap over the speed of sound: between light walls gas is a stiff spring that answers half a step late."""
+        density = gas.masses.sum() / gas.volume.sum()
+        pressure = float(gas.pressure @ gas.volume / gas.volume.sum())
+        return SOUND_CROSSES * self._gap(gas) / math.sqrt(float(gas.gamma.max()) * pressure / density)
 
     # --- what users see --------------------------------------------------------------------------------------------
 

@@ -1,0 +1,83 @@
+"""The moving surface has no gaps: lines through it change sides exactly as often as their ends say."""
+
+from __future__ import annotations
+
+import numpy as np
+from flights import box, winding
+
+from billow.compiled import kernel
+from billow.gas.corpuscular.crossing import INWARD, NEVER, OUTWARD, crossing, piece_normal
+from billow.gas.corpuscular.walls import Walls
+
+PIECES = (((0, 0), (1, 0), (2, 0), (2, 1)), ((0, 0), (1, 0), (1, 1), (2, 1)), ((0, 0), (0, 1), (1, 1), (2, 1)))
+"""Corners of each piece: which node, at which end of the step."""
+
+
+@kernel
+def _cross_all(n, nodes, orientation, start, end, x0, x1, sides_out, met_out):
+    for p in range(n):
+        for t in range(len(nodes)):
+            for way in (OUTWARD, INWARD):
+                after = -1.0
+                while True:  # a line can cross two pieces of a triangle in the same way
+                    when, piece, _, _, _ = crossing(
+                        nodes, orientation, t, start, end, x0[p, 0], x0[p, 1], x0[p, 2], x1[p, 0], x1[p, 1], x1[p, 2],
+                        way, after,
+                    )  # fmt: skip
+                    if when == NEVER:
+                        break
+                    sides_out[p] += 1 if way == OUTWARD else -1
+                    met_out[p, 0], met_out[p, 1], met_out[p, 2] = t, piece, when
+                    after = when + 1e-12
+
+
+def moving_box(rng, strength):
+    triangles, start, _, _ = box(divisions=3)
+    walls = Walls.build(triangles, np.zeros(len(triangles)), np.full(len(triangles), -1))
+    return triangles, walls, start, start + rng.normal(0.0, strength, start.shape) + rng.normal(0.0, 0.2, 3)
+
+
+def cross(walls, start, end, x0, x1):
+    sides, met = np.zeros(len(x0), np.int64), np.full((len(x0), 3), -1.0)
+    _cross_all.serial(len(x0), walls.nodes, walls.orientation, start, end, x0, x1, sides, met)
+    return sides, met
+
+
+def test_crossings_add_up_to_the_change_of_side():
+    """Net outward crossings of a line = winding number at its start - at its end, whatever the surface does."""
+    rng = np.random.default_rng(1)
+    for strength in (0.0, 0.01, 0.06):
+        triangles, walls, start, end = moving_box(rng, strength)
+        x0, x1 = rng.uniform(-0.4, 1.4, (2, 1500, 3))
+        sides, _ = cross(walls, start, end, x0, x1)
+        before, after = (np.round(winding(x, triangles, y)) for x, y in ((x0, start), (x1, end)))
+        assert len(np.unique(before - after)) == 3
+        assert np.array_equal(sides, before - after), np.count_nonzero(sides != before - after)
+
+
+def test_lines_through_nodes_and_edges_are_seen():
+    """From inside through every node, edge and middle of a standing or flying box to outside: at least one crossing."""
+    triangles, walls, start, _ = moving_box(np.random.default_rng(2), 0.0)
+    edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
+    targets = np.concatenate([start, start[edges].mean(axis=1), start[triangles].mean(axis=1)])
+    x0 = np.full_like(targets, 0.5)
+    for drift in (np.zeros(3), np.array([0.25, -0.5, 3.0])):
+        sides, _ = cross(walls, start, start + drift, x0, x0 + 1.5 * (targets - 0.5) + drift)
+        assert (sides > 0).all()
+
+
+def test_normal_and_travel_are_those_of_the_piece():
+    """n . y - travel * tau is the same at the four corners of a piece and where the line crosses it."""
+    rng = np.random.default_rng(3)
+    _, walls, start, end = moving_box(rng, 0.06)
+    x0, x1 = rng.uniform(0.3, 0.7, (300, 3)), rng.uniform(-1.0, 2.0, (300, 3))
+    _, met = cross(walls, start, end, x0, x1)
+    seen = np.flatnonzero(met[:, 0] >= 0)
+    assert set(met[seen, 1]) == {0.0, 1.0, 2.0}
+    for p in seen:
+        t, piece, when = int(met[p, 0]), int(met[p, 1]), met[p, 2]
+        *normal, travel = piece_normal(walls.nodes, walls.orientation, t, piece, start, end)
+        corners = [(start, end)[late][walls.nodes[t, k]] @ normal - travel * late for k, late in PIECES[piece]]
+        line = (x0[p] + when * (x1[p] - x0[p])) @ normal - travel * when
+        assert np.ptp([*corners, line]) < 1e-11
+        assert np.linalg.norm(normal) - 1.0 < 1e-14
