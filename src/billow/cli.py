@@ -14,7 +14,7 @@ import typer
 from rich.console import Console
 
 from billow import __version__
-from billow.commands import couple, coupon, export, import_runs, injury, suggest, tank
+from billow.commands import converge, couple, coupon, export, import_runs, injury, suggest, tank
 from billow.commands.options import CaseFile, Settings, make_console, parse_settings
 from billow.errors import BillowError, InputError, ResourceError
 
@@ -301,6 +301,7 @@ def demo(
     run_demo(out, train, test, workers, make_console())
 
 
+app.command()(converge.converge)
 app.command()(coupon.coupon)
 app.add_typer(tank.app)
 app.command()(injury.injury)

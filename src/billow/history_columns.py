@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+
 import numpy as np
 
 from billow.dynamics.inspection import shooting_nodes
 from billow.dynamics.model import Model, Obstacle, State
 from billow.fabric.straps import ELONGATION, TENSION
-from billow.gas.gas_model import GasTotals
+from billow.gas.gas_model import GasTotals, LocalGas
 from billow.impactor import rigid_body
 
 
-def history_row(model: Model, state: State) -> dict[str, float]:
-    """Column name -> value at the present time."""
+def history_row(model: Model, state: State, sensors: Mapping[str, Sequence[float]]) -> dict[str, float]:
+    """Column name -> value at the present time; sensors: where the gas is read [m], by name."""
     row = {"time [s]": state.time, "dt [s]": state.dt}
     row |= _gas(model.gas.totals(state.gas))
     row |= _energy(state)
@@ -26,6 +28,8 @@ def history_row(model: Model, state: State) -> dict[str, float]:
         bars = state.bar[model.straps.strap == k]
         row[f"strap_{k + 1}_tension [N]"] = float(bars[:, TENSION].sum())
         row[f"strap_{k + 1}_elongation [m]"] = float(bars[:, ELONGATION].mean())
+    if sensors and isinstance(model.gas, LocalGas):
+        row |= _readings(model.gas.at(state.gas, np.array(list(sensors.values()))), list(sensors))
     row["largest_stretch [-]"] = state.largest_stretch
     row["shooting_nodes [-]"] = float(shooting_nodes(model, state))
     return row
@@ -61,6 +65,20 @@ def _gas(totals: GasTotals) -> dict[str, float]:
             f"{chamber.name}_volume [m^3]": chamber.volume,
             f"{chamber.name}_mass [kg]": chamber.mass,
             f"{chamber.name}_energy [J]": chamber.energy,
+        }
+    return columns
+
+
+def _readings(readings: dict[str, np.ndarray], names: list[str]) -> dict[str, float]:
+    columns = {}
+    for k, name in enumerate(names):
+        columns |= {
+            f"{name}_gas_pressure [Pa]": float(readings["pressure"][k]),
+            f"{name}_gas_temperature [K]": float(readings["temperature"][k]),
+            f"{name}_gas_density [kg/m^3]": float(readings["density"][k]),
+        }
+        columns |= {
+            f"{name}_gas_velocity_{a} [m/s]": float(v) for a, v in zip("xyz", readings["velocity"][k], strict=True)
         }
     return columns
 

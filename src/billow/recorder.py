@@ -21,16 +21,17 @@ from billow.contact.rigid_contact import SuperEllipsoid
 from billow.dynamics.inspection import inverted_elements
 from billow.dynamics.model import Model, Obstacle, State
 from billow.errors import NumericalStop
+from billow.gas.gas_model import LocalGas
 from billow.history_columns import history_row
 from billow.interrupts import Interrupts, RunInterrupted
 from billow.results import journal as journals
 from billow.results.atomic import write_atomically
+from billow.results.frame_files import write_frames
 from billow.results.histories import write_histories
 from billow.results.journal import Journal
 from billow.results.machine import machine
 from billow.results.quality import Criterion, judge, overall
 from billow.results.run_file import write_run_file
-from billow.results.vtkhdf import FabricWriter
 
 CHECKPOINT_SECONDS = 30.0
 """Wall time [s] between two checkpoints."""
@@ -97,6 +98,8 @@ class RunRecorder:
         )
         for warning in self.warnings:
             self.say(str(warning))
+        if (self.case.run.sensors or self.case.run.particle_times) and not isinstance(self.model.gas, LocalGas):
+            self.say(f"sensors and particles are not written: gas.model = {self.case.gas.model} has no places")
         self.say(LOG_HEADER)
 
     def say(self, line: str) -> None:
@@ -109,10 +112,13 @@ class RunRecorder:
 
     def history(self, model: Model, state: State) -> None:
         self.state = state
-        row = history_row(model, state)
+        row = history_row(model, state, {s.name: s.position for s in self.case.run.sensors})
         if self.journal.offset == 0:
             self.journal.columns(list(row))
         self.journal.row(np.array(list(row.values())))
+        if isinstance(model.gas, LocalGas) and self._particles_wanted(state):
+            particles = {f"particle.{name}": array for name, array in model.gas.points(state.gas).items()}
+            self.journal.frame({"time": np.array([state.time])} | particles)
         self.interrupts.look_for_stop_file()
 
     def frame(self, model: Model, state: State) -> None:
@@ -128,6 +134,8 @@ class RunRecorder:
             "point.plate_force": touching[False].astype(np.float32),
         }
         arrays |= {f"cell.{name}": field.astype(np.float32) for name, field in model.gas.fields(state.gas).items()}
+        if self.case.run.gas_frames and isinstance(model.gas, LocalGas):
+            arrays |= {f"cloud.{name}": array.astype(np.float32) for name, array in model.gas.cells(state.gas).items()}
         self.journal.frame(arrays)
         self.last_good = copy.deepcopy(state), self.journal.offset
         self.say(self._line(state))
@@ -156,7 +164,7 @@ class RunRecorder:
         """Write result files from the journal, and the run's record with its verdict."""
         self.journal.sync()
         self.journal.close()
-        self._write_fabric()
+        write_frames(self.folder, self.folder / JOURNAL, self.model.start, self.model.surface)
         histories = journals.read_histories(self.folder / JOURNAL)
         write_histories(self.folder / "histories.csv", histories)
         books = self._books(histories)
@@ -167,6 +175,8 @@ class RunRecorder:
             f"whole energy residual {100 * books['energy_residual_of_injected']:.4f} % of injected "
             f"({100 * books['energy_residual_of_largest']:.2f} % of the largest energy)"
         )
+        if isinstance(self.model.gas, LocalGas):
+            self.say(f"particles found outside and put back: {books['leaked_particles']:.0f}")
         self.say(f"quality: {overall(criteria)}")
         for c in criteria:
             if c.verdict != "PASS":
@@ -226,19 +236,11 @@ class RunRecorder:
             self.journal.sync()
             write_checkpoint(self.folder / LAST_GOOD, self.last_good[0], self.digest, self.last_good[1])
 
-    def _write_fabric(self) -> None:
-        surface = self.model.surface
-        path = self.folder / "fabric.vtkhdf"
-        path.unlink(missing_ok=True)  # of an earlier, interrupted part of the run
-        names = list(surface.part_names)
-        with FabricWriter(path, self.model.start, surface.triangles.astype(np.int64), surface.part, names) as fabric:
-            for arrays in journals.frames(self.folder / JOURNAL):
-                fields = {"point": {}, "cell": {}}
-                for name, array in sorted(arrays.items()):  # as read, their order is no order
-                    kind, _, field = name.partition(".")
-                    if field:
-                        fields[kind][field] = array
-                fabric.append(float(arrays["time"][0]), arrays["positions"], fields["point"], fields["cell"])
+    def _particles_wanted(self, state: State) -> bool:
+        """Whether a wanted time lies between the last row of histories and this one; a resumed run answers the same."""
+        run = self.case.run
+        between = run.end_time / (run.frames * run.histories_per_frame)
+        return any(state.time - between < time <= state.time for time in run.particle_times)
 
     def _books(self, histories: dict[str, np.ndarray]) -> dict[str, float]:
         totals, ledger = self.model.gas.totals(self.state.gas), self.state.ledger
@@ -257,7 +259,7 @@ class RunRecorder:
             "jet_impulse_delivered": totals.jet_impulse_out / totals.jet_impulse_in if totals.jet_impulse_in else 1.0,
             "shooting_nodes": float(histories["shooting_nodes [-]"].max()),
             "inverted_elements": float(inverted_elements(self.model, self.state)),
-            "leaked_particles": 0.0,
+            "leaked_particles": float(totals.escaped),
             "plausibility_warnings": float(len(self.warnings)),
         }
 

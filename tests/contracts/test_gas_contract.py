@@ -16,12 +16,14 @@ from billow.case.build_gas import build_gas
 from billow.case.schema import Case
 from billow.gas.gas_model import Bag
 from billow.gas.mixture import mixture_enthalpy, mixture_gas_constant
+from billow.geometry.surface import area_vectors
 
 DRIVER = {"diameter": 0.4, "vents": {"distance": 0.13, "diameter": 0.03}, "straps": {"count": 0}}
 TWO_CHAMBERS = {
     "shape": "rectangular", "length": 0.6, "width": 0.3, "chambers": 2, "mouth_radius": 0.04,
     "vents": {"diameter": 0.03, "panel": "front"},
 }  # fmt: skip
+PARTICLES = {"model": "corpuscular", "particles": 2000}
 GASES = {
     "no gas": {"gas": {"model": "none"}},
     "uniform pressure": {"inflator": {"jets": {"count": 0}}},
@@ -29,8 +31,14 @@ GASES = {
     "uniform pressure that loses heat": {"inflator": {"jets": {"count": 0}}, "gas": {"heat_transfer": 500.0}},
     "uniform pressure in two chambers": {"bag": TWO_CHAMBERS, "inflator": {"jets": {"count": 0}}},
     "uniform pressure in two chambers with jets": {"bag": TWO_CHAMBERS, "inflator": {"jets": {"count": 4}}},
+    "corpuscular": {"inflator": {"jets": {"count": 6, "angle": 40.0}}, "gas": PARTICLES},
+    "corpuscular in two chambers": {"bag": TWO_CHAMBERS, "inflator": {"jets": {"count": 4}}, "gas": PARTICLES},
 }
 """Name -> what the case says of it."""
+
+NOISE = 4.0 * 0.52 / np.sqrt(1500.0)
+"""Of a pressure from particles: four standard deviations of the share of flight in the energy of a diatomic gas,
+sqrt(2/3 / (5/2 N)) = 0.52/sqrt(N), for the 1500 particles there are at least after the inflator's end; 5 %."""
 
 FLOW = {"time": [0.0, 0.002, 0.008], "value": [0.0, 1.5, 0.0]}  # 6 g within 8 ms: a promise holds after it, too
 
@@ -58,6 +66,11 @@ def scene(name, *, vented=True, permeability=0.03):
     return build_gas(case, shape), shape
 
 
+def of_particles(name):
+    """Whether a promise holds to statistics only."""
+    return name.startswith("corpuscular")
+
+
 def still(start, time):
     return start
 
@@ -79,6 +92,7 @@ class Drive:
     corner_force: np.ndarray
     work: float
     fields: dict
+    state: object
 
 
 def drive(gas, shape, motion, end=0.012, dt=2e-5) -> Drive:
@@ -95,7 +109,7 @@ def drive(gas, shape, motion, end=0.012, dt=2e-5) -> Drive:
         work += 0.5 * float(np.sum((before + force) * (moved - positions)[surface.triangles]))
         positions = moved
         totals.append(gas.totals(state))
-    return Drive(totals, force, work, gas.fields(state))
+    return Drive(totals, force, work, gas.fields(state), state)
 
 
 def numbers(totals, prefix="") -> dict:
@@ -136,7 +150,7 @@ def test_energy_closes(gas_name):
         assert abs(now.energy - booked) <= 1e-12 * scale
         assert now.energy_error <= 1e-12
         if now.mass:  # the energy is that of these species at this temperature
-            if not now.chambers:
+            if not now.chambers and not of_particles(gas_name):  # particles also hold energy of their flow
                 masses = now.mass_by_species
                 thermal = mixture_enthalpy(gas.table, masses, now.temperature)
                 thermal -= mixture_gas_constant(gas.table, masses) * now.temperature
@@ -144,7 +158,10 @@ def test_energy_closes(gas_name):
             # Gas brings its enthalpy, not its internal energy.
             inflow = now.injected * mixture_enthalpy(gas.table, gas.inflators[0].mass_fractions, 600.0)
             air = now.drawn_in * mixture_enthalpy(gas.table, gas.ambient.mass_fractions, gas.ambient.temperature)
-            assert now.enthalpy_in == pytest.approx(inflow + air, rel=1e-12, abs=1e-12)
+            # Particles are born in a mouth that moves at up to 60 m/s, and bring that work along: v (u + v/2) of h,
+            # 4 % for the speed of sound u at 600 K.
+            rel = 0.05 if of_particles(gas_name) else 1e-12
+            assert now.enthalpy_in == pytest.approx(inflow + air, rel=rel, abs=1e-12)
 
 
 def test_sealed_rigid_bag_obeys_the_gas_law(gas_name):
@@ -158,24 +175,38 @@ def test_sealed_rigid_bag_obeys_the_gas_law(gas_name):
         return
     rooms = now.chambers or (now,)
     assert sum(room.volume for room in rooms) == pytest.approx(now.volume, rel=1e-14)
-    assert sum(room.mass for room in rooms) == pytest.approx(now.mass, rel=1e-14)
+    pending = 1.0 / 2000.0 if of_particles(gas_name) else 0.0  # what is not yet a whole particle is in no room
+    assert sum(room.mass for room in rooms) == pytest.approx(now.mass, rel=1e-14 + pending)
+    law, even = (NOISE, 2.0 * NOISE) if of_particles(gas_name) else (1e-12, 1e-6)
     if not now.chambers:
         gas_constant = mixture_gas_constant(gas.table, now.mass_by_species)
-        assert now.pressure * now.volume == pytest.approx(gas_constant * now.temperature, rel=1e-12)
+        assert now.pressure * now.volume == pytest.approx(gas_constant * now.temperature, rel=law)
     assert now.pressure > 2.0 * gas.ambient.pressure
     for room in rooms:  # joined by openings: one pressure
-        assert room.pressure == pytest.approx(now.pressure, rel=1e-6)
+        assert room.pressure == pytest.approx(now.pressure, rel=even)
     fabric = shape.surface.triangles_of_kind("fabric")
+    if of_particles(gas_name):  # a single triangle is struck a few times only
+        area = np.linalg.norm(area_vectors(shape.surface.triangles[fabric], shape.positions), axis=1)
+        mean = result.fields["pressure"][fabric] @ area / area.sum()
+        assert mean == pytest.approx(now.pressure - gas.ambient.pressure, rel=even)
+        return
     assert result.fields["pressure"][fabric] == pytest.approx(now.pressure - gas.ambient.pressure, rel=1e-6)
 
 
 def test_gas_at_rest_puts_no_net_force_on_a_closed_bag(gas_name):
     gas, shape = scene(gas_name, vented=False, permeability=0.0)
-    force = drive(gas, shape, still).corner_force  # 4 ms after the inflator's end
+    result = drive(gas, shape, still)  # until 4 ms after the inflator's end
+    force = result.corner_force
     arm = shape.positions[shape.surface.triangles]
     scale = np.abs(force).sum() + 1e-300
-    assert np.abs(force.sum(axis=(0, 1))).max() <= 1e-13 * scale
-    assert np.abs(np.cross(arm, force).sum(axis=(0, 1))).max() <= 1e-13 * scale
+    tolerance = 1e-13
+    if of_particles(gas_name):
+        # It cannot be at rest: the force varies by 1.13/sqrt(hits) of a gas step, each particle having one or so. What
+        # holds exactly is the momentum of gas and bag together.
+        tolerance = 4.0 * 1.13 / np.sqrt(1500.0)
+        assert result.state.momentum_error < 1e-11
+    assert np.abs(force.sum(axis=(0, 1))).max() <= tolerance * scale
+    assert np.abs(np.cross(arm, force).sum(axis=(0, 1))).max() <= tolerance * scale
 
 
 def test_constant_velocity_changes_nothing(gas_name):
@@ -185,6 +216,14 @@ def test_constant_velocity_changes_nothing(gas_name):
         return breathing(start, time) + np.array([3.0, -2.0, 1.0]) + time * np.array([12.0, -7.0, 5.0])
 
     here, there = drive(gas, shape, breathing), drive(gas, shape, carried)
+    if of_particles(gas_name):
+        # Its own flow is part of its energy, which therefore depends on the observer, and rounding decides who collides
+        # with whom. What everyone sees alike: mass to statistics of those that leave, pressure and temperature.
+        a, b = here.totals[-1], there.totals[-1]
+        for name in ("pressure", "temperature", "mass", "vented", "leaked"):
+            rel = 4.0 / np.sqrt(100.0) if name in ("vented", "leaked") else 2.0 * NOISE
+            assert getattr(b, name) == pytest.approx(getattr(a, name), rel=rel), name
+        return
     assert there.corner_force == pytest.approx(here.corner_force, rel=1e-8, abs=1e-8 * np.abs(here.corner_force).max())
     for name, value in numbers(here.totals[-1]).items():
         if not name.endswith("_error"):
@@ -192,10 +231,10 @@ def test_constant_velocity_changes_nothing(gas_name):
 
 
 def test_work_booked_is_work_done(gas_name):
-    """To the scheme's order: half the step, a quarter of the gap."""
+    """To the scheme's order: half the step, a quarter of the gap. The corpuscular gas books the trapezia themselves."""
     gas, shape = scene(gas_name)
     gaps = []
-    for dt in (4e-5, 2e-5, 1e-5):
+    for dt in (2e-5,) if of_particles(gas_name) else (4e-5, 2e-5, 1e-5):
         result = drive(gas, shape, breathing, dt=dt)
         gaps.append(result.work - result.totals[-1].work_on_fabric)
     if result.totals[-1].mass == 0.0:
@@ -203,6 +242,9 @@ def test_work_booked_is_work_done(gas_name):
         return
     done = sum(abs(b.work_on_fabric - a.work_on_fabric) for a, b in zip(result.totals, result.totals[1:], strict=False))
     assert done > 50.0
+    if of_particles(gas_name):
+        assert abs(gaps[0]) < 1e-11 * done
+        return
     assert abs(gaps[2]) < 1e-4 * done
     assert abs(gaps[0]) / abs(gaps[1]) > 3.5
     assert abs(gaps[1]) / abs(gaps[2]) > 3.5

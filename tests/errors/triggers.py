@@ -7,6 +7,7 @@ sound files (`here.bench`) and `here.patch`, pytest's monkeypatch.
 from __future__ import annotations
 
 import triggers_cases
+import triggers_convergence
 import triggers_coupled
 import triggers_fabric
 import triggers_gas
@@ -20,6 +21,7 @@ from here import Here, Told
 
 TRIGGERS = {
     **triggers_cases.TRIGGERS,
+    **triggers_convergence.TRIGGERS,
     **triggers_coupled.TRIGGERS,
     **triggers_gas.TRIGGERS,
     **triggers_fabric.TRIGGERS,

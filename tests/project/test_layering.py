@@ -25,10 +25,11 @@ MAY_IMPORT = {
     "history_columns": {"dynamics", "fabric", "gas", "impactor"},
     "interrupts": set(),
     "recorder": {
-        *("errors", "contact", "dynamics", "case", "results"),
+        *("errors", "contact", "dynamics", "gas", "case", "results"),
         *("checkpoint_file", "history_columns", "interrupts"),
     },
     "simulate": {"errors", "dynamics", "case", "results", "checkpoint_file", "interrupts", "recorder"},
+    "converge": {"errors", "case", "results", "simulate", "rom"},
     "tank": {"errors", "units", "compiled", "gas", "case", "results"},
     "coupon": BASE | {"geometry", "fabric", "gas", "dynamics", "case", "results"},
     "injury": {"errors", "compiled", "results"},

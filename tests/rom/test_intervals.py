@@ -56,6 +56,17 @@ def test_ninety_percent_of_unseen_values_are_covered(surrogate):
     assert (np.diff(widths, axis=0) > 0).all()
 
 
+def test_a_component_that_never_moves_is_covered():
+    dataset = SyntheticDataset(train=8, test=2, times=5, nodes=60)
+    real = dataset.snapshots
+    dataset.snapshots = lambda field, runs: real(field, runs) * np.array([1, 0, 1], np.float32)
+    surrogate = Surrogate.train(dataset, modes=2, epochs=2)
+    for check in check_intervals(surrogate, collect(dataset, dataset.test)):
+        assert check.covered[1] == 1.0
+        assert check.half_width[1] < 1e-6
+    assert np.isfinite(surrogate.half_width(dataset.design(dataset.test))).all()
+
+
 def test_the_scale_is_spread_and_truncation_at_each_node(surrogate, dataset):
     row, lost = dataset.design(dataset.test)[0], (surrogate.intervals.lost_by_time, surrogate.intervals.lost_by_node)
     members = surrogate.regression.by_member(row[None], surrogate.times)[:, 0].reshape(5, 20, 3, 8)

@@ -7,12 +7,14 @@ import re
 
 import numpy as np
 import pytest
+from synthetic import SyntheticDataset
 
 from billow.rom import figures
 from billow.rom.evaluate import evaluate
 from billow.rom.findings import verdict, weaknesses
 from billow.rom.report import page, write_report
 from billow.rom.sections import cut, super_ellipsoid
+from billow.rom.surrogate import Surrogate
 
 
 @pytest.fixture(scope="module")
@@ -45,6 +47,19 @@ def test_page_without_sweep_and_without_records(evaluation):
     text = page(bare, {})
     assert "came without balances" in text
     assert "Figure 4" not in text
+
+
+def test_runs_made_elsewhere_may_know_no_times_and_move_in_one_direction_only(tmp_path):
+    dataset = SyntheticDataset(train=8, test=2, times=5, nodes=60)
+    real = dataset.snapshots
+    dataset.snapshots = lambda field, runs: real(field, runs) * np.array([0, 0, 1], np.float32)
+    dataset.wall_seconds = lambda runs: np.zeros(len(runs))
+    surrogate = Surrogate.train(dataset, modes=2, epochs=2)
+    evaluation = evaluate(dataset, surrogate, sizes=(4, 8), modes=(1, 2))
+    text = write_report(dataset, surrogate, evaluation, tmp_path / "report").read_text(encoding="utf-8")
+    assert "how long the runs took is not known" in text
+    assert "faster than the solver" not in text
+    assert "In x the surrogate does not beat" not in text
 
 
 def test_a_lost_comparison_is_said_first(evaluation):

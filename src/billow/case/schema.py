@@ -21,10 +21,21 @@ from billow.case.schema_fabric import Fabric
 from billow.case.schema_gas import Ambient, Gas, Inflator, Inflators, require_distinct
 from billow.case.schema_leakage import Leakage
 from billow.case.schema_obstacle import Obstacle, Plate
-from billow.case.text import Text
+from billow.case.text import Name, Text
 
 Acceleration = quantity("m/s^2", -100.0, 100.0)
+Coordinate = quantity("m", -10.0, 10.0)
 MOST_ROWS = 100_000  # of histories; a run that needs 50 ms has 500
+
+
+class Sensor(Strict):
+    """A place where the corpuscular gas is read: columns of histories.csv for pressure, temperature, density and
+    velocity. Readings gather the nearest 400 particles."""
+
+    name: Name
+    """Name, for the histories."""
+    position: tuple[Coordinate, Coordinate, Coordinate]
+    """Where, in the coordinates of the bag; it does not move with the fabric."""
 
 
 class Run(Strict):
@@ -40,6 +51,30 @@ class Run(Strict):
     """Fraction of the stable step to use."""
     gravity: tuple[Acceleration, Acceleration, Acceleration] = (0.0, 0.0, 0.0)
     """Acceleration of gravity; negligible during a deployment."""
+    gas_frames: bool = True
+    """Write gas.vtkhdf: the corpuscular gas in boxes of about 100 particles, at every frame."""
+    particle_times: tuple[quantity("s", 0.0, 1.0), ...] = ()
+    """Times at which the particles themselves go to particles.vtkhdf; each at the next row of the histories."""
+    sensors: tuple[Sensor, ...] = ()
+
+    @field_validator("sensors")
+    @classmethod
+    def _distinct(cls, value):
+        return require_distinct(value, "sensors")
+
+    @model_validator(mode="after")
+    def _in_time(self):
+        late = [time for time in self.particle_times if time > self.end_time]
+        if late:
+            raise PydanticCustomError(
+                "range",
+                "{reason}",
+                {
+                    "reason": f"particle_times has {late[0]:g} s, after end_time, {self.end_time:g} s",
+                    "try": "remove that time, or raise run.end_time",
+                },
+            )
+        return self
 
     @field_validator("frames", "histories_per_frame")
     @classmethod

@@ -17,6 +17,9 @@ from billow.dynamics.model import State
 
 Leaf = np.ndarray | float | int | bool | None
 
+GROWING = ("gas.pattern.", "gas.particles.", "gas.cells.start", "gas.cells.order", "gas.cells.cell")
+"""What jets fall on, room for particles, and for their cells: arrays whose rows become more or fewer."""
+
 
 def flatten(state: State) -> tuple[dict[str, np.ndarray], dict[str, float | int | bool | None]]:
     """Arrays by path, for example "gas.masses", and numbers by path, for example "ledger.strain"."""
@@ -41,9 +44,7 @@ def restore(fresh: State, arrays: dict[str, np.ndarray], numbers: dict[str, Any]
     for path, leaf in expected.items():
         if isinstance(leaf, np.ndarray):
             saved = arrays.get(path)
-            # What jets fall on grows and shrinks; everything else keeps its shape.
-            growing = path.startswith("gas.pattern.")
-            if saved is None or saved.dtype != leaf.dtype or (saved.shape != leaf.shape and not growing):
+            if saved is None or saved.dtype != leaf.dtype or not _fits(path, saved.shape, leaf.shape):
                 raise ValueError(f"{path} does not have the shape this model needs")
             _assign(fresh, path, np.array(saved))
         else:
@@ -51,6 +52,11 @@ def restore(fresh: State, arrays: dict[str, np.ndarray], numbers: dict[str, Any]
                 raise ValueError(f"{path} is not a number")
             _assign(fresh, path, numbers[path])
     return fresh
+
+
+def _fits(path: str, saved: tuple[int, ...], fresh: tuple[int, ...]) -> bool:
+    """Whether an array may have this shape: what grows may have more or fewer rows, all else keeps its shape."""
+    return saved == fresh or (path.startswith(GROWING) and len(saved) == len(fresh) and saved[1:] == fresh[1:])
 
 
 def _leaves(path: str, value: Any) -> Iterator[tuple[str, Leaf]]:

@@ -9,6 +9,7 @@ from __future__ import annotations
 from billow.error_catalogue import (
     case,
     command_line,
+    convergence,
     coupled,
     fabric,
     gas,
@@ -27,6 +28,7 @@ GROUPS = {
     "CASE": "The case file",
     "GEO": "Geometry",
     "GAS": "Gas",
+    "CONV": "Convergence studies",
     "NUM": "Runs that are stopped",
     "RES": "Results, datasets and interrupted runs",
     "STU": "Studies",
@@ -44,6 +46,7 @@ GROUPS = {
 CATALOGUE: dict[str, Entry] = {
     **case.CODES,
     **command_line.CODES,
+    **convergence.CODES,
     **coupled.CODES,
     **fabric.CODES,
     **gas.CODES,

@@ -19,7 +19,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
@@ -65,7 +65,8 @@ class GasTotals:
 
     Of several chambers pressure is the mean over volume and temperature the mean over mass; `chambers` has them one by
     one, and is empty for a single one. vented_by, leaked_by [kg] split the outflow by vent and by part of the fabric;
-    passed [kg] is what went through passages between chambers, back flow subtracted.
+    passed [kg] is what went through passages between chambers, back flow subtracted. escaped: particles that were found
+    outside their chamber and put back.
     """
 
     pressure: float
@@ -92,6 +93,7 @@ class GasTotals:
     leaked_by: Mapping[str, float] = field(default_factory=dict)
     passed: Mapping[str, float] = field(default_factory=dict)
     chambers: tuple[ChamberTotals, ...] = ()
+    escaped: int = 0
 
     @property
     def mass(self) -> float:
@@ -121,3 +123,19 @@ class GasModel(Protocol):
 
     def fields(self, gas: object) -> dict[str, np.ndarray]:
         """What users want to see on the fabric, for example {"pressure": gauge [Pa], (triangles,)}."""
+
+
+@runtime_checkable
+class LocalGas(GasModel, Protocol):
+    """A gas that differs from place to place, and says how. A gas without these methods is the same everywhere."""
+
+    def cells(self, gas: object) -> dict[str, np.ndarray]:
+        """Boxes to look at: "centre" and "size" [m], (n, 3); "pressure" [Pa] absolute, "temperature" [K], "density"
+        [kg/m^3], (n,); "velocity" [m/s], (n, 3); and what else there is."""
+
+    def points(self, gas: object) -> dict[str, np.ndarray]:
+        """The particles: "position" [m], (n, 3), and what is known of each by name, (n,) or (n, 3)."""
+
+    def at(self, gas: object, places: np.ndarray) -> dict[str, np.ndarray]:
+        """Readings at places [m], (m, 3): "pressure" [Pa] absolute, "temperature" [K], "density" [kg/m^3], (m,);
+        "velocity" [m/s], (m, 3). Outside the bag those of the surroundings."""

@@ -19,8 +19,12 @@ def strongest_baseline(evaluation: Evaluation, component: int) -> str:
 
 
 def gain(evaluation: Evaluation, baseline: str, component: int) -> float:
-    """By how much the surrogate's mean RMSE is below a baseline's: [-], negative if the baseline is better."""
-    return 1.0 - evaluation.summary("surrogate", component).mean / evaluation.summary(baseline, component).mean
+    """By how much the surrogate's mean RMSE is below a baseline's: [-], negative if the baseline is better.
+
+    0 in a component that never moves, which every baseline knows without error.
+    """
+    known = evaluation.summary(baseline, component).mean
+    return 1.0 - evaluation.summary("surrogate", component).mean / known if known else 0.0
 
 
 def verdict(evaluation: Evaluation) -> list[str]:
@@ -69,7 +73,7 @@ def weaknesses(evaluation: Evaluation) -> list[str]:
 def _lost_comparisons(evaluation):
     for c, axis in enumerate(COMPONENTS):
         for name in BASELINES:
-            if gain(evaluation, name, c) <= 0.0:
+            if evaluation.summary(name, c).mean and gain(evaluation, name, c) <= 0.0:
                 yield (
                     f"In {axis} the surrogate does not beat the {name}: {_mm(evaluation.summary('surrogate', c).mean)} "
                     f"against {_mm(evaluation.summary(name, c).mean)}."

@@ -40,6 +40,7 @@ def check_intervals(surrogate, unseen: Snapshots) -> tuple[IntervalCheck, ...]:
     covered = np.zeros((len(levels), len(unseen.runs), 3))
     width = np.zeros((len(levels), 3))
     moving = [np.any(component != 0.0, axis=1) for component in unseen.matrices]
+    moving = [nodes if nodes.any() else ~nodes for nodes in moving]  # a component that never moves counts as it is
     times = len(unseen.times)
     for run, design in enumerate(unseen.design):
         truth = unseen.matrices[:, :, run * times : (run + 1) * times].transpose(2, 1, 0)

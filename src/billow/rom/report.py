@@ -57,8 +57,9 @@ def _draw(dataset, surrogate, evaluation) -> dict[str, bytes]:
         "sections-worst": figures.draw(figures.cross_sections, evaluation, surrogate, dataset, worst),
         "error-against-time": figures.draw(figures.error_against_time, evaluation),
         "singular-values": figures.draw(figures.singular_values, evaluation),
-        "evaluation-time": figures.draw(figures.evaluation_time, evaluation),
     }
+    if evaluation.timing.simulation:  # unknown for runs made elsewhere
+        pictures["evaluation-time"] = figures.draw(figures.evaluation_time, evaluation)
     if evaluation.sweep:
         pictures["error-against-modes"] = figures.draw(figures.error_against_modes, evaluation)
         pictures["error-distribution"] = figures.draw(figures.error_distribution, evaluation)
@@ -91,7 +92,7 @@ def _content(evaluation) -> dict:
                 "accuracy in z as the ROM paper counts it",
             ),
             (f"{timing.inference * 1e3:.2g} ms", "for one deployment"),
-            (f"{timing.speed_up:,.0f} ×", "faster than the solver"),
+            *([(f"{timing.speed_up:,.0f} ×", "faster than the solver")] if timing.simulation else []),
         ],
         "comparison": _comparison(evaluation),
         "split": _split(evaluation),

@@ -94,8 +94,8 @@ class OutputScaling:
             at_time = squares.mean(axis=0).max(axis=-1)  # (times, components)
             deviation = np.sqrt(np.maximum(at_time, 1e-4 * overall))[:, :, None]
             deviation = np.broadcast_to(deviation, wide.shape[1:])
-        # An output that never changes is learned as 0.
-        deviation = np.where(deviation > 1e-9 * np.abs(wide).max(), deviation, 1.0)
+        # An output that never changes stays what it is, whatever the networks say of it.
+        deviation = np.maximum(deviation, max(1e-9 * np.abs(wide).max(), 1e-30))
         return cls(times, *(values.reshape(len(times), -1).astype(np.float32) for values in (mean, deviation)))
 
     def forward(self, coefficients: np.ndarray) -> np.ndarray:

@@ -10,6 +10,12 @@ from billow.errors import InputError
 from billow.rom.standing import to_unit
 from billow.rom.surrogate import Surrogate
 
+POWER = 4
+"""Of the uncertainty, as a weight. 12 runs added to 30 of a synthetic bag, z RMSE of 40 unseen runs in mm (mean, 90th
+percentile, worst run; three trainings each): power 1: 2.59, 4.97, 5.84; 2: 2.64, 5.01, 6.29; 4: 2.43, 4.57, 4.67; 8:
+2.78, 5.40, 5.67; four Latin hypercubes of 12 instead: 2.42 to 2.68, 4.72 to 5.48, 5.16 to 6.17. So the gain over more
+of the same is in the tail rather than the mean, and small."""
+
 CANDIDATES = 2_048
 _AT_ONCE = 64
 
@@ -19,11 +25,11 @@ def suggest(surrogate: Surrogate, count: int, known: np.ndarray, seed: int = 0) 
 
     known: (runs, parameters), every design made or planned, unseen ones too
 
-    Candidates are a scrambled Sobol sequence over the trained ranges. Each stands for its surroundings with its
-    uncertainty, the ensemble's spread (root mean square over nodes, times and components), times its distance to the
-    nearest design known or chosen. The next design is the candidate that lowers the sum of these most (greedy weighted
-    k-medians). Taking the least sure, or the least sure and farthest, candidate instead ends in corners, from which
-    little of the space is learned. Same surrogate, known designs and seed: same rows.
+    Candidates are a scrambled Sobol sequence over the trained ranges. Each stands for its surroundings with a power of
+    its uncertainty, the ensemble's spread (root mean square over nodes, times and components), times its distance to
+    the nearest design known or chosen. The next design is the candidate that lowers the sum of these most (greedy
+    weighted k-medians). Taking the least sure, or the least sure and farthest, candidate instead ends in corners, from
+    which little of the space is learned. Same surrogate, known designs and seed: same rows.
     Raises InputError E-ROM-021 if count is below 1 or the surrogate has no ensemble.
     """
     if count < 1 or surrogate.regression.members == 1 or surrogate.forces is not None:
@@ -44,7 +50,7 @@ def suggest(surrogate: Surrogate, count: int, known: np.ndarray, seed: int = 0) 
     between = cdist(unit, unit)
     chosen = []
     for _ in range(count):
-        best = int((np.maximum(nearest - between, 0.0) @ unsure).argmax())
+        best = int((np.maximum(nearest - between, 0.0) @ unsure**POWER).argmax())
         chosen.append(best)
         nearest = np.minimum(nearest, between[best])
     return low + unit[chosen] * (high - low)

@@ -10,7 +10,7 @@ import time
 from collections.abc import Callable, Iterable, Iterator
 
 from billow.errors import BillowError, InputError
-from billow.verification import chambers, contact, coupon, fabric, gas, rigid_body, tank, whole
+from billow.verification import chambers, contact, coupon, fabric, gas, particles, rigid_body, tank, whole
 from billow.verification.check import Check, Measurement
 
 CASES: dict[str, Callable[[], Iterator[Measurement]]] = {
@@ -20,6 +20,16 @@ CASES: dict[str, Callable[[], Iterator[Measurement]]] = {
     "T4": gas.critical_flow,
     "T5": gas.isentropic_compression,
     "T6": gas.mixture_properties,
+    "T1p": particles.rigid_tank,
+    "T2p": particles.filling_at_constant_pressure,
+    "T3p": particles.choked_blow_down,
+    "T5p": particles.isentropic_compression,
+    "T15": particles.maxwell,
+    "T16": particles.flux,
+    "T17": particles.relaxation,
+    "T18": particles.mixture,
+    "T19": particles.wall_noise,
+    "T20": particles.leak_audit,
     "U1": chambers.two_rooms,
     "U2": chambers.chain,
     "U3": chambers.stiff_chain,

@@ -71,7 +71,7 @@ def moving(positions, rng):
     return at
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("shape", [flat_round, flat_square, zigzag, roll, sliver])
 def test_nobody_leaves_a_hard_bag(shape, seed):
     rng = np.random.default_rng([seed, *shape.__name__.encode()])

@@ -18,7 +18,7 @@ from billow.gas.ambient import Ambient, InitialGas
 from billow.gas.corpuscular.audit import find_escaped, push_back
 from billow.gas.corpuscular.balance import settle, thermal_energy
 from billow.gas.corpuscular.cells import Cells, sort_into_cells
-from billow.gas.corpuscular.collisions import collide
+from billow.gas.corpuscular.collisions import collide, collision_time
 from billow.gas.corpuscular.drawn_in import draw_in
 from billow.gas.corpuscular.flight import Flock, Walls, fly
 from billow.gas.corpuscular.impact_bank import Hits, ImpactBank
@@ -28,8 +28,9 @@ from billow.gas.corpuscular.internal_energy import ParticleKinds
 from billow.gas.corpuscular.outlets import NO_PASSAGE, Outlets
 from billow.gas.corpuscular.particles import Particles, ParticleSums, sum_particles
 from billow.gas.corpuscular.random_numbers import stream, uniform
+from billow.gas.corpuscular.readings import Inside, on_faces, read_boxes, read_points
 from billow.gas.corpuscular.search_grid import SearchGrid
-from billow.gas.corpuscular.wall_load import Patches, WallLoad, fine_enough, patch_levels
+from billow.gas.corpuscular.wall_load import Patches, Squares, WallLoad
 from billow.gas.gas_model import Bag, ChamberTotals, GasTotals
 from billow.gas.inflator import Inflator
 from billow.gas.jets import Jets
@@ -41,11 +42,17 @@ from billow.geometry.surface import Surface, area_vectors
 SMOOTHING = 0.2e-3
 """Time constant [s] of wall pressure and incident flow (physics notes, section 2)."""
 
-AUDIT_INTERVAL = 0.1e-3
+PATCH_INTERVAL = 0.1e-3
+"""Time [s] between two changes of the patches."""
+
+AUDIT_INTERVAL = 0.5e-3
 """Time [s] between two looks whether every particle is in its chamber."""
 
-SORT_EVERY = 4
-"""Gas steps between two sorts of the particles themselves by cell: neighbours in space are neighbours in memory."""
+FREE_TIMES = 0.7
+"""Times between two collisions of a particle after which the particles are sorted and collide."""
+
+SORT_EVERY = 2
+"""Sorts by cell for each of which the particles themselves are moved: neighbours in space are neighbours in memory."""
 
 CELLS_PER_STEP, EDGES_PER_STEP, GAPS_PER_STEP = 0.5, 1.5, 0.3
 """Way of a particle in a gas step, at most about: in collision cells, in mean edges of the mesh, and in mean distances
@@ -53,6 +60,9 @@ between opposite walls. The last keeps a flat bag's gas from answering its walls
 
 SOUND_CROSSES = 1.0
 """Gaps that sound crosses in a step of the structure, at most."""
+
+FAINTEST = 1e-6
+"""Pressure [Pa] a jet blows against, at least: into a vacuum it is choked."""
 
 MOST_STEPS = 8
 """Of the structure within one gas step."""
@@ -75,14 +85,14 @@ class CorpuscularState:
     """Everything about the gas that changes.
 
     molecules: that a particle stands for. positions: of the surface at gas_time [s], [m] (nodes, 3). steps_to_go: of
-    the structure until the next gas step. pass_probability (triangles,), is_open (passages,). owed: air to be drawn in
+    the structure until the next gas step. pass_probability and patch (triangles,), is_open (passages,). owed: air to be drawn in
     that is no particle yet [kg] (passages, species). pool: energy owed to the gas of each chamber [J]. Of the chambers:
     volume [m^3], now, and volume_struck, in the middle of the last gas step; pressure [Pa], temperature [K], gamma
     (cp/cv), masses [kg] (chambers, species).
 
     Books, sums since the start: left [kg] (passages, species), drawn [kg] (species,), passed from behind to ahead [kg]
     (passages,), impulse: of all that came in less that of all that left [N s] (3,); energies [J]; escaped: particles
-    found outside their chamber and put back; parked: carried along by a wall.
+    found outside their chamber and put back; parked: put beside a wall after too many hits.
     """
 
     molecules: float
@@ -93,6 +103,7 @@ class CorpuscularState:
     deliveries: tuple[Delivery, ...]
     positions: np.ndarray
     pass_probability: np.ndarray
+    patch: np.ndarray
     is_open: np.ndarray
     owed: np.ndarray
     pool: np.ndarray
@@ -117,10 +128,14 @@ class CorpuscularState:
     enthalpy_in: float = 0.0
     enthalpy_out: float = 0.0
     blocked_area: float = 0.0
+    collision_time: float = 0.0
+    since_collisions: float = 0.0
+    sorts: int = 0
     gas_time: float = 0.0
     gas_step: int = 0
     steps_to_go: int = 0
     next_audit: float = 0.0
+    next_patches: float = 0.0
     escaped: int = 0
     parked: int = 0
     mass_error: float = 0.0
@@ -131,6 +146,7 @@ class CorpuscularState:
     grid = None
     hits = None
     sums = None
+    patches = None
 
     @property
     def in_bank(self) -> float:
@@ -200,8 +216,8 @@ class Corpuscular:
         return math.sqrt(4.0 / math.sqrt(3.0) * float(self._flat_area.mean()))
 
     @cached_property
-    def _patches(self) -> tuple[Patches, ...]:
-        return patch_levels(self.reference.mean(axis=1), self.surface.part, self._edge)
+    def _squares(self) -> Squares:
+        return Squares.of(self.reference.mean(axis=1), self.surface.part, self._edge)
 
     def _injectors(self, kinds: ParticleKinds, positions: np.ndarray) -> list[Injector]:
         injectors = []
@@ -243,6 +259,7 @@ class Corpuscular:
             deliveries=tuple(i.start() for i in self._injectors(kinds, bag.positions)),
             positions=bag.positions.copy(),
             pass_probability=np.zeros(triangles),
+            patch=np.zeros(triangles, np.int64),
             is_open=np.zeros(rows, np.bool_),
             owed=np.zeros((rows, species)),
             pool=np.zeros(chambers),
@@ -274,6 +291,7 @@ class Corpuscular:
         gas.load = WallLoad.of_pressure(push, normals)
         gas.start_momentum = gas.sums.momentum.sum(axis=0)
         self._regulate(gas, bag, np.linalg.norm(normals, axis=1), 0.0)
+        gas.sums = None  # a checkpoint may be restored into this state
         return gas
 
     def advance(self, gas: CorpuscularState, bag: Bag, time: float, dt: float, corner_force: np.ndarray) -> None:
@@ -304,10 +322,7 @@ class Corpuscular:
             gas.next_audit = time + AUDIT_INTERVAL
             self._audit(gas, bag)
         self._draw_in(gas, kinds, bag)
-        sort_into_cells(gas.cells, gas.particles, self.seed, gas.gas_step)
-        if gas.gas_step % SORT_EVERY == 0:
-            self._put_in_order(gas)
-        collide(gas.cells, gas.particles, kinds, span, self.seed, gas.gas_step)
+        self._collide(gas, kinds, span)
         before = self.chambers.volumes(bag.surface.triangles, gas.positions)
         gas.volume_struck = 0.5 * (before + gas.volume)
         gas.positions[...] = bag.positions
@@ -324,7 +339,7 @@ class Corpuscular:
         """Return what the walls did not take, and what is pooled."""
         sums = self._sums(gas, kinds)
         thermal = thermal_energy(sums, kinds.mass)
-        back = (gas.in_bank - gas.energy_waiting) * thermal / thermal.sum()
+        back = (gas.in_bank - gas.energy_waiting) * thermal / max(thermal.sum(), 1e-300)
         given = settle(gas.particles, sums, kinds.mass, gas.pool + back)
         returned = given - gas.pool
         gas.pool[...] = 0.0
@@ -412,7 +427,7 @@ class Corpuscular:
             start, end = gas.positions[mouth].mean(axis=0), bag.positions[mouth].mean(axis=0)
             birth = injector.blow(
                 delivery, gas.particles, gas.gas_time, span, start, (end - start) / span,
-                float(gas.pressure[source.inflator.chamber]), 0.0, self.seed,
+                max(float(gas.pressure[source.inflator.chamber]), FAINTEST), 0.0, self.seed,
             )  # fmt: skip
             gas.enthalpy_in += delivery.offered - offered + birth.carried_energy
             gas.impulse += birth.impulse
@@ -427,6 +442,21 @@ class Corpuscular:
         times = np.empty(gas.particles.count - first)
         _draw_uniform(gas.particles.identity[first : gas.particles.count], self.seed + BIRTH_TIME, times)
         return times
+
+    def _collide(self, gas: CorpuscularState, kinds: ParticleKinds, span: float) -> None:
+        """Collisions of the time since the last ones, as soon as it is worth the sorting."""
+        gas.since_collisions += span
+        if gas.since_collisions < FREE_TIMES * gas.collision_time:
+            return
+        sort_into_cells(gas.cells, gas.particles, self.seed, gas.gas_step)
+        if gas.sorts % SORT_EVERY == 0:
+            self._put_in_order(gas)
+        collide(gas.cells, gas.particles, kinds, gas.since_collisions, self.seed, gas.gas_step)
+        gas.sorts += 1
+        gas.since_collisions = 0.0
+        mass = gas.masses.sum(axis=0)
+        warmest = float(gas.temperature.max())
+        gas.collision_time = collision_time(gas.cells, kinds, mass / mass.sum(), warmest)
 
     def _put_in_order(self, gas: CorpuscularState) -> None:
         """Particles of a cell side by side in memory."""
@@ -457,9 +487,20 @@ class Corpuscular:
         """Hand the impulses of this step to the fabric, and set the outlets for the next one."""
         normals = area_vectors(bag.surface.triangles, bag.positions)
         area = np.linalg.norm(normals, axis=1)
-        gas.load.renew(fine_enough(self._patches, gas.particles.count), gas.bank.held, normals, span)
+        gas.load.renew(self._patches(gas, area), gas.bank.held, normals, span)
         gas.bank.smooth(area, span, SMOOTHING)
         self._regulate(gas, bag, area, span)
+
+    def _patches(self, gas: CorpuscularState, area: np.ndarray) -> Patches:
+        """The patches impulses are spread over; they follow the gas every now and then."""
+        if gas.gas_time >= gas.next_patches:
+            gas.next_patches = gas.gas_time + PATCH_INTERVAL
+            struck = gas.bank.mass_flux.sum(axis=1) * area
+            gas.patch = self._squares.patches(struck * (gas.particles.count / max(struck.sum(), 1e-300)))
+            gas.patches = None
+        if gas.patches is None:
+            gas.patches = Patches.of(gas.patch)
+        return gas.patches
 
     def _regulate(self, gas: CorpuscularState, bag: Bag, area: np.ndarray, span: float) -> None:
         if not self.passages.rows:
@@ -567,11 +608,13 @@ class Corpuscular:
             vented_by=vented_by,
             leaked_by=leaked_by,
             passed=passed,
-            chambers=() if single else self._each(gas),
+            chambers=() if single else self._each(gas, kinds),
+            escaped=gas.escaped,
         )
 
-    def _each(self, gas: CorpuscularState) -> tuple[ChamberTotals, ...]:
-        energy = gas.sums.flight_energy + gas.sums.internal_energy
+    def _each(self, gas: CorpuscularState, kinds: ParticleKinds) -> tuple[ChamberTotals, ...]:
+        sums = self._sums(gas, kinds)
+        energy = sums.flight_energy + sums.internal_energy
         columns = (gas.pressure, gas.temperature, gas.volume, gas.masses.sum(axis=1), energy)
         return tuple(map(ChamberTotals, self.chambers.names, *(column.tolist() for column in columns)))
 
@@ -579,7 +622,29 @@ class Corpuscular:
         behind, ahead = self.chambers.behind, self.chambers.ahead
         inner = np.where(behind == OUTSIDE, self.ambient.pressure, gas.bank.pressure[:, 0])
         outer = np.where(ahead == OUTSIDE, self.ambient.pressure, gas.bank.pressure[:, 1])
-        return {"pressure": inner - outer}
+        bag = self._inside(gas)
+        boxes = read_boxes(gas.particles, ParticleKinds(self.table, gas.molecules), bag)
+        return {"pressure": inner - outer} | on_faces(boxes, bag, gas.temperature)
+
+    def cells(self, gas: CorpuscularState) -> dict[str, np.ndarray]:
+        return read_boxes(gas.particles, ParticleKinds(self.table, gas.molecules), self._inside(gas)).arrays()
+
+    def points(self, gas: CorpuscularState) -> dict[str, np.ndarray]:
+        n, particles = gas.particles.count, gas.particles
+        return {
+            "position": particles.position[:n],
+            "velocity": particles.velocity[:n],
+            "internal_energy": particles.internal_energy[:n],
+            "species": particles.species[:n],
+            "chamber": particles.chamber[:n],
+        }
+
+    def at(self, gas: CorpuscularState, places: np.ndarray) -> dict[str, np.ndarray]:
+        kinds = ParticleKinds(self.table, gas.molecules)
+        return read_points(places, gas.particles, kinds, self._inside(gas), self.ambient)
+
+    def _inside(self, gas: CorpuscularState) -> Inside:
+        return Inside(self.surface.triangles, gas.positions, self.chambers, self._walls)
 
 
 def _flock(particles: Particles) -> Flock:

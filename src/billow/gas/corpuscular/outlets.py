@@ -59,6 +59,8 @@ class Outlets:
         plan, numbers, curves = passages.plan, passages.numbers, passages.curves
         drawn, blocked_area = np.zeros(len(plan)), np.zeros(len(plan))
         for k, row in enumerate(passages.rows):
+            if row.coefficient == 0.0:  # tight
+                continue
             present, blocked = areas[passages.first_chunk[k] : passages.first_chunk[k + 1]].sum(axis=0)
             blocked_area[k] = blocked if row.through_blocked < 1.0 else 0.0
             struck = triangle_area[row.triangles]

@@ -93,6 +93,8 @@ def gamma(key, event, shape):
         u = _open_unit(_bits(key, event, draw + 2))
         draw += 3
         v = (1.0 + c * x) ** 3
+        if v > 0.0 and u < 1.0 - 0.0331 * x**4:  # their squeeze: true whenever the exact test below is, and cheap
+            break
         if v > 0.0 and math.log(u) < 0.5 * x * x + d - d * v + d * math.log(v):
             break
     if shape < 1.0:

@@ -5,8 +5,12 @@ energy evenly until the fabric shivers at a hundred metres a second. Spreading i
 slack node, and makes the gas a spring that answers late, which feeds every oscillation: a lag t adds k t/2 of negative
 damping. Impulses are therefore spread over *space*: all that struck a patch of fabric in a gas step pushes on the whole
 patch, evenly, until the next gas step. What the patch got along its normals is its pressure; the rest (friction, jets
-along the fabric) is shared out by area. A patch takes k T/2 of spurious energy for each of its motions, a particle of a
-diatomic gas holds five times that: with PARTICLES_PER_PATCH = 100 it stays below 0.2 % of the gas' energy for each.
+along the fabric) is shared out by area.
+
+A patch takes k T/2 of spurious energy for each of its motions, a particle of a diatomic gas holds five times that: with
+PARTICLES_PER_PATCH = 150 it is 0.5 % of the energy of the gas beside it. Patches are therefore small where much gas is:
+squares of the flat cut are quartered as long as each quarter gets its 40, which keeps a jet as narrow as its particles
+can say, while the rest of a flat bag waits for its gas in large pieces.
 
 The structure takes half of F dt in the step that ends where F is evaluated and half in the next one. Exactly that is
 taken from what a patch holds, so that the momentum of gas, patches and structure together is constant to rounding for
@@ -30,8 +34,8 @@ from numba import prange
 
 from billow.compiled import CHUNK, kernel
 
-PARTICLES_PER_PATCH = 100
-"""At least; while the bag fills, patches become smaller."""
+PARTICLES_PER_PATCH = 150
+"""At least, beside each patch, unless it is a whole part."""
 
 BLEED = 0.2e-3
 """Time constant [s] with which what is left over is given."""
@@ -54,38 +58,43 @@ class Patches:
         start = np.concatenate([[0], np.cumsum(np.bincount(patch))])
         return cls(start.astype(np.int64), members.astype(np.int64), patch.astype(np.int32))
 
-    @classmethod
-    def squares(cls, flat: np.ndarray, part: np.ndarray, side: float) -> Patches:
-        """Squares of the flat cut; no patch reaches over two parts.
-
-        flat: middle of each triangle in its flat piece [m], (triangles, 2); part: (triangles,); side [m].
-        """
-        place = np.floor((flat - flat.min(axis=0)) / side).astype(np.int64)
-        across, along = place.max(axis=0) + 1
-        return cls.of((part.astype(np.int64) * across + place[:, 0]) * along + place[:, 1])
-
     @property
     def count(self) -> int:
         return len(self.start) - 1
 
 
-def patch_levels(flat: np.ndarray, part: np.ndarray, edge: float) -> tuple[Patches, ...]:
-    """Ever finer patches, from whole parts down to squares of two element edges [m], each level of half the side.
+@dataclass(frozen=True)
+class Squares:
+    """Ever smaller squares of the flat cut, from whole parts down to two edges of the mesh; none reaches over two parts.
 
-    flat, part: as Patches.squares takes them.
+    levels: (levels, triangles) int64, the square of each triangle; each square is a quarter of one of the level before.
     """
-    side = float(np.ptp(flat, axis=0).max()) * (1.0 + 1e-9)
-    levels = []
-    while side > 2.0 * edge or not levels:
-        levels.append(Patches.squares(flat, part, side))
-        side *= 0.5
-    return tuple(levels)
 
+    levels: np.ndarray
 
-def fine_enough(levels: tuple[Patches, ...], particles: int) -> Patches:
-    """The finest level with PARTICLES_PER_PATCH; the coarsest if there are too few for any."""
-    fitting = [level for level in levels if level.count * PARTICLES_PER_PATCH <= particles]
-    return fitting[-1] if fitting else levels[0]
+    @classmethod
+    def of(cls, flat: np.ndarray, part: np.ndarray, edge: float) -> Squares:
+        """flat: middle of each triangle in its flat piece [m], (triangles, 2); part: (triangles,); edge: mean, [m]."""
+        place = flat - flat.min(axis=0)
+        side = float(place.max()) * (1.0 + 1e-9)
+        levels, across = [], 1
+        while side > 2.0 * edge or not levels:
+            x, y = np.minimum((place / side).astype(np.int64), across - 1).T
+            levels.append((part.astype(np.int64) * across + x) * across + y)
+            side, across = 0.5 * side, 2 * across
+        return cls(np.array(levels))
+
+    def patches(self, beside: np.ndarray) -> np.ndarray:
+        """Patch of each triangle, (triangles,) int64, for so many particles beside each triangle, (triangles,)."""
+        patch, offset = self.levels[0].copy(), int(self.levels[0].max()) + 1
+        splits = np.ones(len(patch), np.bool_)
+        for coarse, fine in zip(self.levels[:-1], self.levels[1:], strict=True):
+            splits &= np.bincount(coarse, beside)[coarse] >= 4 * PARTICLES_PER_PATCH
+            if not splits.any():
+                break
+            patch[splits] = offset + fine[splits]
+            offset += int(fine.max()) + 1
+        return patch
 
 
 @dataclass

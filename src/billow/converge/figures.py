@@ -1,0 +1,137 @@
+"""Pictures of a convergence study: how errors fall, the curves with their noise, and the last shapes laid over."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Mapping, Sequence
+
+import matplotlib
+import numpy as np
+from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter, PercentFormatter
+
+from billow.converge.measures import TIME, Convergence, free_obstacles, millisecond_means
+from billow.results.result import Result
+from billow.rom.sections import cut
+
+INK, GREY, FAINT = "#22303c", "#7b8794", "#e3e8ec"
+LINES = ("#0072b2", "#d55e00", "#0f9d76", "#8e5ea2", "#b8860b", "#4f5b66", "#c2185b")  # one for each quantity
+FEW, MANY = np.array([0.61, 0.79, 0.91]), np.array([0.02, 0.15, 0.25])  # colours of few and of many particles
+MILLI, KILO = 1e3, 1e-3
+
+STYLE = {
+    "font.family": "sans-serif",
+    "font.size": 9.5,
+    "axes.titlesize": 10,
+    "axes.titleweight": "bold",
+    "axes.titlelocation": "left",
+    "axes.edgecolor": GREY,
+    "axes.labelcolor": INK,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "grid.color": FAINT,
+    "text.color": INK,
+    "xtick.color": INK,
+    "ytick.color": INK,
+    "legend.frameon": False,
+    "legend.fontsize": 8.5,
+    "lines.linewidth": 1.6,
+}
+
+
+def draw_errors(found: Sequence[Convergence]) -> bytes:
+    """Deviation and noise of one run over the number of particles, as PNG."""
+    with matplotlib.rc_context(STYLE):
+        figure = Figure(figsize=(9.2, 4.2), layout="constrained")
+        left, right = figure.subplots(1, 2, sharex=True, sharey=True)
+        for one, colour in zip(found, _cycle(len(found)), strict=True):
+            left.loglog(one.counts, one.deviation, "o-", color=colour, ms=4, label=one.quantity.name.split(" [")[0])
+            right.loglog(one.counts, one.noise, "o-", color=colour, ms=4)
+        counts = found[0].counts
+        top = max(one.deviation[0] for one in found)
+        for axes in (left, right):
+            axes.loglog(counts, 1.3 * top * np.sqrt(counts[0] / counts), color=GREY, lw=0.9, ls=":")
+            axes.annotate("N$^{-1/2}$", (counts[0], 1.3 * top), color=GREY, xytext=(4, 3), textcoords="offset points")
+            axes.set(xlabel="particles", xticks=counts)
+            axes.set_xticklabels([f"{count:,}" for count in counts])
+            axes.xaxis.set_minor_formatter(NullFormatter())
+            axes.yaxis.set_major_formatter(PercentFormatter(1.0))
+            axes.yaxis.set_minor_formatter(NullFormatter())
+        left.set_title("One run, off the mean of the largest count")
+        right.set_title("Noise: one run, off by its seed alone")
+        figure.legend(*left.get_legend_handles_labels(), loc="outside lower center", ncols=4)
+        return _png(figure)
+
+
+def draw_curves(runs: Mapping[int, Sequence[Result]]) -> bytes:
+    """Means over the seeds with bands of one standard deviation, a line for each count, as PNG."""
+    any_run = next(iter(runs.values()))[0]
+    panels = [("pressure [Pa]", "Pressure, absolute [kPa]", KILO), ("volume [m^3]", "Volume [l]", MILLI)]
+    panels = [(title, lambda h, n=name, f=factor: (h[TIME], f * h[n])) for name, title, factor in panels]
+    for name in free_obstacles(any_run):
+        panels.append((f"{name}: speed [m/s]", lambda h, n=name: (h[TIME], _size(_velocity(h, n)))))
+        panels.append((f"{name}: acceleration, 1 ms mean [m/s$^2$]", lambda h, n=name: _acceleration(h, n)))
+    with matplotlib.rc_context(STYLE):
+        rows = -(-len(panels) // 2)
+        figure = Figure(figsize=(9.2, 2.9 * rows), layout="constrained")
+        for axes, (title, curve) in zip(np.ravel(figure.subplots(rows, 2)), panels, strict=False):
+            for (count, results), colour in zip(runs.items(), _shades(len(runs)), strict=True):
+                pairs = [curve(result.histories) for result in results]
+                time, values = MILLI * pairs[0][0], np.array([value for _, value in pairs])
+                mean, spread = values.mean(axis=0), values.std(axis=0, ddof=1)
+                axes.fill_between(time, mean - spread, mean + spread, color=colour, alpha=0.18, lw=0)
+                axes.plot(time, mean, color=colour, lw=1.2, label=f"{count:,}")
+            axes.set(title=title, xlabel="time [ms]")
+        figure.legend(*axes.get_legend_handles_labels(), title="particles", loc="outside right upper")
+        return _png(figure)
+
+
+def draw_shapes(runs: Mapping[int, Sequence[Result]]) -> bytes:
+    """Sections y = 0 through the last shapes of all runs, as PNG."""
+    with matplotlib.rc_context(STYLE):
+        figure = Figure(figsize=(9.2, 0.4 + 2.1 * -(-len(runs) // 2)), layout="constrained")
+        grid = figure.subplots(-(-len(runs) // 2), 2, squeeze=False)
+        best = [cut(r.fabric.points(-1), r.triangles) for r in runs[max(runs)]]
+        for axes, (count, results) in zip(np.ravel(grid), runs.items(), strict=False):
+            for segments in best:
+                axes.add_collection(LineCollection(segments * MILLI, colors=GREY, lw=0.7))
+            for result in results:
+                segments = cut(result.fabric.points(-1), result.triangles)
+                axes.add_collection(LineCollection(segments * MILLI, colors=LINES[0], lw=1.0, alpha=0.8))
+            axes.autoscale()
+            axes.set(title=f"{count:,} particles", aspect="equal", xlabel="x [mm]", ylabel="z [mm]")
+        for axes in np.ravel(grid)[len(runs) :]:
+            axes.set_axis_off()
+        figure.suptitle("Last shape, plane y = 0; grey: the largest count", x=0.01, ha="left", fontsize=9.5)
+        return _png(figure)
+
+
+def _velocity(histories: dict[str, np.ndarray], name: str) -> np.ndarray:
+    return np.array([histories[f"{name}_velocity_{axis} [m/s]"] for axis in "xyz"])
+
+
+def _acceleration(histories: dict[str, np.ndarray], name: str) -> tuple[np.ndarray, np.ndarray]:
+    middle, mean = millisecond_means(histories[TIME], _velocity(histories, name))
+    return middle, _size(mean)
+
+
+def _size(vectors: np.ndarray) -> np.ndarray:
+    return np.sqrt(np.sum(vectors**2, axis=0))
+
+
+def _shades(number: int) -> list[np.ndarray]:
+    """From few particles, light, to many, dark."""
+    return [FEW + (MANY - FEW) * k / max(number - 1, 1) for k in range(number)]
+
+
+def _cycle(number: int) -> list[str]:
+    return [LINES[k % len(LINES)] for k in range(number)]
+
+
+def _png(figure: Figure) -> bytes:
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png", dpi=140, metadata={"Software": "Billow"})
+    return buffer.getvalue()

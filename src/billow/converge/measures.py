@@ -1,0 +1,140 @@
+"""How far runs with fewer particles are from those with most, and how much runs differ that differ in the seed alone.
+
+Every quantity is a set of samples (a curve, or the places of all nodes). With x the samples of a run, M the mean over
+the runs of the largest count, and |.| the root mean square over samples, all relative to |M - x0| (x0: at the start),
+
+    noise      s_N = sqrt(mean over samples of the variance over seeds): by how much one run is off by chance
+    shift      b_N = |mean over seeds - M|: what the number of particles itself changes, and what chance leaves
+    deviation  e_N = sqrt(mean over seeds of |x - M|^2 - s_max^2 / seeds): of one run; s_max for the largest count
+
+Noise of a mean over independent particles falls as N^-1/2; the exponent of e_N is the slope of its logarithm (least
+squares).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from billow.results.result import Result
+
+TIME = "time [s]"
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """name with unit; samples: count -> (runs, samples); origin: what they are at the start, a number or (samples,);
+    scale: root mean square of the best samples from there, in the unit of the name."""
+
+    name: str
+    samples: dict[int, np.ndarray]
+    origin: np.ndarray | float = 0.0
+
+    @property
+    def best(self) -> np.ndarray:
+        """Mean over the runs with most particles, (samples,)."""
+        return self.samples[max(self.samples)].mean(axis=0)
+
+    @property
+    def scale(self) -> float:
+        return max(_rms(self.best - self.origin), 1e-300)
+
+
+@dataclass(frozen=True)
+class Convergence:
+    """Of one quantity: (counts,) arrays of noise, shift and deviation, relative to scale; exponent of the deviation;
+    enough: smallest count that will do, or None if none smaller than the largest does."""
+
+    quantity: Quantity
+    counts: np.ndarray
+    noise: np.ndarray
+    shift: np.ndarray
+    deviation: np.ndarray
+    exponent: float
+    enough: int | None
+
+
+def quantities(runs: Mapping[int, Sequence[Result]]) -> list[Quantity]:
+    """What is compared: pressure, volume, velocity and acceleration of every free obstacle, and the last shape.
+
+    runs: count -> runs of one case, at least two each.
+    """
+    histories = {count: [result.histories for result in results] for count, results in runs.items()}
+    any_run = next(iter(runs.values()))[0]
+    times = any_run.histories[TIME]
+    found = []
+    for name in ("pressure [Pa]", "volume [m^3]"):
+        samples = {count: np.array([h[name] for h in those]) for count, those in histories.items()}
+        found.append(Quantity(name, samples, any_run.histories[name][0]))
+    for name in free_obstacles(any_run):
+        velocity = {
+            count: np.array([[h[f"{name}_velocity_{axis} [m/s]"] for axis in "xyz"] for h in those])
+            for count, those in histories.items()
+        }
+        start = any_run.histories
+        origin = np.repeat([start[f"{name}_velocity_{axis} [m/s]"][0] for axis in "xyz"], len(times))
+        found.append(Quantity(f"{name} velocity [m/s]", {c: _flat(v) for c, v in velocity.items()}, origin))
+        change = {c: _flat(millisecond_means(times, v)[1]) for c, v in velocity.items()}
+        found.append(Quantity(f"{name} acceleration [m/s^2]", change))
+    shape = {count: np.array([_flat(r.fabric.points(-1)[None])[0] for r in results]) for count, results in runs.items()}
+    found.append(Quantity("shape at the end [m]", shape, any_run.reference.astype(float).ravel()))
+    return [q for q in found if _rms(q.best - q.origin) > 0.0]
+
+
+def millisecond_means(times: np.ndarray, velocity: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Middles [s] and means over about a millisecond of the acceleration [m/s^2], from velocity [m/s] (..., times).
+
+    A force at an instant is mostly chatter of the contact; injuries are judged by means over 3 ms.
+    """
+    span = min(max(1, round(1e-3 / (times[1] - times[0]))), len(times) - 1)
+    change = (velocity[..., span:] - velocity[..., :-span]) / (times[span] - times[0])
+    return 0.5 * (times[span:] + times[:-span]), change
+
+
+def free_obstacles(result: Result) -> list[str]:
+    """Names of the obstacles that can move."""
+    ending = "_velocity_x [m/s]"
+    moving = [name.removesuffix(ending) for name in result.histories if name.endswith(ending)]
+    return [o["name"] for o in result.record["obstacles"] if o["name"] in moving]
+
+
+def converge(quantity: Quantity, tolerance: float) -> Convergence:
+    """How a quantity converges. A count is enough if it and all larger ones either shift no more than one run of the
+    largest is off by chance, or deviate by at most `tolerance` [-]."""
+    counts = np.array(sorted(quantity.samples))
+    best, scale = quantity.best, quantity.scale
+    most = quantity.samples[counts[-1]]
+    chance = _noise(most) / scale
+    noise = np.array([_noise(quantity.samples[c]) for c in counts]) / scale
+    shift = np.array([_rms(quantity.samples[c].mean(axis=0) - best) for c in counts]) / scale
+    square = np.array([_rms(quantity.samples[c] - best) ** 2 for c in counts]) / scale**2 - chance**2 / len(most)
+    deviation = np.sqrt(np.maximum(square, 0.0))
+    deviation[-1] = chance
+    will_do = (shift <= chance) | (deviation <= tolerance)
+    first = len(counts)
+    while first > 0 and will_do[first - 1]:
+        first -= 1
+    enough = int(counts[first]) if first < len(counts) - 1 else None
+    return Convergence(quantity, counts, noise, shift, deviation, _exponent(counts, deviation), enough)
+
+
+def _exponent(counts: np.ndarray, deviation: np.ndarray) -> float:
+    """Slope of log(deviation) over log(count); nan with fewer than two that are not zero."""
+    known = deviation > 0.0
+    if known.sum() < 2:
+        return float("nan")
+    return float(np.polyfit(np.log(counts[known]), np.log(deviation[known]), 1)[0])
+
+
+def _noise(samples: np.ndarray) -> float:
+    return float(np.sqrt(samples.var(axis=0, ddof=1).mean()))
+
+
+def _rms(values: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
+def _flat(values: np.ndarray) -> np.ndarray:
+    return values.reshape(len(values), -1).astype(float)

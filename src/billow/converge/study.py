@@ -1,0 +1,112 @@
+"""A convergence study from the case to its pictures: runs, comparison, convergence.csv, summary.toml, PNG."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from collections.abc import Callable
+from pathlib import Path
+
+import tomli_w
+
+from billow.converge.figures import draw_curves, draw_errors, draw_shapes
+from billow.converge.measures import Convergence, converge, quantities
+from billow.converge.sweep import Made, Sweep, make_runs
+from billow.errors import NumericalStop
+from billow.results.atomic import write_atomically
+
+
+def run_study(
+    sweep: Sweep,
+    folder: str | Path,
+    tolerance: float,
+    progress: Callable[[int, int, str], None],
+    threads: int | None = None,
+) -> list[Convergence]:
+    """Make the missing runs, compare, and write the results into `folder`; returns one comparison for each quantity.
+
+    tolerance: relative deviation of one run that is good enough [-]. Errors as `make_runs`; NumericalStop E-NUM-007 if
+    so many runs were stopped that fewer than two counts have two runs each.
+    """
+    folder = Path(folder)
+    made = make_runs(sweep, folder, progress, threads)
+    runs = {count: results for count, results in made.runs.items() if len(results) > 1}
+    if len(runs) < 2:
+        name, reason = next(iter(made.failed.items()))
+        raise NumericalStop(
+            "E-NUM-007",
+            f"{len(made.failed)} of {len(sweep.names())} runs were stopped; too few are left to compare",
+            where=str(folder / "runs" / name),
+            why=reason,
+            remedy="see postmortem.json there; make the case run through with few particles first",
+        )
+    found = [converge(quantity, tolerance) for quantity in quantities(runs)]
+    write_atomically(folder / "convergence.csv", _table(found))
+    write_atomically(folder / "summary.toml", tomli_w.dumps(_summary(found, made, tolerance)))
+    write_atomically(folder / "errors.png", draw_errors(found))
+    write_atomically(folder / "curves.png", draw_curves(runs))
+    write_atomically(folder / "shapes.png", draw_shapes(runs))
+    return found
+
+
+def enough(found: list[Convergence]) -> int | None:
+    """Particles that are enough for every quantity, or None."""
+    each = [one.enough for one in found]
+    return None if None in each else max(each)
+
+
+def report(found: list[Convergence], tolerance: float) -> str:
+    """What a study found, as lines of text."""
+    lines = [
+        f"{'quantity':<34}{'deviation of one run, few to many particles':<46}{'noise':>8}{'exponent':>10}{'enough':>10}"
+    ]
+    for one in found:
+        errors = "".join(f"{100 * e:8.2f} %" for e in one.deviation)
+        said = "-" if one.enough is None else f"{one.enough:,}"
+        lines.append(f"{one.quantity.name:<34}{errors:<46}{100 * one.noise[-1]:6.2f} %{one.exponent:>10.2f}{said:>10}")
+    count = enough(found)
+    if count is None:
+        lines.append(
+            f"not yet enough: no count below {found[0].counts[-1]:,} will do for every quantity; add a larger one"
+        )
+    else:
+        at = list(found[0].counts).index(count)
+        worst = max(found, key=lambda one: one.noise[at])
+        lines.append(
+            f"{count:,} particles are enough (to {100 * tolerance:g} %, or within the noise of the largest count)"
+            f"; one run is then off by chance by up to {100 * worst.noise[at]:.2g} % ({worst.quantity.name})"
+        )
+    return "\n".join(lines)
+
+
+def _table(found: list[Convergence]) -> str:
+    text = io.StringIO()
+    table = csv.writer(text, lineterminator="\n")
+    table.writerow(["quantity", "scale", "particles [-]", "runs [-]", "deviation [-]", "shift [-]", "noise [-]"])
+    for one in found:
+        for k, count in enumerate(one.counts.tolist()):
+            numbers = (float(a[k]) for a in (one.deviation, one.shift, one.noise))
+            runs = len(one.quantity.samples[count])
+            table.writerow([one.quantity.name, one.quantity.scale, count, runs, *numbers])
+    return text.getvalue()
+
+
+def _summary(found: list[Convergence], made: Made, tolerance: float) -> dict:
+    count = enough(found)
+    summary = {"tolerance": tolerance, "converged": count is not None, "particles": found[0].counts.tolist()}
+    if count is not None:
+        summary["particles_enough"] = count
+    summary["stopped"] = made.failed
+    summary["quantities"] = {
+        one.quantity.name: {
+            "scale": one.quantity.scale,
+            "deviation": one.deviation.tolist(),
+            "shift": one.shift.tolist(),
+            "noise": one.noise.tolist(),
+            **({} if math.isnan(one.exponent) else {"exponent": one.exponent}),
+            **({} if one.enough is None else {"particles_enough": one.enough}),
+        }
+        for one in found
+    }
+    return summary

@@ -1,0 +1,132 @@
+"""Gas whose state is known is read back, in boxes, on faces and at points, near walls and in flat bags too."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from flights import box
+
+from billow.gas.ambient import Ambient
+from billow.gas.corpuscular.flight import Walls
+from billow.gas.corpuscular.initial_air import fill_with_air
+from billow.gas.corpuscular.internal_energy import ParticleKinds
+from billow.gas.corpuscular.particles import Particles
+from billow.gas.corpuscular.readings import IN_A_BOX, IN_A_SPHERE, Inside, on_faces, read_boxes, read_points
+from billow.gas.species import find_species, thermo_table
+from billow.geometry.chambers import Chambers
+
+PRESSURE, TEMPERATURE = 150e3, 600.0
+NUMBER = 40_000
+AIR = Ambient(101325.0, 295.0, np.array([1.0]))
+NOISE = np.sqrt(1.4)
+"""Of the pressure of one diatomic particle: its number, 1, and its temperature, 2/5, both squared."""
+
+
+class Scene:
+    """Nitrogen at rest in cubes side by side, or what a map makes of them."""
+
+    def __init__(self, rooms=1, warp=lambda p: p):
+        triangles, positions, behind, ahead = box(4, rooms)
+        names = tuple(f"room_{k}" for k in range(rooms))
+        chambers = Chambers(names, behind.astype(np.int32), ahead.astype(np.int32))
+        self.bag = Inside(triangles, warp(positions), chambers, Walls.build(triangles, chambers.behind, chambers.ahead))
+        volumes = chambers.volumes(triangles, self.bag.positions)
+        table = thermo_table([find_species("N2", "test")])
+        mass = PRESSURE * volumes.sum() / (table[0, 0] * TEMPERATURE)
+        self.kinds = ParticleKinds.sharing(table, np.array([mass]), NUMBER)
+        self.density = mass / volumes.sum()
+        self.particles = Particles.room_for(NUMBER + 10)
+        fill_with_air(
+            self.particles, self.kinds, np.array([1.0]), PRESSURE, TEMPERATURE, volumes, triangles, self.bag.positions,
+            chambers.behind, chambers.ahead, 3,
+        )  # fmt: skip
+
+    def boxes(self):
+        return read_boxes(self.particles, self.kinds, self.bag)
+
+    def at(self, places):
+        return read_points(np.array(places), self.particles, self.kinds, self.bag, AIR)
+
+
+def flat(positions):
+    return positions * [1.0, 1.0, 0.004]
+
+
+def sheared(positions):
+    return positions @ np.array([[1.0, 0.4, 0.0], [0.0, 1.0, 0.0], [0.7, 0.0, 1.0]])
+
+
+@pytest.mark.parametrize("warp", [lambda p: p, flat, sheared], ids=["cube", "flat", "sheared"])
+def test_boxes_know_the_state(warp):
+    scene = Scene(warp=warp)
+    arrays = scene.boxes().arrays()
+    counts = arrays["particles"]
+    assert counts.sum() == scene.particles.count
+    assert 0.4 * IN_A_BOX < counts.mean() < 2.0 * IN_A_BOX
+    whole = counts > 0.5 * IN_A_BOX
+    # 5 sigma of the mean of the boxes, and 1 % for volumes found with a lattice of 4^3 points a box.
+    within = 5.0 * NOISE / np.sqrt(counts[whole].sum()) + 0.01
+    assert arrays["pressure"][whole].mean() == pytest.approx(PRESSURE, rel=within)
+    assert arrays["density"][whole].mean() == pytest.approx(scene.density, rel=within)
+    assert arrays["temperature"][whole].mean() == pytest.approx(TEMPERATURE, rel=within)
+    # Never more noise than independent particles and 4^3 points of a volume have together.
+    assert arrays["pressure"][whole].std() / PRESSURE < np.sqrt(NOISE**2 / 60 + 1.0 / 64)
+
+
+def test_boxes_of_a_flat_bag_are_as_high_as_the_bag():
+    arrays = Scene(warp=flat).boxes().arrays()
+    np.testing.assert_allclose(arrays["size"][:, 2], 0.004, rtol=0.02)
+    assert len(arrays["size"]) > 200
+
+
+def test_rooms_are_told_apart():
+    scene = Scene(rooms=2)
+    second = scene.particles.chamber[: scene.particles.count] == 1
+    scene.particles.velocity[: scene.particles.count][second] += [40.0, 0.0, 0.0]
+    boxes = scene.boxes()
+    arrays = boxes.arrays()
+    drift = np.where(boxes.fields.chamber == 1, 40.0, 0.0)
+    spread = np.sqrt(scene.kinds.heat * TEMPERATURE / scene.kinds.mass[0] / arrays["particles"])
+    assert (np.abs(arrays["velocity"][:, 0] - drift) < 5.0 * spread).all()
+    faces = on_faces(boxes, scene.bag, np.full(2, TEMPERATURE))
+    assert faces["gas_velocity"][scene.bag.chambers.behind == 1, 0].mean() == pytest.approx(40.0, abs=20.0)
+    assert faces["gas_velocity"][scene.bag.chambers.behind == 0, 0].mean() == pytest.approx(0.0, abs=20.0)
+    assert faces["gas_temperature"].mean() == pytest.approx(TEMPERATURE, rel=0.05)
+    assert faces["gas_density"].mean() == pytest.approx(scene.density, rel=0.05)
+
+
+@pytest.mark.parametrize("depth", [0.3, 0.01, 0.0001])
+def test_a_sensor_reads_the_state_however_near_the_wall(depth):
+    scene = Scene()
+    rng = np.random.default_rng(5)
+    places = np.column_stack([rng.uniform(0.3, 0.7, (20, 2)), np.full(20, depth)])
+    found = scene.at(places)
+    within = 5.0 * np.sqrt(NOISE**2 / IN_A_SPHERE + 1.0 / 1000) / np.sqrt(20)  # 5 sigma of the mean of 20
+    assert found["pressure"].mean() == pytest.approx(PRESSURE, rel=within)
+    assert found["density"].mean() == pytest.approx(scene.density, rel=within)
+    assert found["temperature"].mean() == pytest.approx(TEMPERATURE, rel=within)
+
+
+def test_a_sensor_in_a_flat_bag_and_one_in_the_other_room():
+    assert Scene(warp=flat).at([[0.5, 0.5, 0.002]])["pressure"][0] == pytest.approx(PRESSURE, rel=0.35)
+    scene = Scene(rooms=2)
+    scene.particles.velocity[: scene.particles.count][scene.particles.chamber[: scene.particles.count] == 1] += 300.0
+    found = scene.at([[0.98, 0.5, 0.5], [1.02, 0.5, 0.5]])["velocity"]
+    spread = 5.0 * np.sqrt(scene.kinds.heat * TEMPERATURE / scene.kinds.mass[0] / IN_A_SPHERE)
+    np.testing.assert_allclose(found, [[0.0] * 3, [300.0] * 3], atol=spread)
+
+
+def test_outside_is_still_air():
+    found = Scene().at([[0.5, 0.5, -0.1]])
+    assert found["pressure"][0] == AIR.pressure
+    assert found["temperature"][0] == AIR.temperature
+    assert found["density"][0] == pytest.approx(101325.0 / (296.8 * 295.0), rel=1e-3)
+    assert not found["velocity"].any()
+
+
+def test_no_gas_gives_no_boxes():
+    scene = Scene()
+    scene.particles.count = 0
+    boxes = scene.boxes()
+    assert len(boxes.size) == 0
+    assert on_faces(boxes, scene.bag, np.array([295.0]))["gas_temperature"].mean() == 295.0
