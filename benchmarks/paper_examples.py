@@ -59,6 +59,11 @@ EXAMPLES = {
 """What the paper's figures 6, 7, 9, 10 and 16 show of each."""
 
 
+def load(example: str, model: str) -> Case:
+    """One case of a pair."""
+    return Case.load(ROOT / "examples" / "paper" / f"{example}_{model}.toml")
+
+
 def run_once(example: str, model: str, runs: Path, threads: int) -> tuple[Result, dict]:
     """The run of one case, made if it is not there, and how long it took on how busy a machine."""
     folder = runs / f"{example}_{model}"
@@ -66,7 +71,7 @@ def run_once(example: str, model: str, runs: Path, threads: int) -> tuple[Result
     if not cost.exists():
         load, begun, spent = os.getloadavg()[0], time.perf_counter(), time.process_time()
         try:
-            simulate(Case.load(ROOT / "examples" / "paper" / f"{example}_{model}.toml"), folder, threads=threads)
+            simulate(load(example, model), folder, threads=threads)
         except NumericalStop as stop:
             print(stop)
         cost.write_text(
@@ -129,16 +134,19 @@ def draw_shapes(results: dict[str, Result], times: tuple, views: dict) -> Figure
 
 
 def draw_curves(results: dict[str, Result], curves: tuple) -> Figure:
-    """Each quantity against time, by both models."""
+    """Each quantity against time, by both models; cut at three times what uniform pressure reaches, because a run that
+    had to be stopped would hide the other."""
     figure = Figure((3.4 * len(curves), 3.0), layout="constrained", dpi=150)
     for axes, (column, label, scale) in zip(figure.subplots(1, len(curves), squeeze=False)[0], curves, strict=True):
         for model, result in results.items():
             h = result.histories
             offset = result.case_toml["ambient"]["pressure"] if column == PRESSURE[0] else 0.0
-            axes.plot(
-                1e3 * h["time [s]"], scale * (h[column] - offset), color=COLOURS[model], lw=1.1, label=MODELS[model]
-            )
-        axes.set(xlabel="time [ms]", ylabel=label)
+            values = scale * (h[column] - offset)
+            axes.plot(1e3 * h["time [s]"], values, color=COLOURS[model], lw=1.1, label=MODELS[model])
+            if model == "up":
+                most = 3.0 * np.abs(values).max()
+        low, high = axes.get_ylim()
+        axes.set(xlabel="time [ms]", ylabel=label, ylim=(max(low, -most), min(high, most)))
     axes.legend()
     return figure
 
@@ -157,14 +165,13 @@ def write_curves(path: Path, results: dict[str, Result], curves: tuple) -> None:
         table.writerows([f"{value:.6g}" for value in row] for row in zip(*columns.values(), strict=True))
 
 
-def air_enthalpy(result: Result) -> float:
+def air_enthalpy(case: Case) -> float:
     """Of the surroundings [J/kg]."""
-    case = Case.from_dict(result.case_toml)
     gas = GasNames.of(case)
     return mixture_enthalpy(thermo_table(list(gas.species)), gas.mass_fractions(AIR), case.ambient.temperature)
 
 
-def summary(result: Result, cost: dict) -> dict:
+def summary(case: Case, result: Result, cost: dict) -> dict:
     """One row of the table."""
     h, record = result.histories, result.record
     drawn = h["drawn_in [kg]"][-1]
@@ -174,7 +181,7 @@ def summary(result: Result, cost: dict) -> dict:
         "reason": record.get("reason"),
         "simulated_ms": 1e3 * h["time [s]"][-1],
         "triangles": len(result.triangles),
-        "energy_put_in_J": h["enthalpy_in [J]"][-1] - drawn * air_enthalpy(result),
+        "energy_put_in_J": h["enthalpy_in [J]"][-1] - drawn * air_enthalpy(case),
         "air_drawn_in_g": 1e3 * drawn,
         "mass_put_in_g": 1e3 * h["injected [kg]"][-1],
         "outgoing_mass_g": 1e3 * h["vented [kg]"][-1],
@@ -204,7 +211,7 @@ def main() -> None:
         shown = EXAMPLES[example]
         both = {model: run_once(example, model, arguments.runs, arguments.threads) for model in MODELS}
         results = {model: result for model, (result, _) in both.items()}
-        table = {model: summary(result, cost) for model, (result, cost) in both.items()}
+        table = {model: summary(load(example, model), result, cost) for model, (result, cost) in both.items()}
         (arguments.out / f"{example}.json").write_text(json.dumps(table, indent=1, default=float) + "\n")
         write_curves(arguments.out / f"{example}.csv", results, shown["curves"])
         with matplotlib.rc_context(STYLE):

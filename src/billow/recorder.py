@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import json
+import math
 import time
 from collections import deque
 from collections.abc import Callable
@@ -240,7 +241,7 @@ class RunRecorder:
         """Whether a wanted time lies between the last row of histories and this one; a resumed run answers the same."""
         run = self.case.run
         between = run.end_time / (run.frames * run.histories_per_frame)
-        return any(state.time - between < time <= state.time for time in run.particle_times)
+        return state.interval in {math.ceil(time / between - 1e-6) for time in run.particle_times}
 
     def _books(self, histories: dict[str, np.ndarray]) -> dict[str, float]:
         totals, ledger = self.model.gas.totals(self.state.gas), self.state.ledger

@@ -93,8 +93,11 @@ def test_taut_fabric_does_not_know_the_rule(e):
     shifts=st.tuples(st.floats(0.0, 6.0), st.floats(0.0, 6.0)),
 )
 def test_a_closed_loop_creates_no_energy(rule, centre, radii, shifts):
-    """Midpoint sum of s : de around a closed curve through taut, wrinkled and slack. A step over a kink, of which a loop
-    has at most eight, errs by up to stiffness |de|^2 / 8, however small the taut part of the loop is."""
+    """Midpoint sum of s : de around a closed curve through taut, wrinkled and slack.
+
+    A step over a kink, of which a loop has at most eight, errs by up to stiffness |de|^2 / 8, however small the taut
+    part of the loop is.
+    """
     phase = 2.0 * np.pi * np.arange(401) / 400
     loop = np.column_stack([c + r * np.sin(phase + d) for c, r, d in zip(centre, radii, (0.0, *shifts), strict=True)])
     middle, moved = 0.5 * (loop[1:] + loop[:-1]), np.diff(loop, axis=0)

@@ -34,6 +34,7 @@ def warnings(case: schema.Case, model: Model) -> list[Warning]:
         *mesh_warnings(case, model),
         *curve_warnings(model),
         *_fabric(case),
+        *_particles(case),
         *_gas(case, model),
         *_obstacles(case, model),
     ]
@@ -68,6 +69,18 @@ def _fabric(case: schema.Case) -> Iterator[Warning]:
             "fabric.young_warp, fabric.young_weft, fabric.shear",
             "warp and weft differ by a small factor, and woven fabric is far softer in shear",
             "check the powers of ten",
+        )
+
+
+def _particles(case: schema.Case) -> Iterator[Warning]:
+    if case.gas.model == "corpuscular":
+        yield Warning(
+            "W-GAS-007",
+            "the corpuscular gas is experimental",
+            "gas.model",
+            "it passes its closed forms in a rigid bag; a flat bag unfolds under patches that are too coarse for jets, "
+            "and its panels may pass through each other, because there is no self-contact yet",
+            'compare with gas.model = "uniform-pressure", and look at the shapes',
         )
 
 

@@ -10,7 +10,18 @@ import time
 from collections.abc import Callable, Iterable, Iterator
 
 from billow.errors import BillowError, InputError
-from billow.verification import chambers, contact, coupon, fabric, gas, particles, rigid_body, tank, whole
+from billow.verification import (
+    chambers,
+    contact,
+    coupon,
+    fabric,
+    gas,
+    kinetic_theory,
+    particles,
+    rigid_body,
+    tank,
+    whole,
+)
 from billow.verification.check import Check, Measurement
 
 CASES: dict[str, Callable[[], Iterator[Measurement]]] = {
@@ -24,12 +35,12 @@ CASES: dict[str, Callable[[], Iterator[Measurement]]] = {
     "T2p": particles.filling_at_constant_pressure,
     "T3p": particles.choked_blow_down,
     "T5p": particles.isentropic_compression,
-    "T15": particles.maxwell,
-    "T16": particles.flux,
-    "T17": particles.relaxation,
-    "T18": particles.mixture,
-    "T19": particles.wall_noise,
-    "T20": particles.leak_audit,
+    "T15": kinetic_theory.maxwell,
+    "T16": kinetic_theory.flux,
+    "T17": kinetic_theory.relaxation,
+    "T18": kinetic_theory.mixture,
+    "T19": kinetic_theory.wall_noise,
+    "T20": kinetic_theory.leak_audit,
     "U1": chambers.two_rooms,
     "U2": chambers.chain,
     "U3": chambers.stiff_chain,

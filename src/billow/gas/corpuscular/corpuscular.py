@@ -64,6 +64,9 @@ SOUND_CROSSES = 1.0
 FAINTEST = 1e-6
 """Pressure [Pa] a jet blows against, at least: into a vacuum it is choked."""
 
+LARGEST_LEAD = 1.1
+"""Change of a chamber's volume by which its pressure is led, at most: half a gas step does not change it more."""
+
 MOST_STEPS = 8
 """Of the structure within one gas step."""
 
@@ -85,10 +88,10 @@ class CorpuscularState:
     """Everything about the gas that changes.
 
     molecules: that a particle stands for. positions: of the surface at gas_time [s], [m] (nodes, 3). steps_to_go: of
-    the structure until the next gas step. pass_probability and patch (triangles,), is_open (passages,). owed: air to be drawn in
-    that is no particle yet [kg] (passages, species). pool: energy owed to the gas of each chamber [J]. Of the chambers:
-    volume [m^3], now, and volume_struck, in the middle of the last gas step; pressure [Pa], temperature [K], gamma
-    (cp/cv), masses [kg] (chambers, species).
+    the structure until the next gas step. pass_probability and patch (triangles,), is_open (passages,). owed: air to
+    be drawn in that is no particle yet [kg] (passages, species). pool: energy owed to the gas of each chamber [J]. Of
+    the chambers: volume [m^3], now, and volume_struck, in the middle of the last gas step; pressure [Pa], temperature
+    [K], gamma (cp/cv), masses [kg] (chambers, species).
 
     Books, sums since the start: left [kg] (passages, species), drawn [kg] (species,), passed from behind to ahead [kg]
     (passages,), impulse: of all that came in less that of all that left [N s] (3,); energies [J]; escaped: particles
@@ -307,7 +310,8 @@ class Corpuscular:
 
     def _lead(self, gas: CorpuscularState) -> np.ndarray:
         """Pressure on each triangle [Pa], (triangles,), that the present volumes add to that of the last gas step."""
-        lead = np.append(gas.pressure * ((gas.volume_struck / gas.volume) ** gas.gamma - 1.0), 0.0)
+        grown = np.clip(gas.volume_struck / np.maximum(gas.volume, 1e-300), 1.0 / LARGEST_LEAD, LARGEST_LEAD)
+        lead = np.append(gas.pressure * (grown**gas.gamma - 1.0), 0.0)
         return lead[self.chambers.behind] - lead[self.chambers.ahead]  # OUTSIDE, -1, is the last entry
 
     def _gas_step(self, gas: CorpuscularState, bag: Bag, time: float, dt: float) -> None:
@@ -456,7 +460,8 @@ class Corpuscular:
         gas.since_collisions = 0.0
         mass = gas.masses.sum(axis=0)
         warmest = float(gas.temperature.max())
-        gas.collision_time = collision_time(gas.cells, kinds, mass / mass.sum(), warmest)
+        if mass.any():  # not yet when the first particles have just come into a vacuum
+            gas.collision_time = collision_time(gas.cells, kinds, mass / mass.sum(), warmest)
 
     def _put_in_order(self, gas: CorpuscularState) -> None:
         """Particles of a cell side by side in memory."""

@@ -8,9 +8,8 @@ patch, evenly, until the next gas step. What the patch got along its normals is 
 along the fabric) is shared out by area.
 
 A patch takes k T/2 of spurious energy for each of its motions, a particle of a diatomic gas holds five times that: with
-PARTICLES_PER_PATCH = 150 it is 0.5 % of the energy of the gas beside it. Patches are therefore small where much gas is:
-squares of the flat cut are quartered as long as each quarter gets its 40, which keeps a jet as narrow as its particles
-can say, while the rest of a flat bag waits for its gas in large pieces.
+N particles beside each patch it is 1/(5 N) of the energy of the gas there. Patches are therefore smaller where more gas
+is: squares of the flat cut are quartered as long as each quarter gets its PARTICLES_PER_PATCH.
 
 The structure takes half of F dt in the step that ends where F is evaluated and half in the next one. Exactly that is
 taken from what a patch holds, so that the momentum of gas, patches and structure together is constant to rounding for
@@ -65,7 +64,7 @@ class Patches:
 
 @dataclass(frozen=True)
 class Squares:
-    """Ever smaller squares of the flat cut, from whole parts down to two edges of the mesh; none reaches over two parts.
+    """Ever smaller squares of the flat cut, from whole parts down to two edges of the mesh, each within one part.
 
     levels: (levels, triangles) int64, the square of each triangle; each square is a quarter of one of the level before.
     """
