@@ -21,6 +21,7 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
+from fabric_laws import fabric_laws
 
 from billow.case.build import build_model, build_schedule
 from billow.case.schema import Case
@@ -92,7 +93,7 @@ def step_cost() -> dict[str, str]:
     whole, kernel, gathered = median_seconds(lambda: advance(model, state, dt), membrane, gather)
     n = model.surface.triangle_count
     # Finding what the jets hit happens every 0.1 ms, not every step; its share is added as an average.
-    (aiming,) = median_seconds(lambda: aim(model.gas.jets, model.surface.triangles, state.positions), repeats=20)
+    (aiming,) = median_seconds(lambda: aim(model.gas.jets[0], model.surface.triangles, state.positions), repeats=20)
     real_dt = stable_dt(model, state)
     whole += aiming * real_dt / UPDATE_INTERVAL
     return {
@@ -203,7 +204,7 @@ def main() -> None:
     machine = environment()
     print(f"{machine['processor']}, {machine['cores']} cores, Python {machine['python']}, numba {machine['numba']}")
     print("one process, one thread, medians\n\n| what | measured |\n|---|---|")
-    for measure in (step_cost, cold_compile, lambda: inference(study), full_run):
+    for measure in (step_cost, fabric_laws, cold_compile, lambda: inference(study), full_run):
         for what, value in measure().items():
             print(f"| {what} | {value} |", flush=True)
 

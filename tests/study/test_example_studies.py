@@ -8,7 +8,7 @@ import pytest
 from billow.study.definition import StudyDefinition
 from billow.study.study import Study
 
-EXAMPLES = Path(__file__).parents[2] / "examples"
+EXAMPLES = Path(__file__).parents[2] / "examples" / "studies"
 TABLE_1 = {
     "permeability": (0.02, 0.035),
     "inflator_temperature": (500.0, 800.0),

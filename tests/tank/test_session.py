@@ -16,7 +16,7 @@ from billow.results.histories import read_histories
 from billow.tank.tank_case import TankCase
 from billow.tank.trace import MOST_ROWS, load_trace
 
-EXAMPLES = Path(__file__).parents[2] / "examples"
+EXAMPLES = Path(__file__).parents[2] / "examples" / "tank"
 
 
 def billow_tank(*arguments: object) -> str:

@@ -4,7 +4,23 @@ import pytest
 
 from billow.verification.cases import CASES, run_cases
 
-LONG = {"S6", "S7", "R1", "P3"}  # a second or more, besides compiling
+LONG = {
+    "S6",
+    "S7",
+    "S9",
+    "S10",
+    "R1",
+    "P3",
+    "V4",
+    "T1p",
+    "T2p",
+    "T3p",
+    "T5p",
+    "T16",
+    "T18",
+    "T19",
+    "T20",
+}  # a second or more, besides compiling
 
 
 @pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow if n in LONG else ()) for n in CASES])

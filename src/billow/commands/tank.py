@@ -17,9 +17,9 @@ app = typer.Typer(
 A first round:
 
 \b
-  billow tank forward examples/tank_test.toml --out predicted
-  billow tank inverse examples/tank_measured.csv \\
-      --case examples/tank_test.toml --out found
+  billow tank forward examples/tank/tank_test.toml --out predicted
+  billow tank inverse examples/tank/tank_measured.csv \\
+      --case examples/tank/tank_test.toml --out found
 
 The second finds mass flow and band; found/inflator.toml pastes into a case. docs/tank.md has equations and keys.
 """,
