@@ -32,7 +32,7 @@ def import_onnx(name: str = "onnx"):
             "E-ROM-016",
             f"{name} is not installed",
             where="export",
-            why=f"export needs it, nothing else does ({error})",
+            why="export needs it, and nothing else does",
             remedy="pip install onnx onnxruntime",
         ) from error
 
