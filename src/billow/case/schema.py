@@ -101,7 +101,7 @@ class Run(Strict):
 class Case(Strict):
     """A whole simulation."""
 
-    title: Text = "Driver bag"
+    title: Text = "Airbag"
     """Free text."""
     bag: Bag = DriverBag()
     fabric: Fabric = Fabric()

@@ -240,7 +240,7 @@ class RectangularBag(PanelBag):
     """Number of chambers."""
     mouth_chamber: int = 1
     """Chamber with the inflator's mouth, in the middle of its rear panel; counted from 1 at the lowest x."""
-    mouth_radius: quantity("m", 5e-3, 1.0) = 0.03
+    mouth_radius: quantity("m", 5e-3, 1.0) = 0.05
     """Radius of the retainer ring; fabric on it and inside is held fixed."""
     openings: Openings = Openings()
     vents: ChamberVents = ChamberVents()
