@@ -47,28 +47,28 @@ def coupon(
     Without --data the curves in the fabric file stand for the test they came from.
     """
     from billow.case.schema import Case
-    from billow.coupon import session
+    from billow.coupon import comparison
     from billow.terminal import steps
 
-    _known("test", test, session.TESTS)
+    _known("test", test, comparison.TESTS)
     _known("direction", direction, ("warp", "weft"))
     given = Case.load(fabric_file).fabric if fabric_file else Case.from_dict({"fabric": {"law": "curves-shear"}}).fabric
-    laws = tuple(law) if law else ((given.law,) if fabric_file else session.LAWS)
+    laws = tuple(law) if law else ((given.law,) if fabric_file else comparison.LAWS)
     for name in laws:
-        _known("law", name, session.LAWS)
+        _known("law", name, comparison.LAWS)
     shear = test == "picture-frame"
     furthest = _number("peak", peak, "deg" if shear else "-", 1e-4, 60.0 if shear else 0.5)
-    amount = session.USUAL_PEAK[test] if furthest is None else furthest * (math.pi / 180.0 if shear else 1.0)
+    amount = comparison.USUAL_PEAK[test] if furthest is None else furthest * (math.pi / 180.0 if shear else 1.0)
     size = _number("element-size", element_size, "m", 1e-3, 0.05)
-    curves = session.make_specimen(test, size, direction).curves
-    points = _test_data(data, curves) if data else session.given_curves(test, given, amount)
+    curves = comparison.make_specimen(test, size, direction).curves
+    points = _test_data(data, curves) if data else comparison.given_curves(test, given, amount)
     console = make_console()
     with steps(console) as progress:
-        measured = session.run_laws(
+        measured = comparison.run_laws(
             test, given, laws, amount, size, direction,
             progress=lambda name, share: progress(round(100 * share), 100, name) if share * 10 % 1 == 0.0 else None,
         )  # fmt: skip
-    ratings = session.write_session(out, test, given, measured, points)
+    ratings = comparison.write_comparison(out, test, given, measured, points)
     for line in _table(ratings):
         console.print(line, markup=False)
     console.print(f"{out}: written", markup=False)
@@ -123,7 +123,7 @@ def _number(option: str, value: str | None, unit: str, low: float, high: float) 
 
 
 def _test_data(texts: list[str], curves: tuple[str, ...]) -> dict:
-    from billow.coupon.session import read_test_data
+    from billow.coupon.comparison import read_test_data
 
     points = {}
     for text in texts:

@@ -9,8 +9,8 @@ import numpy as np
 from billow.case.build_fabric import build_fabric
 from billow.case.schema import Case
 from billow.coupon.bench import Measured, run_test
+from billow.coupon.comparison import Points, given_curves, with_law
 from billow.coupon.rating import branches, ripple
-from billow.coupon.session import Points, given_curves, with_law
 from billow.coupon.specimen import Biaxial, PictureFrame
 from billow.verification.check import Measurement
 

@@ -1,4 +1,4 @@
-"""A user's session: predict, measure, evaluate, paste; and what traces may look like."""
+"""What a user does: predict, measure, evaluate, paste; and what traces may look like."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A bench session: a fabric file, a test, one or more laws; curves, ratings and a picture in a folder."""
+"""A comparison on the bench: a fabric file, a test, one or more laws; curves, ratings and a picture in a folder."""
 
 from __future__ import annotations
 
@@ -125,7 +125,7 @@ def rate(measured: Measured, data: Mapping[str, Points]) -> dict[str, dict[str, 
     return ratings
 
 
-def write_session(
+def write_comparison(
     folder: Path, test: str, fabric: schema_fabric.Fabric, measured: Mapping[str, Measured], data: Mapping[str, Points]
 ) -> dict[str, dict[str, dict[str, float]]]:
     """Write LAW.csv of each law, coupon.png and coupon.toml; returns law -> curve -> ratings.
