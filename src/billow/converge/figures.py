@@ -12,34 +12,13 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter, PercentFormatter
 
 from billow.converge.measures import TIME, Convergence, free_obstacles, millisecond_means
+from billow.plot_style import GREY, STYLE
 from billow.results.result import Result
 from billow.rom.sections import cut
 
-INK, GREY, FAINT = "#22303c", "#7b8794", "#e3e8ec"
 LINES = ("#0072b2", "#d55e00", "#0f9d76", "#8e5ea2", "#b8860b", "#4f5b66", "#c2185b")  # one for each quantity
 FEW, MANY = np.array([0.61, 0.79, 0.91]), np.array([0.02, 0.15, 0.25])  # colours of few and of many particles
 MILLI, KILO = 1e3, 1e-3
-
-STYLE = {
-    "font.family": "sans-serif",
-    "font.size": 9.5,
-    "axes.titlesize": 10,
-    "axes.titleweight": "bold",
-    "axes.titlelocation": "left",
-    "axes.edgecolor": GREY,
-    "axes.labelcolor": INK,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.grid": True,
-    "axes.axisbelow": True,
-    "grid.color": FAINT,
-    "text.color": INK,
-    "xtick.color": INK,
-    "ytick.color": INK,
-    "legend.frameon": False,
-    "legend.fontsize": 8.5,
-    "lines.linewidth": 1.6,
-}
 
 
 def draw_errors(found: Sequence[Convergence]) -> bytes:

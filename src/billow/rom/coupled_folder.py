@@ -12,10 +12,10 @@ from matplotlib.figure import Figure
 
 from billow.injury.criteria import GRAVITY
 from billow.injury.motion import assess
+from billow.plot_style import STYLE
 from billow.results.atomic import write_atomically
 from billow.results.histories import write_histories
 from billow.rom.coupled_evaluation import Z, injury_record
-from billow.rom.figures import STYLE
 from billow.rom.impactor_motion import ImpactorMotion
 
 SHOWN_CLASS = 60

@@ -12,37 +12,16 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
+from billow.plot_style import GREY, STYLE
 from billow.rom.evaluate import BASELINES, Evaluation
 from billow.rom.sections import cut, super_ellipsoid
 from billow.rom.snapshots import COMPONENTS
 
-INK, GREY, FAINT = "#22303c", "#7b8794", "#e3e8ec"
 SOLVER, SURROGATE, OBSTACLE = "#22303c", "#0f9d76", "#c9d2d9"
 AXES = ("#0072b2", "#d55e00", "#0f9d76")  # x, y, z: told apart with any colour vision
 SIZES = ("#9cc9e8", "#4f9fd0", "#1368a0", "#0a3d62", "#06263d")  # from few runs to many
 Z = 2
 MILLI = 1e3
-
-STYLE = {
-    "font.family": "sans-serif",
-    "font.size": 9.5,
-    "axes.titlesize": 10,
-    "axes.titleweight": "bold",
-    "axes.titlelocation": "left",
-    "axes.edgecolor": GREY,
-    "axes.labelcolor": INK,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.grid": True,
-    "axes.axisbelow": True,
-    "grid.color": FAINT,
-    "text.color": INK,
-    "xtick.color": INK,
-    "ytick.color": INK,
-    "legend.frameon": False,
-    "lines.linewidth": 1.8,
-    "svg.hashsalt": "billow",  # same numbers, same file
-}
 
 
 def draw(picture: Callable[..., Figure], *arguments) -> bytes:

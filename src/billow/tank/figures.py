@@ -8,34 +8,13 @@ import matplotlib
 import numpy as np
 from matplotlib.figure import Figure
 
+from billow.plot_style import GREY, STYLE
 from billow.tank.filling import Trajectory
 from billow.tank.inverse import Solution
 from billow.tank.trace import Trace
 
-INK, GREY, FAINT = "#22303c", "#7b8794", "#e3e8ec"
 PRESSURE, FLOW, HEAT = "#0072b2", "#0f9d76", "#d55e00"  # told apart with any colour vision
 MILLI, KILO = 1e3, 1e-3
-
-STYLE = {
-    "font.family": "sans-serif",
-    "font.size": 9.5,
-    "axes.titlesize": 10,
-    "axes.titleweight": "bold",
-    "axes.titlelocation": "left",
-    "axes.edgecolor": GREY,
-    "axes.labelcolor": INK,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.grid": True,
-    "axes.axisbelow": True,
-    "grid.color": FAINT,
-    "text.color": INK,
-    "xtick.color": INK,
-    "ytick.color": INK,
-    "legend.frameon": False,
-    "legend.fontsize": 8.5,
-    "lines.linewidth": 1.8,
-}
 
 
 def draw_prediction(state: Trajectory) -> bytes:
