@@ -9,8 +9,8 @@ READY  := $(VENV)/.ready
 demo: $(READY)            ## 60 deployments, a surrogate learned from them, demo/report.html
 	$(BIN)/billow demo --out demo
 
-test: $(READY)            ## the test suite
-	$(BIN)/python -m pytest
+test: $(READY)            ## the test suite, in two processes
+	$(BIN)/python -m pytest -n 2 --dist loadfile
 
 lint: $(READY)            ## style and likely mistakes
 	$(BIN)/ruff check .

@@ -19,9 +19,9 @@ import numpy as np
 from billow.gas.corpuscular.audit import find_escaped
 from billow.gas.corpuscular.flight import Flock, fly
 from billow.gas.corpuscular.impact_bank import Hits, ImpactBank
-from billow.gas.corpuscular.search_grid import SearchGrid
 from billow.gas.corpuscular.walls import Walls
 from billow.geometry.bag_shapes import round_bag
+from billow.geometry.search_grid import SearchGrid
 
 RADIUS, HALF_DEPTH, SPEED, MASS = 0.28, 0.16, 431.0, 2e-7
 SORT_EVERY = 4

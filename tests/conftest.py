@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import pytest
 from hypothesis import settings
+
+from billow.compiled import cache_folder
+
+# Test processes side by side keep their kernels apart: numba's index of a kernel is not safe against two writers.
+os.environ["BILLOW_CACHE"] = str(cache_folder().parent / os.environ.get("PYTEST_XDIST_WORKER", ""))
 
 from billow.case.schema import Case
 from billow.interrupts import STOP_FILE, RunInterrupted

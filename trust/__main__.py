@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import random
 import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 from billow.error_catalogue import CATALOGUE
-from trust import conservation, cost, determinism, faults, fuzz
+from trust import conservation, cost, determinism, faults, fuzz, study_kills
 
 
 @dataclass(frozen=True)
@@ -84,6 +86,14 @@ def escapes() -> Iterator[Goal]:
         yield Goal(goal, promise, f"{count} of {total}", count == 0)
 
 
+def killed() -> Iterator[Goal]:
+    with tempfile.TemporaryDirectory(prefix="billow-kills-") as place:
+        report = study_kills.disturb(Path(place), train=48, test=12, kills=20, moments=random.Random(1))
+    yield Goal("STU-1", f"{report.kills} kills of a study: no run is lost", f"{len(report.lost)} lost", not report.lost)
+    yield Goal("STU-1", "no run is made twice", f"{len(report.remade)} made twice", not report.remade)
+    yield Goal("STU-1", "same dataset as without kills", "same" if report.same else "another", report.same)
+
+
 def spent() -> Iterator[Goal]:
     books, checkpoints = cost.share()
     total = books + checkpoints
@@ -104,7 +114,7 @@ def reachable() -> Iterator[Goal]:
 
 
 MEASURES: tuple[Callable[[], Iterator[Goal]], ...] = (
-    conserved, thread_determinism, restart_determinism, diagnosed, reachable, fuzzing, escapes, spent,
+    conserved, thread_determinism, restart_determinism, diagnosed, reachable, fuzzing, escapes, killed, spent,
 )  # fmt: skip
 
 

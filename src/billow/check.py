@@ -53,5 +53,7 @@ def describe(case: Case) -> str:
     if case.gas.model != "none":
         mass = sum(inflator.cumulative[-1] for inflator in model.gas.inflators)
         gases = dict.fromkeys(name for inflator in case.inflators for name in inflator.gas)
-        lines.append(f"  gas       {1e3 * mass:.1f} g of {' + '.join(gases)}, {case.gas.model}")
+        switches = case.gas.model == "corpuscular" and case.gas.switch_time
+        switch = f" until {1e3 * case.gas.switch_time:g} ms, then uniform-pressure" if switches else ""
+        lines.append(f"  gas       {1e3 * mass:.1f} g of {' + '.join(gases)}, {case.gas.model}{switch}")
     return "\n".join([*lines, *map(str, warnings(case, model))])

@@ -14,7 +14,7 @@ import typer
 from rich.console import Console
 
 from billow import __version__
-from billow.commands import converge, couple, coupon, export, import_runs, injury, suggest, tank
+from billow.commands import converge, couple, coupon, export, import_runs, injury, paper, suggest, tank
 from billow.commands.options import CaseFile, Settings, make_console, parse_settings
 from billow.errors import BillowError, InputError, ResourceError
 
@@ -309,6 +309,7 @@ app.add_typer(couple.app)
 app.command()(suggest.suggest)
 app.command()(export.export)
 app.command("import")(import_runs.import_runs)
+app.command()(paper.paper)
 
 if __name__ == "__main__":
     main()

@@ -1,14 +1,20 @@
-"""Answers of a surrogate as text and as a file."""
+"""Answers of a surrogate as text and as files, with how far they can be trusted."""
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import numpy as np
 
 from billow.errors import InputError
+from billow.results.atomic import write_atomically
 from billow.results.vtkhdf import FabricWriter
+from billow.rom.snapshots import COMPONENTS
 from billow.rom.surrogate import Surrogate
+
+LEVEL = 0.9
+"""Of the intervals that are told and written."""
 
 
 def describe_surrogate(surrogate: Surrogate) -> str:
@@ -20,15 +26,80 @@ def describe_surrogate(surrogate: Surrogate) -> str:
 
 
 def write_prediction(surrogate: Surrogate, design: dict, out: Path | None, extrapolate: bool) -> str:
-    """Predict one deployment; write it to `out` (.vtkhdf) if given; returns a line for the user.
+    """Predict one deployment and say how far it can be trusted; returns lines for the user.
 
+    With `out` (.vtkhdf) the deployment is written there, with the half width of its interval at every node if there is
+    one, and what was said of it beside it, as OUT.json.
     Raises InputError of `Surrogate.predict`, E-CLI-004 if `out` exists.
     """
     displacement = surrogate.predict(design, extrapolate=extrapolate)
+    widths = None
+    if surrogate.intervals is not None:
+        widths = surrogate.half_width(design, level=LEVEL, extrapolate=extrapolate)
     top = displacement[..., 2].max(axis=1)
     summary = f"largest height {top.max():.4f} m at {1e3 * surrogate.times[top.argmax()]:.1f} ms"
-    if out is None:
-        return summary
+    trust = trust_of(surrogate, design, widths)
+    if out is not None:
+        _write(surrogate, displacement, widths, out)
+        said = {"design": design, "largest_height_m": float(top.max()), **trust}
+        write_atomically(out.with_name(out.name + ".json"), json.dumps(said, indent=1, allow_nan=False) + "\n")
+        summary = f"{out}: {len(displacement)} frames, {summary}"
+    return "\n".join([summary, *describe_trust(trust)])
+
+
+def trust_of(surrogate: Surrogate, design: dict, widths: np.ndarray | None) -> dict:
+    """Where a design stands, in range, distance and time, and how far its answer may be off, as plain JSON.
+
+    widths: [m], (times, nodes, 3), half widths of its intervals, None without
+    """
+    found = surrogate.standing(design)
+    standing = None
+    if found is not None:
+        standing = {
+            "outside_trained_range": list(found.outside),
+            "distance_to_nearest_training_design": found.nearest,
+            "usual_distance_between_training_designs": found.usual,
+            "largest_distance_between_training_designs": found.largest,
+            "warnings": found.sentences(),
+        }
+    interval = None
+    if widths is not None:
+        mean, most = widths.mean(axis=(0, 1), dtype=float), widths.max(axis=(0, 1))
+        interval = {
+            "level": LEVEL,
+            "mean_half_width_m": dict(zip(COMPONENTS, mean.tolist(), strict=True)),
+            "largest_half_width_m": dict(zip(COMPONENTS, most.astype(float).tolist(), strict=True)),
+        }
+    times = [float(surrogate.times[0]), float(surrogate.times[-1])]
+    return {"standing": standing, "trained_times_s": times, "interval": interval}
+
+
+def describe_trust(trust: dict) -> list[str]:
+    """Lines for people of what `trust_of` found."""
+    start, end = (1e3 * time for time in trust["trained_times_s"])
+    lines, standing, interval = [], trust["standing"], trust["interval"]
+    if standing is None:
+        lines.append("where the design stands among the trained ones is not known: the file does not say")
+    else:
+        inside = "outside" if standing["outside_trained_range"] else "inside"
+        nearest = standing["distance_to_nearest_training_design"]
+        usual, largest = (standing[f"{what}_distance_between_training_designs"] for what in ("usual", "largest"))
+        lines.append(
+            f"{inside} the trained ranges; nearest training design {nearest:.2f} away (they are {usual:.2f} "
+            f"from each other on average, {largest:.2f} at most; every range counts as 1); times {start:g} to {end:g} "
+            "ms, all trained"
+        )
+        lines += [f"warning: {sentence}" for sentence in standing["warnings"]]
+    if interval is None:
+        lines.append("no interval: the surrogate was not calibrated")
+    else:
+        widths = interval["mean_half_width_m"].items()
+        told = ", ".join(f"{axis} ± {1e3 * width:.2g} mm" for axis, width in widths)
+        lines.append(f"{100 * interval['level']:.0f} % of the solver's values expected within {told} on average")
+    return lines
+
+
+def _write(surrogate, displacement, widths, out: Path) -> None:
     if out.exists():
         raise InputError(
             "E-CLI-004",
@@ -41,7 +112,9 @@ def write_prediction(surrogate: Surrogate, design: dict, out: Path | None, extra
     partial = out.with_name(out.name + ".partial")
     part = np.zeros(len(surrogate.triangles), dtype=np.int32)
     with FabricWriter(partial, start, surrogate.triangles, part, ["fabric"]) as frames:
-        for time, moved in zip(surrogate.times, displacement, strict=True):
-            frames.append(float(time), start + moved, {"displacement": moved}, {})
+        for step, (time, moved) in enumerate(zip(surrogate.times, displacement, strict=True)):
+            fields = {"displacement": moved}
+            if widths is not None:
+                fields["half_width"] = widths[step]
+            frames.append(float(time), start + moved, fields, {})
     partial.replace(out)
-    return f"{out}: {len(displacement)} frames, {summary}"

@@ -261,6 +261,7 @@ class RunRecorder:
             "shooting_nodes": float(histories["shooting_nodes [-]"].max()),
             "inverted_elements": float(inverted_elements(self.model, self.state)),
             "leaked_particles": float(totals.escaped),
+            "leaked_particles_share": totals.escaped / self.case.gas.particles,
             "plausibility_warnings": float(len(self.warnings)),
         }
 

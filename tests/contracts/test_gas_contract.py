@@ -24,6 +24,7 @@ TWO_CHAMBERS = {
     "vents": {"diameter": 0.03, "panel": "front"},
 }  # fmt: skip
 PARTICLES = {"model": "corpuscular", "particles": 2000}
+UNTIL_HALF_WAY = PARTICLES | {"switch_time": 0.006}
 GASES = {
     "no gas": {"gas": {"model": "none"}},
     "uniform pressure": {"inflator": {"jets": {"count": 0}}},
@@ -33,6 +34,12 @@ GASES = {
     "uniform pressure in two chambers with jets": {"bag": TWO_CHAMBERS, "inflator": {"jets": {"count": 4}}},
     "corpuscular": {"inflator": {"jets": {"count": 6, "angle": 40.0}}, "gas": PARTICLES},
     "corpuscular in two chambers": {"bag": TWO_CHAMBERS, "inflator": {"jets": {"count": 4}}, "gas": PARTICLES},
+    "corpuscular, then uniform": {"inflator": {"jets": {"count": 6, "angle": 40.0}}, "gas": UNTIL_HALF_WAY},
+    "corpuscular in two chambers, then uniform": {
+        "bag": TWO_CHAMBERS,
+        "inflator": {"jets": {"count": 4}},
+        "gas": UNTIL_HALF_WAY,
+    },
 }
 """Name -> what the case says of it."""
 
@@ -69,6 +76,11 @@ def scene(name, *, vented=True, permeability=0.03):
 def of_particles(name):
     """Whether a promise holds to statistics only."""
     return name.startswith("corpuscular")
+
+
+def of_particles_to_the_end(name):
+    """Whether the state at the end of a drive is still one of particles."""
+    return of_particles(name) and not name.endswith("uniform")
 
 
 def still(start, time):
@@ -175,9 +187,10 @@ def test_sealed_rigid_bag_obeys_the_gas_law(gas_name):
         return
     rooms = now.chambers or (now,)
     assert sum(room.volume for room in rooms) == pytest.approx(now.volume, rel=1e-14)
-    pending = 1.0 / 2000.0 if of_particles(gas_name) else 0.0  # what is not yet a whole particle is in no room
+    # What is not yet a whole particle is in no room.
+    pending = 1.0 / 2000.0 if of_particles_to_the_end(gas_name) else 0.0
     assert sum(room.mass for room in rooms) == pytest.approx(now.mass, rel=1e-14 + pending)
-    law, even = (NOISE, 2.0 * NOISE) if of_particles(gas_name) else (1e-12, 1e-6)
+    law, even = (NOISE, 2.0 * NOISE) if of_particles_to_the_end(gas_name) else (1e-12, 1e-6)
     if not now.chambers:
         gas_constant = mixture_gas_constant(gas.table, now.mass_by_species)
         assert now.pressure * now.volume == pytest.approx(gas_constant * now.temperature, rel=law)
@@ -185,7 +198,7 @@ def test_sealed_rigid_bag_obeys_the_gas_law(gas_name):
     for room in rooms:  # joined by openings: one pressure
         assert room.pressure == pytest.approx(now.pressure, rel=even)
     fabric = shape.surface.triangles_of_kind("fabric")
-    if of_particles(gas_name):  # a single triangle is struck a few times only
+    if of_particles_to_the_end(gas_name):  # a single triangle is struck a few times only
         area = np.linalg.norm(area_vectors(shape.surface.triangles[fabric], shape.positions), axis=1)
         mean = result.fields["pressure"][fabric] @ area / area.sum()
         assert mean == pytest.approx(now.pressure - gas.ambient.pressure, rel=even)
@@ -200,7 +213,7 @@ def test_gas_at_rest_puts_no_net_force_on_a_closed_bag(gas_name):
     arm = shape.positions[shape.surface.triangles]
     scale = np.abs(force).sum() + 1e-300
     tolerance = 1e-13
-    if of_particles(gas_name):
+    if of_particles_to_the_end(gas_name):
         # It cannot be at rest: the force varies by 1.13/sqrt(hits) of a gas step, each particle having one or so. What
         # holds exactly is the momentum of gas and bag together.
         tolerance = 4.0 * 1.13 / np.sqrt(1500.0)
@@ -243,7 +256,7 @@ def test_work_booked_is_work_done(gas_name):
     done = sum(abs(b.work_on_fabric - a.work_on_fabric) for a, b in zip(result.totals, result.totals[1:], strict=False))
     assert done > 50.0
     if of_particles(gas_name):
-        assert abs(gaps[0]) < 1e-11 * done
+        assert abs(gaps[0]) < (1e-11 if of_particles_to_the_end(gas_name) else 4e-4) * done
         return
     assert abs(gaps[2]) < 1e-4 * done
     assert abs(gaps[0]) / abs(gaps[1]) > 3.5

@@ -53,6 +53,20 @@ def test_a_bad_body_is_told_from_a_bad_node():
     assert "rigid body" in stop.where
 
 
+@pytest.mark.parametrize("squeeze", [-1.0, 1e-5])
+def test_a_chamber_that_is_all_but_gone_stops_the_run_by_its_name(small_case, squeeze):
+    """Turned inside out; and flat, where the panels' speed opens it again within the step and the gas is too hot."""
+
+    def spoil(state):
+        state.positions[:, 2] *= squeeze
+
+    stop, state = stopped(build_model(small_case), spoil)
+    assert stop.code == "E-NUM-009"
+    assert "chamber bag" in stop.where
+    assert state.step == 21
+    assert f"{1e3 * state.gas.volume[0]:.3g} l of" in stop.what
+
+
 def test_gas_outside_its_range_stops_the_run(small_case):
     def spoil(state):
         state.gas.energy *= 30.0

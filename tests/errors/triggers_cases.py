@@ -80,6 +80,7 @@ TRIGGERS: dict[str, Callable[[Here], object]] = {
     "E-CLI-006": lambda here: command("coupon", "bending", "--out", str(here.place / "out")),
     "E-CLI-007": lambda here: command("coupon", "strip", "--peak", "5 mm", "--out", str(here.place / "out")),
     "E-CLI-005": lambda here: command("demo", "--out", str(here.write("file", "") / "below")),
+    "E-CLI-008": lambda here: command("paper", "--out", str(here.place / "out")),
     "E-CLI-030": lambda here: command("verify", "X9"),
     "E-CLI-070": bug_in_a_command,
     "E-GEO-010": case(bag__straps__stitch_radius=0.5),

@@ -42,6 +42,20 @@ def tearing():
     return inject.at_step(50, damage)
 
 
+def losing_a_particle():
+    def damage(state):
+        state.gas.particles.velocity[0, 0] = float("nan")
+
+    return inject.at_step(20, damage)
+
+
+def bag_turned_inside_out():
+    def damage(state):
+        state.positions[:, 2] *= -1.0
+
+    return inject.at_step(20, damage)
+
+
 def changed_file(name: str, load: Callable[[Path], object]) -> Callable[[Here], object]:
     def trigger(here: Here):
         run = here.run()
@@ -107,6 +121,8 @@ TRIGGERS: dict[str, Callable[[Here], object]] = {
     "E-NUM-004": spoilt(collapsing),
     "E-NUM-005": spoilt(tearing),
     "E-NUM-006": spoilt(contextlib.nullcontext, obstacles__1__slope=1.0),
+    "E-NUM-008": spoilt(losing_a_particle, gas={"model": "corpuscular", "particles": 2000}),
+    "E-NUM-009": spoilt(bag_turned_inside_out),
     "E-RES-001": lambda here: Result.open(here.place / "none"),
     "E-RES-002": lambda here: Result.open(here.place),
     "E-RES-003": changed_file("run.json", Result.open),

@@ -16,6 +16,7 @@ from billow.rom import basis, onnx_file, onnx_graph
 from billow.rom.evaluate import evaluate
 from billow.rom.intervals import Intervals
 from billow.rom.onnx_file import export_onnx
+from billow.rom.paper.jets import compare_jets
 from billow.rom.snapshots import collect
 from billow.rom.suggest import suggest
 from billow.rom.surrogate import Surrogate
@@ -126,4 +127,5 @@ TRIGGERS: dict[str, Callable[[Here], object]] = {
     "E-ROM-019": with_forces,
     "E-ROM-020": answering_otherwise,
     "E-ROM-021": lambda here: suggest(small_surrogate(), 0, []),
+    "E-ROM-022": lambda here: compare_jets(dataset(), dataset(), ("one", "other"), "jet_direction"),
 }

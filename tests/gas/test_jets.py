@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from billow.gas.ambient import Ambient
 from billow.gas.gas_model import Bag
 from billow.gas.inflator import Inflator, JetRing
-from billow.gas.jets import Jets, add_jet_force, aim
+from billow.gas.jets import Jets, add_jet_force, aim, power_of_last_force
 from billow.gas.species import SPECIES, thermo_table
 from billow.gas.uniform_pressure import UniformPressure, jet_speed
 from billow.geometry.chambers import Chambers
@@ -62,7 +62,7 @@ def nearest_jet(triangles, positions):
 def forces(pattern, triangles, positions, velocities=None, thrust=100.0):
     corner_force = np.zeros((len(triangles), 3, 3))
     velocities = np.zeros_like(positions) if velocities is None else velocities
-    power = add_jet_force(pattern, thrust, triangles, positions, velocities, velocities[0], corner_force)
+    _, power = add_jet_force(pattern, thrust, triangles, positions, velocities, velocities[0], corner_force)
     return corner_force, power
 
 
@@ -198,6 +198,54 @@ def test_jets_blow_only_while_gas_flows():
     assert totals.injected == pytest.approx(0.004, rel=1e-12)
     assert totals.jet_impulse_in == pytest.approx(0.004 * speed, rel=0.03)
     assert received.sum() == pytest.approx(totals.jet_impulse_out, rel=1e-9)
+
+
+def turned_by(angle, axis):
+    """Rotation matrix (Rodrigues' formula)."""
+    x, y, z = np.array(axis) / np.linalg.norm(axis)
+    across = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    return np.eye(3) + np.sin(angle) * across + (1.0 - np.cos(angle)) * across @ across
+
+
+FLOOR = np.concatenate([[0], np.arange(len(POSITIONS) - 60, len(POSITIONS))])
+"""The middle of the floor and the ring of nodes about it: a mouth that knows how it stands."""
+
+
+@pytest.mark.parametrize("time", [0.0, 0.003])
+@pytest.mark.parametrize("angle", [0.3, 2.0, np.pi])
+def test_jets_turn_with_their_mouth(angle, time):
+    """A scene that is tilted, twisted and carried away looks the same to who goes with it."""
+    spinning = JetRing(COUNT, 0.04, 0.005, LEAN, spin=40.0)
+    jets = Jets(spinning, FLOOR, np.array([0.0, 0.0, 1.0]), mouth_start=POSITIONS[FLOOR])
+    turn = turned_by(angle, [0.4, -1.0, 0.7])
+    there = POSITIONS @ turn.T + [0.3, -2.0, 1.0]
+    assert jets.turn(there) == pytest.approx(turn, abs=1e-14)
+    for here, moved in zip(jets.nozzles(POSITIONS, time)[1:], jets.nozzles(there, time)[1:], strict=True):
+        assert moved == pytest.approx(here @ turn.T, abs=1e-13)
+    here, moved = aim(jets, TRIANGLES, POSITIONS, time), aim(jets, TRIANGLES, there, time)
+    assert (here.triangles == moved.triangles).all()
+    same, _ = forces(here, TRIANGLES, POSITIONS)
+    turned, _ = forces(moved, TRIANGLES, there)
+    assert turned == pytest.approx(same @ turn.T, rel=1e-9, abs=1e-9)
+
+
+def test_the_last_force_is_weighed_with_the_velocities_of_now():
+    """Work is the mean of two powers, so the force of the step before meets the velocities of this one."""
+    pattern, outwards = aim(JETS, TRIANGLES, POSITIONS), 3.0 * POSITIONS
+    args = TRIANGLES, POSITIONS, outwards, outwards[0], np.zeros((len(TRIANGLES), 3, 3))
+    assert add_jet_force(pattern, 100.0, *args)[0] == 0.0
+    before = power_of_last_force(pattern, TRIANGLES, outwards, outwards[0])
+    last, power = add_jet_force(pattern, 250.0, *args)
+    assert last == pytest.approx(before, rel=1e-14)
+    assert last > 0.0
+    assert power == pytest.approx(2.5 * last, rel=1e-12)
+
+
+def test_a_mouth_that_stays_changes_no_digit():
+    jets = Jets(RING, FLOOR, JETS.axis, mouth_start=POSITIONS[FLOOR])
+    free = Jets(RING, FLOOR, JETS.axis)
+    for held, never in zip(jets.nozzles(POSITIONS), free.nozzles(POSITIONS), strict=True):
+        assert held.tobytes() == never.tobytes()
 
 
 def two_rooms(chamber):

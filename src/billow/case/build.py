@@ -12,6 +12,7 @@ from billow.case.build_gas import build_gas
 from billow.case.build_obstacle import build_obstacle
 from billow.case.build_straps import build_straps
 from billow.case.schema_mesh_bag import MeshBag
+from billow.contact.self_contact import SelfContact
 from billow.dynamics.model import Model
 from billow.dynamics.run import Schedule
 from billow.fabric.birth import Birth
@@ -46,6 +47,7 @@ def build_model(case: schema.Case) -> Model:
         fixed=shape.fixed,
         gravity=np.array(case.run.gravity),
         birth=build_birth(case.bag, membrane, shape),
+        self_contact=build_self_contact(case, membrane, shape, mass),
     )
 
 
@@ -54,6 +56,14 @@ def build_birth(bag: Bag, membrane: Membrane, shape: BagShape) -> Birth | None:
     if not isinstance(bag, MeshBag) or not bag.birth_time:
         return None
     return Birth.of(bag.birth_time, (membrane,), shape.surface.triangles, shape.positions)
+
+
+def build_self_contact(case: schema.Case, membrane: Membrane, shape: BagShape, mass: np.ndarray) -> SelfContact | None:
+    """Contact of fabric with fabric, if the case wants it: as it says, else where particles need it."""
+    wanted = case.fabric.self_contact
+    if wanted == "auto":
+        wanted = case.gas.model == "corpuscular"
+    return SelfContact.build(shape.surface, shape.positions, mass, membrane.stable_dt()) if wanted else None
 
 
 def build_schedule(run: schema.Run) -> Schedule:

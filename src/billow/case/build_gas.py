@@ -19,6 +19,7 @@ from billow.gas.inflator import Inflator, JetRing
 from billow.gas.jets import Jets
 from billow.gas.no_gas import NoGas
 from billow.gas.species import AIR, Species, find_species, mass_fractions, thermo_table
+from billow.gas.switching import Switching
 from billow.gas.uniform_pressure import UniformPressure
 from billow.geometry.bag_shapes import BagShape
 from billow.geometry.chambers import OUTSIDE
@@ -57,8 +58,16 @@ def build_gas(case: schema.Case, shape: BagShape) -> GasModel:
     """
     if case.gas.model == "none":
         return NoGas(case.ambient.pressure, case.ambient.temperature)
-    if case.gas.model == "corpuscular":
-        return build_corpuscular(case, shape)
+    if case.gas.model == "uniform-pressure":
+        return build_uniform_pressure(case, shape)
+    corpuscular = build_corpuscular(case, shape)
+    if not case.gas.switch_time:
+        return corpuscular
+    return Switching(corpuscular, build_uniform_pressure(case, shape), case.gas.switch_time)
+
+
+def build_uniform_pressure(case: schema.Case, shape: BagShape) -> UniformPressure:
+    """One well-mixed gas in each chamber. Raises as `build_gas`."""
     _require_volume(shape)
     gas, chambers = GasNames.of(case), shape.surface.chambers
     inflators = tuple(build_inflator(case, i, gas, shape) for i in case.inflators)
@@ -182,10 +191,12 @@ def mount(case: schema.Case, inflator: schema_gas.Inflator, ring: JetRing, chamb
     inwards = -area_vectors(surface.triangles[mouth].astype(np.int64), shape.positions).sum(axis=0)
     nodes = np.unique(surface.triangles[mouth]).astype(np.int64)
     axis = inwards / np.linalg.norm(inwards)
+    start = shape.positions[nodes]
     if chambers.count == 1:
-        return Jets(ring, nodes, axis)
+        return Jets(ring, nodes, axis, mouth_start=start)
     facing = [np.flatnonzero(side == chamber) for side in (chambers.behind, chambers.ahead)]
-    return Jets(ring, nodes, axis, np.concatenate(facing), np.repeat([False, True], [len(f) for f in facing]))
+    reversed_ = np.repeat([False, True], [len(f) for f in facing])
+    return Jets(ring, nodes, axis, np.concatenate(facing), reversed_, start)
 
 
 def build_initial(case: schema.Case, gas: GasNames, chambers: int) -> InitialGas:

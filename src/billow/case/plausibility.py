@@ -78,8 +78,8 @@ def _particles(case: schema.Case) -> Iterator[Warning]:
             "W-GAS-007",
             "the corpuscular gas is experimental",
             "gas.model",
-            "it passes its closed forms in a rigid bag; a flat bag unfolds under patches that are too coarse for jets, "
-            "and its panels may pass through each other, because there is no self-contact yet",
+            "it passes its closed forms in a rigid bag and unfolds a flat bag for some milliseconds; then fabric that "
+            "wrinkles at the scale of its elements can pass through itself, and the run ends",
             'compare with gas.model = "uniform-pressure", and look at the shapes',
         )
 

@@ -110,6 +110,9 @@ class Fabric(Strict):
     curves: FabricCurves = FabricCurves()
     liner: Liner = Liner()
     coating: Coating = Coating()
+    self_contact: bool | Literal["auto"] = "auto"
+    """Whether layers of fabric keep apart. auto: with the corpuscular gas alone; uniform pressure blows the layers of
+    an unfolded bag apart by itself."""
 
     @model_validator(mode="before")
     @classmethod

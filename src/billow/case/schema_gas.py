@@ -103,6 +103,9 @@ class Gas(Strict):
     """Of the corpuscular gas, for all there will be inside, injected and initial."""
     seed: int = 1
     """Of the corpuscular gas' random numbers; runs with other seeds show how large its noise is."""
+    switch_time: quantity("s", 0.0, 10.0) = 0.0
+    """When the corpuscular gas becomes one of uniform pressure, which costs next to nothing; 0 for never. Mass and
+    energy go over exactly; the gas' flow comes to rest as heat."""
     heat_transfer: quantity("W/(m^2 K)", 0.0, 1e4) = 0.0
     """Heat transfer coefficient from the gas through the outer fabric to the surroundings."""
     opening_discharge: Fraction = 0.7

@@ -115,17 +115,13 @@ def push(
     by row. area [m^2] and inverse_mass [1/kg]: (nodes,). positions [m]: (nodes, 3), at the start of the step. Returns
     (obstacles, 6): force [N] and torque about its centre [N m] on each obstacle.
     """
-    n, obstacles = len(positions), len(table.kind)
-    partial = np.empty((-(-n // CHUNK), obstacles, 9))
+    reaction = np.empty((len(table.kind), 6))
     _push(
-        n, table.kind, table.vector, table.degree, table.flattest, table.bound, table.law, motion, area, inverse_mass,
-        positions, velocities, dt, contact.offset, contact.force,
-        contact.touching, partial,
+        len(positions), table.kind, table.vector, table.degree, table.flattest, table.bound, table.law, motion, area,
+        inverse_mass, positions, velocities, dt, contact.offset, contact.force, contact.touching, contact.stored,
+        contact.dissipated, contact.deepest, reaction,
     )  # fmt: skip
-    total = partial.sum(axis=0)
-    contact.stored[:], contact.dissipated[:] = total[:, 6], total[:, 7]
-    contact.deepest[:] = partial[:, :, 8].max(axis=0)
-    return total[:, :6]
+    return reaction
 
 
 @scalar
@@ -154,11 +150,12 @@ def _near_super_ellipsoid(o, radii, degree, flattest, motion, rx, ry, rz, reach)
 @kernel
 def _push(
     n, kind, vector, degree, flattest, bound, law, motion, area, inverse_mass, positions, velocities, dt, offset, force,
-    touching, partial_out,
+    touching, stored_out, dissipated_out, deepest_out, reaction_out,
 ):  # fmt: skip
-    obstacles = len(kind)
-    for chunk in prange((n + CHUNK - 1) // CHUNK):
-        partial_out[chunk] = 0.0
+    chunks, obstacles = (n + CHUNK - 1) // CHUNK, len(kind)
+    partial = np.empty((chunks, obstacles, 9))  # reaction, stored, dissipated, deepest
+    for chunk in prange(chunks):
+        partial[chunk] = 0.0
         near = np.empty(obstacles, dtype=np.int64)
         geometry = np.empty((obstacles, 4))  # depth and normal
         answer = np.empty((obstacles, 9))  # force, new offset in space, stored, dissipated, depth after
@@ -237,12 +234,20 @@ def _push(
                 offset[o, i, 0] = motion[o, 9] * sx + motion[o, 12] * sy + motion[o, 15] * sz
                 offset[o, i, 1] = motion[o, 10] * sx + motion[o, 13] * sy + motion[o, 16] * sz
                 offset[o, i, 2] = motion[o, 11] * sx + motion[o, 14] * sy + motion[o, 17] * sz
-                partial_out[chunk, o, 0] -= fx
-                partial_out[chunk, o, 1] -= fy
-                partial_out[chunk, o, 2] -= fz
-                partial_out[chunk, o, 3] -= ry * fz - rz * fy
-                partial_out[chunk, o, 4] -= rz * fx - rx * fz
-                partial_out[chunk, o, 5] -= rx * fy - ry * fx
-                partial_out[chunk, o, 6] += answer[o, 6]
-                partial_out[chunk, o, 7] += answer[o, 7]
-                partial_out[chunk, o, 8] = max(partial_out[chunk, o, 8], answer[o, 8])
+                partial[chunk, o, 0] -= fx
+                partial[chunk, o, 1] -= fy
+                partial[chunk, o, 2] -= fz
+                partial[chunk, o, 3] -= ry * fz - rz * fy
+                partial[chunk, o, 4] -= rz * fx - rx * fz
+                partial[chunk, o, 5] -= rx * fy - ry * fx
+                partial[chunk, o, 6] += answer[o, 6]
+                partial[chunk, o, 7] += answer[o, 7]
+                partial[chunk, o, 8] = max(partial[chunk, o, 8], answer[o, 8])
+    stored_out[:], dissipated_out[:], deepest_out[:], reaction_out[:] = 0.0, 0.0, 0.0, 0.0
+    for chunk in range(chunks):
+        for o in range(obstacles):
+            for k in range(6):
+                reaction_out[o, k] += partial[chunk, o, k]
+            stored_out[o] += partial[chunk, o, 6]
+            dissipated_out[o] += partial[chunk, o, 7]
+            deepest_out[o] = max(deepest_out[o], partial[chunk, o, 8])

@@ -17,7 +17,7 @@ from billow.dynamics.model import State
 
 Leaf = np.ndarray | float | int | bool | None
 
-GROWING = ("gas.pattern.", "gas.particles.", "gas.cells.start", "gas.cells.order", "gas.cells.cell")
+GROWING = (".pairs.", ".pattern.", ".particles.", ".cells.start", ".cells.order", ".cells.cell")
 """What jets fall on, room for particles, and for their cells: arrays whose rows become more or fewer."""
 
 
@@ -56,7 +56,8 @@ def restore(fresh: State, arrays: dict[str, np.ndarray], numbers: dict[str, Any]
 
 def _fits(path: str, saved: tuple[int, ...], fresh: tuple[int, ...]) -> bool:
     """Whether an array may have this shape: what grows may have more or fewer rows, all else keeps its shape."""
-    return saved == fresh or (path.startswith(GROWING) and len(saved) == len(fresh) and saved[1:] == fresh[1:])
+    grows = any(part in f".{path}" for part in GROWING)
+    return saved == fresh or (grows and len(saved) == len(fresh) and saved[1:] == fresh[1:])
 
 
 def _leaves(path: str, value: Any) -> Iterator[tuple[str, Leaf]]:

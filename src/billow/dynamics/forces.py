@@ -5,6 +5,8 @@ Contact is solved over the drift of a step (`push_apart`); everything else is ev
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from billow.contact.rigid_contact import push
@@ -25,6 +27,7 @@ def evaluate_forces(model: Model, state: State, time: float, dt: float) -> None:
     bag = Bag(model.surface, state.positions, state.velocities, touched)
     model.gas.advance(state.gas, bag, time, dt, state.corner_force)
     add_membrane_forces(model, state, dt)
+    keep_layers_apart(model, state, dt)
     gather(
         model.surface.corner_start, model.surface.corners, state.corner_force,
         model.mass, model.gravity, 2.0 * model.mass_damping, state.velocities, state.nodal_force,
@@ -41,12 +44,12 @@ def add_membrane_forces(model: Model, state: State, dt: float) -> None:
         membrane.fabric.add_forces(
             membrane, model.surface.triangles, state.positions, state.velocities, history, state.corner_force, sums
         )
-        total = sums.sum(axis=0)
-        state.ledger.strain += float(total[ENERGY])
-        state.ledger.damping += float(total[POWER]) * dt
-        state.ledger.hysteresis += float(total[HYSTERESIS])
-        largest = max(largest, float(sums[:, STRETCH].max()))
-    state.largest_stretch = float(np.sqrt(largest))
+        columns = sums.T.tolist()
+        state.ledger.strain += sum(columns[ENERGY])
+        state.ledger.damping += sum(columns[POWER]) * dt
+        state.ledger.hysteresis += sum(columns[HYSTERESIS])
+        largest = max([largest, *columns[STRETCH]])
+    state.largest_stretch = math.sqrt(largest)
 
 
 def membranes_at_birth(model: Model, state: State, dt: float) -> tuple[Membrane, ...]:
@@ -62,13 +65,24 @@ def membranes_at_birth(model: Model, state: State, dt: float) -> tuple[Membrane,
     return membranes
 
 
+def keep_layers_apart(model: Model, state: State, dt: float) -> None:
+    """Contact of fabric with fabric; books the energy in its springs and what its damping takes."""
+    if model.self_contact is None:
+        return
+    state.ledger.self_contact, heat = model.self_contact.add_forces(
+        state.pairs, state.positions, state.velocities, dt, state.corner_force
+    )
+    state.ledger.friction += heat
+
+
 def add_straps(model: Model, state: State, dt: float) -> None:
     """Strap tensions on the nodes; books their energy, damping, and what torn bars held."""
     straps.add_strap_forces(model.straps, state.positions, state.velocities, state.nodal_force, state.bar)
     if len(state.bar):
-        state.ledger.strap = float(state.bar[:, straps.ENERGY].sum())
-        state.ledger.damping += float(state.bar[:, straps.POWER].sum()) * dt
-        state.ledger.hysteresis += float(state.bar[:, straps.LOST].sum())
+        columns = state.bar.T.tolist()
+        state.ledger.strap = sum(columns[straps.ENERGY])
+        state.ledger.damping += sum(columns[straps.POWER]) * dt
+        state.ledger.hysteresis += sum(columns[straps.LOST])
 
 
 def push_apart(model: Model, state: State, dt: float) -> None:
@@ -78,12 +92,10 @@ def push_apart(model: Model, state: State, dt: float) -> None:
     """
     if not model.obstacles:
         return
-    motion = np.array(
-        [
-            [*body.centre, *body.velocity, *spin(obstacle.body, body), *body.rotation.ravel()]
-            for obstacle, body in zip(model.obstacles, state.bodies, strict=True)
-        ]
-    )
+    motion = np.empty((len(model.obstacles), 18))
+    for row, obstacle, body in zip(motion, model.obstacles, state.bodies, strict=True):
+        row[:3], row[3:6], row[6:9] = body.centre, body.velocity, spin(obstacle.body, body)
+        row[9:] = body.rotation.ravel()
     reaction = push(
         model.obstacle_table, motion, model.contact_area, state.inverse_mass, state.positions, state.velocities, dt,
         state.contact,
@@ -91,5 +103,5 @@ def push_apart(model: Model, state: State, dt: float) -> None:
     for obstacle, body, back in zip(model.obstacles, state.bodies, reaction, strict=True):
         body.force, body.torque = back[:3].copy(), back[3:].copy()
         rigid_body.advance(obstacle.body, body, model.gravity, dt)
-    state.ledger.contact = float(state.contact.stored.sum())
-    state.ledger.friction += float(state.contact.dissipated.sum())
+    state.ledger.contact = sum(state.contact.stored.tolist())
+    state.ledger.friction += sum(state.contact.dissipated.tolist())

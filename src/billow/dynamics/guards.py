@@ -10,7 +10,6 @@ import math
 
 import numpy as np
 
-from billow.contact.rigid_contact import Plate
 from billow.dynamics.model import Model, State
 from billow.errors import NumericalStop
 from billow.fabric.membrane import Membrane
@@ -18,17 +17,22 @@ from billow.geometry.surface import area_vectors
 
 COLDEST, HOTTEST = 150.0, 3000.0  # K, gas temperatures outside mean a wrong input
 SMALLEST_STEP = 1e-4  # of the first step
+SMALLEST_VOLUME = 1e-3  # of a chamber at the start; even a flat bag holds air
+SQUEEZED = 0.1  # likewise; gas that is too hot in there is hot because of it
 LARGEST_STRETCH = 3.0  # nylon tears at 1.3
 LARGEST_GAIN = 0.2  # of the largest energy so far
-DEEPEST = 0.5  # of an obstacle's smallest radius; for a plate, of PLATE_DEPTH
-PLATE_DEPTH = 0.1  # m
+DEEPEST = 0.5  # of an obstacle's smallest radius; for a plate, of its PLATE_DEPTH
 
 
 def check_state(model: Model, state: State) -> None:
     """Raises NumericalStop: E-NUM-001 non-finite, -002 gas temperature, -003 energy gain, -005 fabric stretched beyond
-    tearing, -006 penetration.
+    tearing, -006 penetration, -009 a chamber without volume.
     """
     ledger = state.ledger
+    # Before what a lack of volume does to pressure and temperature.
+    smallest = SQUEEZED if ledger.gas_temperature >= HOTTEST else SMALLEST_VOLUME
+    if ledger.gas_volume < smallest:
+        _stop_collapsed(model, state)
     if not math.isfinite(ledger.residual):
         _stop_non_finite(model, state)
     if not COLDEST < ledger.gas_temperature < HOTTEST:
@@ -45,8 +49,7 @@ def check_state(model: Model, state: State) -> None:
     if state.largest_stretch > LARGEST_STRETCH:
         _stop_torn(model, state)
     for obstacle, deepest in zip(model.obstacles, state.contact.deepest.tolist(), strict=True):
-        radius = PLATE_DEPTH if isinstance(obstacle.shape, Plate) else float(obstacle.shape.radii.min())
-        if deepest > DEEPEST * radius:
+        if deepest > DEEPEST * obstacle.size:
             _stop_penetration(obstacle.name, deepest, state)
 
 
@@ -60,6 +63,23 @@ def check_step_size(state: State, limit: float) -> None:
             why=f"the largest stretch of the fabric is {state.largest_stretch:.3g}",
             remedy="check the fabric's moduli and inflator.mass_flow",
         )
+
+
+def _stop_collapsed(model: Model, state: State) -> None:
+    totals = model.gas.totals(state.gas)
+    chambers = model.surface.chambers
+    volumes = [room.volume for room in totals.chambers or (totals,)]
+    worst = min(range(len(volumes)), key=lambda k: volumes[k] / model.start_volumes[k])
+    pressure = (totals.chambers or (totals,))[worst].pressure
+    raise NumericalStop(
+        "E-NUM-009",
+        f"chamber {chambers.names[worst]} is all but gone: {1e3 * volumes[worst]:.3g} l of "
+        f"{1e3 * model.start_volumes[worst]:.3g} l at the start",
+        where=f"chamber {chambers.names[worst]}, {_when(state)}",
+        why="its walls passed through each other, or were pushed together by more than the gas can bear; its pressure, "
+        f"{pressure:.4g} Pa, means nothing any more",
+        remedy="look at the last frames; reduce run.dt_scale, or raise bag.initial_gap",
+    )
 
 
 def _when(state: State) -> str:

@@ -18,11 +18,13 @@ class Ledger:
     """Energies [J] at the current time; dissipated ones and works are sums since the start.
 
     kinetic: fabric. body_kinetic: rigid bodies. strain: fabric. strap. contact: springs of the penalty contact.
+    self_contact: springs between layers of fabric.
     damping: fabric, straps and mass damping together. hysteresis: fabric that unloads on another curve than it was
     loaded on. friction: contact damping and friction.
     birth_work: of a reference that moves from the start shape to the flat cut, and birth_slope, its last rate per
     fraction of the way.
-    gas_work: net work of the gas on the fabric. gas_temperature: [K], for the guards. gravity_work. start: total at
+    gas_work: net work of the gas on the fabric. gas_temperature: [K], and gas_volume: smallest of the chambers' volumes
+    over those at the start [-], for the guards. gravity_work. start: total at
     time zero. residual: left minus right side of the balance. largest_gain, largest_loss: its extremes so far.
     largest_energy: largest of kinetic, internal and gas work so far, the denominator for relative errors.
     """
@@ -32,6 +34,7 @@ class Ledger:
     strain: float = 0.0
     strap: float = 0.0
     contact: float = 0.0
+    self_contact: float = 0.0
     damping: float = 0.0
     hysteresis: float = 0.0
     friction: float = 0.0
@@ -39,6 +42,7 @@ class Ledger:
     birth_slope: float = 0.0
     gas_work: float = 0.0
     gas_temperature: float = 0.0
+    gas_volume: float = 1.0
     gravity_work: float = 0.0
     start: float | None = None
     residual: float = 0.0
@@ -49,7 +53,7 @@ class Ledger:
     @property
     def internal(self) -> float:
         """Recoverable energy in fabric, straps and contact springs [J]."""
-        return self.strain + self.strap + self.contact
+        return self.strain + self.strap + self.contact + self.self_contact
 
     def close(self) -> None:
         """Balance the books of a step."""

@@ -12,6 +12,7 @@ import numpy as np
 
 from billow.compiled import CHUNK
 from billow.contact.rigid_contact import ContactState, ObstacleTable, Plate, SuperEllipsoid, SurfaceLaw
+from billow.contact.self_contact import Pairs, SelfContact
 from billow.dynamics.ledger import Ledger
 from billow.fabric.birth import Birth
 from billow.fabric.fabric import SUMS
@@ -20,6 +21,9 @@ from billow.fabric.straps import Straps
 from billow.gas.gas_model import Bag, GasModel
 from billow.geometry.surface import Surface
 from billow.impactor.rigid_body import RigidBody, RigidState
+
+PLATE_DEPTH = 0.1
+"""Thickness [m] that a plate is taken to have."""
 
 
 @dataclass(frozen=True)
@@ -32,6 +36,11 @@ class Obstacle:
     body: RigidBody
     start: RigidState
 
+    @cached_property
+    def size(self) -> float:
+        """Smallest radius [m]; PLATE_DEPTH for a plate."""
+        return PLATE_DEPTH if isinstance(self.shape, Plate) else float(self.shape.radii.min())
+
 
 @dataclass(frozen=True)
 class Model:
@@ -40,6 +49,7 @@ class Model:
     start: positions at time zero, [m], (nodes, 3). mass: [kg], (nodes,). contact_area: tributary reference area, [m^2],
     (nodes,). fixed: (nodes,) bool. gravity: [m/s^2], (3,). mass_damping: rate alpha of -2 alpha m v, [1/s], used to
     find equilibria and off in deployments. birth: for a start shape that is stretched against the flat cut.
+    self_contact: None if layers of fabric may pass through each other.
     """
 
     surface: Surface
@@ -54,11 +64,21 @@ class Model:
     gravity: np.ndarray
     mass_damping: float = 0.0
     birth: Birth | None = None
+    self_contact: SelfContact | None = None
 
     @cached_property
     def obstacle_table(self) -> ObstacleTable:
         """Shapes and laws of the obstacles, as kernels need them."""
         return ObstacleTable.build([o.shape for o in self.obstacles], [o.law for o in self.obstacles])
+
+    @cached_property
+    def start_volumes(self) -> list[float]:
+        """Volume of each chamber at time zero [m^3]."""
+        return self.surface.chambers.volumes(self.surface.triangles, self.start).tolist()
+
+    @cached_property
+    def has_gravity(self) -> bool:
+        return bool(self.gravity.any())
 
     @property
     def inverse_mass(self) -> np.ndarray:
@@ -89,6 +109,7 @@ class State:
     gas: object
     bodies: tuple[RigidState, ...]
     contact: ContactState
+    pairs: Pairs
     ledger: Ledger
     largest_stretch: float = 1.0
     interval: int = 0
@@ -124,5 +145,6 @@ def start_state(model: Model) -> State:
             for o in model.obstacles
         ),
         contact=ContactState.none(len(model.obstacles), n),
+        pairs=model.self_contact.fresh() if model.self_contact else Pairs.none(0, 0),
         ledger=Ledger(),
     )

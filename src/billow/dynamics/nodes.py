@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numba import prange
 
-from billow.compiled import CHUNK, kernel
+from billow.compiled import CHUNK, kernel, scalar
 
 
 def gather(corner_start, corners, corner_force, mass, gravity, drag, velocities, nodal_force) -> None:
@@ -24,10 +24,9 @@ def last_kick(mass, inverse_mass, nodal_force, touching, contact_force, dt, velo
     touching: (obstacles, nodes) bool; contact_force: [N], (obstacles, nodes, 3). Returns the kinetic energy after it
     [J].
     """
-    n = len(mass)
-    partial = np.empty(-(-n // CHUNK))
-    _last_kick(n, mass, inverse_mass, nodal_force, touching, contact_force, 0.5 * dt, velocities, partial)
-    return 0.5 * float(partial.sum())
+    return 0.5 * _last_kick(
+        len(mass), mass, inverse_mass, nodal_force, touching, contact_force, 0.5 * dt, velocities
+    )  # fmt: skip
 
 
 def drift(dt, velocities, positions) -> None:
@@ -37,10 +36,16 @@ def drift(dt, velocities, positions) -> None:
 
 def kinetic_energy(mass, velocities) -> float:
     """Kinetic energy [J] of nodes with mass [kg] (nodes,) and velocities [m/s] (nodes, 3)."""
-    n = len(mass)
-    partial = np.empty(-(-n // CHUNK))
-    _twice_kinetic(n, mass, velocities, partial)
-    return 0.5 * float(partial.sum())
+    return 0.5 * _twice_kinetic(len(mass), mass, velocities)
+
+
+@scalar
+def in_order(partial):
+    """Sum of what the chunks gave, always in the same order."""
+    total = 0.0
+    for chunk in range(len(partial)):
+        total += partial[chunk]
+    return total
 
 
 @kernel
@@ -69,8 +74,9 @@ def _half_kick(n, inverse_mass, force, half_dt, velocities):
 
 
 @kernel
-def _last_kick(n, mass, inverse_mass, force, touching, contact_force, half_dt, velocities, partial_out):
-    for chunk in prange((n + CHUNK - 1) // CHUNK):
+def _last_kick(n, mass, inverse_mass, force, touching, contact_force, half_dt, velocities):
+    partial = np.empty((n + CHUNK - 1) // CHUNK)
+    for chunk in prange(len(partial)):
         total = 0.0
         for i in range(chunk * CHUNK, min(n, (chunk + 1) * CHUNK)):
             fx, fy, fz = force[i, 0], force[i, 1], force[i, 2]
@@ -83,7 +89,8 @@ def _last_kick(n, mass, inverse_mass, force, touching, contact_force, half_dt, v
             vx, vy, vz = velocities[i, 0] + s * fx, velocities[i, 1] + s * fy, velocities[i, 2] + s * fz
             velocities[i, 0], velocities[i, 1], velocities[i, 2] = vx, vy, vz
             total += mass[i] * (vx * vx + vy * vy + vz * vz)
-        partial_out[chunk] = total
+        partial[chunk] = total
+    return in_order(partial)
 
 
 @kernel
@@ -94,10 +101,12 @@ def _drift(n, dt, velocities, positions):
 
 
 @kernel
-def _twice_kinetic(n, mass, velocities, partial_out):
-    for chunk in prange((n + CHUNK - 1) // CHUNK):
+def _twice_kinetic(n, mass, velocities):
+    partial = np.empty((n + CHUNK - 1) // CHUNK)
+    for chunk in prange(len(partial)):
         total = 0.0
         for i in range(chunk * CHUNK, min(n, (chunk + 1) * CHUNK)):
             vx, vy, vz = velocities[i, 0], velocities[i, 1], velocities[i, 2]
             total += mass[i] * (vx * vx + vy * vy + vz * vz)
-        partial_out[chunk] = total
+        partial[chunk] = total
+    return in_order(partial)

@@ -33,7 +33,7 @@ def advance(model: Model, state: State, dt: float) -> None:
 def book_motion(model: Model, state: State, dt: float) -> None:
     """Work of gravity and mass damping over the step, from the velocities at its middle."""
     ledger = state.ledger
-    if model.gravity.any():
+    if model.has_gravity:
         momentum = model.mass @ (state.velocities * (state.inverse_mass > 0.0)[:, None])
         ledger.gravity_work += float(model.gravity @ momentum) * dt
         for obstacle, body in zip(model.obstacles, state.bodies, strict=True):
@@ -52,6 +52,9 @@ def close_ledger(model: Model, state: State) -> None:
     )
     totals = model.gas.totals(state.gas)
     ledger.gas_work, ledger.gas_temperature = totals.work_on_fabric, totals.temperature
+    if totals.energy:  # without gas a chamber may have any volume
+        rooms = zip(totals.chambers or (totals,), model.start_volumes, strict=True)
+        ledger.gas_volume = min(room.volume / start for room, start in rooms)
     ledger.close()
 
 

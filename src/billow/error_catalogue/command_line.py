@@ -43,6 +43,12 @@ CODES: dict[str, Entry] = {
         "A unit that does not fit, or a value outside its range.",
         "Write the number with a unit, for example `--peak '35 deg'`.",
     ),
+    "E-CLI-008": Entry(
+        InputError,
+        "The report of `billow paper` cannot be made.",
+        "No study was named, a component other than x, y or z, or a case for the paper's recipe that has no study.",
+        "Name a study: billow paper --locked STUDY --out FOLDER",
+    ),
     "E-CLI-030": Entry(
         InputError,
         "There is no such verification case.",

@@ -46,4 +46,16 @@ CODES: dict[str, Entry] = {
         "The case itself is at fault.",
         "Make the case run through by itself first: billow run CASE.toml --out RUN.",
     ),
+    "E-NUM-008": Entry(
+        NumericalStop,
+        "A particle of the corpuscular gas is nowhere: its place is no longer a finite number.",
+        "Gas that became meaninglessly hot or fast, for example in a bag that collapsed.",
+        "Reduce run.dt_scale; look at the last frames; compare with uniform pressure.",
+    ),
+    "E-NUM-009": Entry(
+        NumericalStop,
+        "A chamber has less than a thousandth of its first volume, or less than a tenth and gas too hot to be true.",
+        "Panels that passed through each other, or an obstacle that squeezes all gas out of a chamber.",
+        "Look at the last frames; reduce run.dt_scale, or raise bag.initial_gap.",
+    ),
 }

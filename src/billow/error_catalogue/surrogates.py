@@ -130,4 +130,10 @@ CODES: dict[str, Entry] = {
         "A number of designs below one, or a surrogate without an ensemble.",
         'Ask for at least one, with a surrogate of the recipe "shared".',
     ),
+    "E-ROM-022": Entry(
+        InputError,
+        "Two studies cannot be compared for what they say about the jet direction.",
+        "Their parameters, meshes, times or designs differ, or they have too few runs in common.",
+        "Make both from one study file, around two cases that differ in the gas model alone.",
+    ),
 }

@@ -31,11 +31,12 @@ STRIPS, WIDEST = 32, 0.4
 
 @dataclass(frozen=True)
 class Jets:
-    """A jet ring mounted in a mouth.
+    """A jet ring mounted in a mouth, which carries it along and turns it.
 
-    mouth_nodes: (n,) int64, nodes that carry the inflator. axis: unit vector into the bag, (3,). walls: (n,) int64,
-    triangles around the chamber that the jets blow into, and reversed: (n,) bool, those whose normals point into it;
-    None for a bag of one chamber, all of whose triangles are walls with normals outwards.
+    mouth_nodes: (n,) int64, nodes that carry the inflator. axis: unit vector into the bag at the start, (3,). walls:
+    (n,) int64, triangles around the chamber that the jets blow into, and reversed: (n,) bool, those whose normals point
+    into it; None for a bag of one chamber, all of whose triangles are walls with normals outwards. mouth_start: where
+    the mouth nodes are at the start [m], (n, 3); None for a mouth that never turns.
     """
 
     ring: JetRing
@@ -43,6 +44,18 @@ class Jets:
     axis: np.ndarray
     walls: np.ndarray | None = None
     reversed: np.ndarray | None = None
+    mouth_start: np.ndarray | None = None
+
+    def turn(self, positions: np.ndarray) -> np.ndarray:
+        """How the mouth has turned since the start, (3, 3): the rotation that brings its nodes nearest to where they
+        are now (Kabsch, Acta Crystallographica A32, 922, 1976). positions: [m], (nodes, 3)."""
+        if self.mouth_start is None:
+            return np.eye(3)
+        before, after = (nodes - nodes.mean(axis=0) for nodes in (self.mouth_start, positions[self.mouth_nodes]))
+        if np.array_equal(before, after):  # most mouths are held, and no digit should change
+            return np.eye(3)
+        left, _, right = np.linalg.svd(after.T @ before)
+        return (left * [1.0, 1.0, np.sign(np.linalg.det(left @ right))]) @ right
 
     def nozzles(self, positions: np.ndarray, time: float = 0.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Where the jets start and point at a time [s].
@@ -60,7 +73,9 @@ class Jets:
         lean, rise = np.sin(self.ring.angle), np.cos(self.ring.angle)
         frames = np.stack([lean * radial + rise * self.axis, tangent, rise * radial - lean * self.axis], axis=1)
         centre = positions[self.mouth_nodes].mean(axis=0)
-        return centre + self.ring.ring_radius * radial, frames, np.array([self.axis, first, second])
+        turned = self.turn(positions).T  # of rows
+        holes = centre + self.ring.ring_radius * radial @ turned
+        return holes, frames @ turned, np.array([self.axis, first, second]) @ turned
 
 
 @dataclass
@@ -108,8 +123,9 @@ def _aim_inside(jets: Jets, triangles: np.ndarray, positions: np.ndarray, time: 
 def add_jet_force(
     pattern: JetPattern, thrust: float, triangles: np.ndarray, positions: np.ndarray, velocities: np.ndarray,
     mouth_velocity: np.ndarray, corner_force: np.ndarray,
-) -> float:  # fmt: skip
-    """Add the force of jets of `thrust` [N] each to corner_force [N] (triangles, 3, 3); returns their power [W].
+) -> tuple[float, float]:  # fmt: skip
+    """Add the force of jets of `thrust` [N] each to corner_force [N] (triangles, 3, 3); returns power [W]: of the last
+    force on this pattern, none at first, and of this one.
 
     Power is measured against fabric moving relative to the mouth, so that it does not depend on the observer.
     """
@@ -259,31 +275,39 @@ def _aim(n, triangles, positions, holes, frames, centre, ring, diameter, weight,
 
 @kernel
 def _add_jet_force(n, lit, share, thrust, triangles, positions, velocities, mouth_velocity, force_out, corner_force):
+    last, power = 0.0, 0.0
     for m in range(n):
         i = lit[m]
+        sway_x, sway_y, sway_z = _sway(triangles, i, velocities, mouth_velocity)
+        last += force_out[m, 0] * sway_x + force_out[m, 1] * sway_y + force_out[m, 2] * sway_z
         ax, ay, az, bx, by, bz, cx, cy, cz = _corner_vectors(triangles, positions, i, 0.0, 0.0, 0.0)
         ux, uy, uz, wx, wy, wz = bx - ax, by - ay, bz - az, cx - ax, cy - ay, cz - az
         third = thrust * share[m] / 6.0
         fx, fy, fz = third * (uy * wz - uz * wy), third * (uz * wx - ux * wz), third * (ux * wy - uy * wx)
+        power += fx * sway_x + fy * sway_y + fz * sway_z
         force_out[m, 0], force_out[m, 1], force_out[m, 2] = fx, fy, fz
         for k in range(3):
             corner_force[i, k, 0] += fx
             corner_force[i, k, 1] += fy
             corner_force[i, k, 2] += fz
-    return _power_of(n, lit, force_out, triangles, velocities, mouth_velocity)
+    return last, power
 
 
 @kernel
 def _power(n, lit, force, triangles, velocities, mouth_velocity):
-    return _power_of(n, lit, force, triangles, velocities, mouth_velocity)
+    power = 0.0
+    for m in range(n):
+        sway_x, sway_y, sway_z = _sway(triangles, lit[m], velocities, mouth_velocity)
+        power += force[m, 0] * sway_x + force[m, 1] * sway_y + force[m, 2] * sway_z
+    return power
 
 
 @scalar
-def _power_of(n, lit, force, triangles, velocities, mouth_velocity):
-    power = 0.0
-    for m in range(n):
-        a, b, c = triangles[lit[m], 0], triangles[lit[m], 1], triangles[lit[m], 2]
-        for k in range(3):
-            sway = velocities[a, k] + velocities[b, k] + velocities[c, k] - 3.0 * mouth_velocity[k]
-            power += force[m, k] * sway
-    return power
+def _sway(triangles, i, velocities, mouth_velocity):
+    """Sum of the velocities [m/s] of the corners of triangle i, relative to the mouth."""
+    a, b, c = triangles[i, 0], triangles[i, 1], triangles[i, 2]
+    return (
+        velocities[a, 0] + velocities[b, 0] + velocities[c, 0] - 3.0 * mouth_velocity[0],
+        velocities[a, 1] + velocities[b, 1] + velocities[c, 1] - 3.0 * mouth_velocity[1],
+        velocities[a, 2] + velocities[b, 2] + velocities[c, 2] - 3.0 * mouth_velocity[2],
+    )

@@ -108,8 +108,6 @@ class UniformPressure:
         return self.jets or (None,) * len(self.inflators)
 
     def _volumes(self, bag: Bag) -> np.ndarray:
-        if self.chambers.count == 1:
-            return np.array([bag.surface.volume(bag.positions)])
         return self.chambers.volumes(bag.surface.triangles, bag.positions)
 
     def start(self, bag: Bag) -> UniformState:
@@ -124,12 +122,26 @@ class UniformPressure:
                 for m, t in zip(masses, initial.temperature, strict=True)
             ]
         )
+        return self.holding(masses, energy, volume, initial.pressure.copy(), initial.temperature.copy(), 0.0)
+
+    def holding(
+        self, masses: np.ndarray, energy: np.ndarray, volume: np.ndarray, pressure: np.ndarray, temperature: np.ndarray,
+        time: float,
+    ) -> UniformState:  # fmt: skip
+        """State at a time [s] with this gas in the chambers and new books; arrays as in UniformState, which keeps them.
+
+        What inflators delivered before is no gain of these books.
+        """
+        earlier = np.zeros_like(masses)
+        for inflator in self.inflators:
+            earlier[inflator.chamber] += inflator.delivered(time) * inflator.mass_fractions
+        start_masses = masses - earlier
         books = np.zeros((len(volume), BOOKS))
-        books[:, START_MASS], books[:, START_ENERGY] = masses.sum(axis=1), energy
+        books[:, START_MASS], books[:, START_ENERGY] = start_masses.sum(axis=1), energy
         rows = len(self.passages.rows)
         state = UniformState(
-            masses, energy, volume, initial.pressure.copy(), initial.temperature.copy(),
-            np.zeros(rows, np.bool_), np.zeros((rows, 2)), np.zeros_like(masses), masses.copy(), books, np.zeros(SUMS),
+            masses, energy, volume, pressure, temperature,
+            np.zeros(rows, np.bool_), np.zeros((rows, 2)), np.zeros_like(masses), start_masses, books, np.zeros(SUMS),
             float(volume.sum()), tuple(JetPattern.nothing() for _ in self.inflators), np.zeros(len(self.inflators)),
         )  # fmt: skip
         sum_up(
@@ -150,6 +162,10 @@ class UniformPressure:
             passages.first_chunk, passages.measure(bag.surface.triangles, bag.positions, bag.touched), gas.is_open,
             gas.passed, gas.through, gas.start_masses, gas.books, gas.sums,
         )  # fmt: skip
+        self.press(gas, bag, corner_force)
+
+    def press(self, gas: UniformState, bag: Bag, corner_force: np.ndarray) -> None:
+        """Add the force of the pressure to corner_force [N] (triangles, 3, 3)."""
         if self.chambers.count == 1:
             gauge = gas.pressure[0] - self.ambient.pressure
             add_pressure(bag.surface.triangles, bag.positions, gauge, corner_force)
@@ -179,8 +195,10 @@ class UniformPressure:
         if not blows and not len(pattern.force):
             return 0.0
         triangles = bag.surface.triangles
-        mouth_velocity = bag.velocities[jets.mouth_nodes[0]]  # the inflator is rigid: any of its nodes will do
-        before = power_of_last_force(pattern, triangles, bag.velocities, mouth_velocity)
+        mouth_velocity = bag.velocities[jets.mouth_nodes].mean(axis=0)
+        before = 0.0
+        if not blows or after >= gas.next_aim[k]:  # what they fell on so far is about to be forgotten
+            before = power_of_last_force(pattern, triangles, bag.velocities, mouth_velocity)
         if not blows:
             _replace(pattern, JetPattern.nothing())
             return 0.5 * before * dt
@@ -190,10 +208,12 @@ class UniformPressure:
         temperature = interpolate(inflator.temperature_time, inflator.temperature, after)
         count = jets.ring.count
         thrust = flow / count * jet_speed(self.table, inflator.mass_fractions, temperature)
-        power = add_jet_force(pattern, thrust, triangles, bag.positions, bag.velocities, mouth_velocity, corner_force)
+        last, power = add_jet_force(
+            pattern, thrust, triangles, bag.positions, bag.velocities, mouth_velocity, corner_force
+        )  # fmt: skip
         gas.jet_impulse_in += count * thrust * dt
         gas.jet_impulse_out += pattern.seen * thrust * dt
-        return 0.5 * (before + power) * dt
+        return 0.5 * (before + last + power) * dt
 
     def stable_dt(self, gas: UniformState) -> float:
         """Any: the gas acts at the end of a step on where the fabric is then."""

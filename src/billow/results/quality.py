@@ -57,7 +57,7 @@ def judge(
         _line("energy error of the gas", books["gas_energy_error"], 1e-12, 1e-9, "-"),
         _line("shooting nodes", books["shooting_nodes"], 0, 1, "-"),
         _line("inverted elements at the end", books["inverted_elements"], 0, 1, "-"),
-        _line("leaked particles", books["leaked_particles"], 0, 1, "-"),
+        _line("particles found outside, of all", 100 * books["leaked_particles_share"], 0.01, 1.0, "%"),
         _line("plausibility warnings", books["plausibility_warnings"], 0, np.inf, "-"),
         _line("time asked for and not simulated", 1e3 * max(0.0, end_time - reached), 1e-9, 1e-6, "ms"),
         _line("time missing to 1.2 times the pressure peak", 1e3 * max(0.0, 1.2 * peak - reached), 1e-9, np.inf, "ms"),

@@ -12,6 +12,7 @@ from billow.results.dataset_files import Parameter, mesh_sha256, same_times
 from billow.rom.baselines import MeanTrajectory, NearestRun, RadialBasis
 from billow.rom.interval_check import IntervalCheck, check_intervals
 from billow.rom.learning_curve import LearningCurve, fit
+from billow.rom.projection import project
 from billow.rom.rmse import Summary, snapshot_rmse
 from billow.rom.snapshots import Snapshots, collect
 from billow.rom.standing import neighbour_distances, to_unit
@@ -239,24 +240,17 @@ def _sweep(dataset, surrogate, runs, modes, unseen: Snapshots) -> SweepModel:
     modes = tuple(count for count in modes if count <= possible)
     seed, epochs = surrogate.training["seed"], surrogate.training["epochs"]
     model = Surrogate.train(dataset, surrogate.recipe, max(modes), runs, seed, epochs, calibrate=False)
-    learned = model.coefficients(unseen.design)  # (runs, times, 3, modes)
-    lost, wrong = np.empty((2, len(modes), 3, unseen.matrices.shape[2]))  # mean squares over nodes
-    for component, basis in enumerate(model.bases):
-        matrix = unseen.matrices[component]
-        known = basis.coefficients(matrix)
-        outside = np.square(matrix - basis.fields(known)).sum(axis=0, dtype=float)
-        in_mode = np.square(known, dtype=float)
-        error = np.square(learned[:, :, component].reshape(-1, max(modes)).T - known, dtype=float)
-        for row, count in enumerate(modes):
-            lost[row, component] = (outside + in_mode[count:].sum(axis=0)) / surrogate.nodes
-            wrong[row, component] = error[:count].sum(axis=0) / surrogate.nodes
+    learned = model.coefficients(unseen.design)
+    seen = project((_run(unseen, run) for run in range(len(unseen.runs))), model.bases)
+    lost = [seen.truncation(count) for count in modes]
+    total = [np.hypot(floor, seen.regression(learned, count)) for floor, count in zip(lost, modes, strict=True)]
     return SweepModel(
         runs=len(runs),
         generation=float(np.sum(dataset.wall_seconds(runs))),
         training=sum(model.training[f"{step}_seconds"] for step in ("read", "pod", "network")),
         modes=modes,
-        summaries=tuple(tuple(Summary.of(c) for c in components) for components in np.sqrt(lost + wrong)),
-        truncation=np.sqrt(lost).mean(axis=2),
+        summaries=tuple(tuple(Summary.of(errors[:, :, c]) for c in range(3)) for errors in total),
+        truncation=np.stack([floor.mean(axis=(0, 1)) for floor in lost]),
     )
 
 

@@ -14,6 +14,7 @@ from matplotlib.ticker import MaxNLocator
 
 from billow.plot_style import GREY, STYLE
 from billow.rom.evaluate import BASELINES, Evaluation
+from billow.rom.obstacle_places import obstacles_at
 from billow.rom.sections import cut, super_ellipsoid
 from billow.rom.snapshots import COMPONENTS
 
@@ -110,9 +111,9 @@ def cross_sections(evaluation: Evaluation, surrogate, dataset, run: str) -> Figu
     rows = -(-len(chosen) // 3)
     height = rows * (8.8 / 3 * np.ptp(window[1]) / np.ptp(window[0]) + 0.35) + 0.7
     figure, panels = _figure(8.8, height, min(len(chosen), 3) * rows, rows=rows, sharex=True, sharey=True)
-    obstacles = _locked_super_ellipsoids(dataset, run)
+    result = dataset.result(run) if hasattr(dataset, "result") else None
     for axes, step in zip(np.ravel(panels), chosen, strict=False):
-        for obstacle in obstacles:
+        for obstacle in obstacles_at(result, evaluation.times[step]) if result else ():
             _fill_outline(axes, obstacle, window)
         for displacement, colour, width in ((truth, SOLVER, 2.6), (predicted, SURROGATE, 1.2)):
             segments = cut(surrogate.reference + displacement[step], surrogate.triangles) * MILLI
@@ -187,12 +188,6 @@ def _band(axes, x, summaries):
     axes.fill_between(x, low, high, color=AXES[Z], alpha=0.18, lw=0, label="10 to 90 % of unseen snapshots")
     axes.plot(x, mean, "o-", ms=4, color=AXES[Z], label="mean")
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
-
-
-def _locked_super_ellipsoids(dataset, run) -> list[dict]:
-    """Obstacles whose place does not change, if the run's record tells them."""
-    record = dataset.result(run).record if hasattr(dataset, "result") else {}
-    return [o for o in record.get("obstacles", []) if o.get("kind") == "super-ellipsoid" and o.get("locked", True)]
 
 
 def _fill_outline(axes, obstacle, window):

@@ -57,10 +57,9 @@ class ForceInputs:
         chosen = tuple(COMPONENTS.index(letter) for letter in components if letter in COMPONENTS)
         if not chosen or len(set(chosen)) != len(components):
             raise _no_component(components, "components are x, y and z, each at most once")
-        snapshots = collect(dataset, runs, "contact_force")
+        snapshots = collect(dataset, runs, "contact_force", chosen)
         bases, means, deviations, inputs = [], [], [], []
-        for c in chosen:
-            matrix = snapshots.matrices[c]
+        for c, matrix in zip(chosen, snapshots.matrices, strict=True):
             kept = without_outliers(matrix)
             if not np.any(kept):
                 raise _no_component(COMPONENTS[c], "no training run felt a force in it")

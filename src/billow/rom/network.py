@@ -13,6 +13,7 @@ import itertools
 import math
 from collections.abc import Callable
 from contextlib import contextmanager
+from typing import Protocol
 
 import numpy as np
 import torch
@@ -38,10 +39,24 @@ Four layers matter more than their width; two seeds differ by 3 to 8 %. Cost: 0.
 up to 130."""
 
 HIDDEN_PAPER = (25, 45, 15)
+RATE_PAPER = 3e-4
 EPOCHS_PAPER = 15_000
 
 Progress = Callable[[int, int, float], None]
 """Called as progress(epoch, epochs, loss) after every epoch; loss is the mean square of standardised errors: [-]."""
+
+
+class Checkpoint(Protocol):
+    """Where a long training keeps its state."""
+
+    def due(self) -> bool:
+        """Whether it is time to save."""
+
+    def save(self, epoch: int, arrays: dict[str, np.ndarray]) -> None:
+        """Keep the state after an epoch."""
+
+    def load(self) -> tuple[int, dict[str, np.ndarray]]:
+        """The epoch and state kept last; 0 and nothing without one."""
 
 
 def train_shared(inputs, targets, *, epochs: int | None = None, seed: int = 0, progress: Progress | None = None):
@@ -74,24 +89,42 @@ def train_shared(inputs, targets, *, epochs: int | None = None, seed: int = 0, p
         return _fit(MEMBERS, sizes, torch.nn.functional.silu, make, epoch_batches, epochs, generator, progress)
 
 
-def train_paper(inputs, targets, *, epochs: int | None = None, seed: int = 0, progress: Progress | None = None):
+def train_paper(
+    inputs,
+    targets,
+    *,
+    epochs: int | None = None,
+    seed: int = 0,
+    progress: Progress | None = None,
+    hidden: tuple[int, ...] = HIDDEN_PAPER,
+    rate: float = RATE_PAPER,
+    checkpoint: Checkpoint | None = None,
+):
     """The ROM paper's own recipe: one network [7, 25, 45, 15, 1] per mode and component.
 
     Arguments and errors as `train_shared`; returns one network per output. Adam with rate 3e-4, all samples in one
     batch, 15,000 epochs. The paper names neither activation nor output scaling; tanh and standardised outputs here.
+
+    hidden, rate: neurons and learning rate, those of the paper's first test case by default
+    checkpoint: where training saves itself and goes on from, with the same bits as without interruption
     """
     epochs = epochs or EPOCHS_PAPER
     outputs = targets.shape[1]
-
-    def make(parameters):
-        return torch.optim.Adam(parameters, lr=3e-4, fused=True), None
-
     with _one_thread():
         x = torch.from_numpy(inputs).expand(outputs, -1, -1)
         y = torch.from_numpy(np.ascontiguousarray(targets.T))[:, :, None]
         generator = torch.Generator().manual_seed(seed)
-        sizes = (inputs.shape[1], *HIDDEN_PAPER, 1)
-        return _fit(outputs, sizes, torch.tanh, make, lambda: [(x, y)], epochs, generator, progress)
+        weights, biases = _start(outputs, (inputs.shape[1], *hidden, 1), generator)
+        optimiser = torch.optim.Adam(weights + biases, lr=rate, fused=True)
+        done = 0 if checkpoint is None else _restore(checkpoint, weights + biases, optimiser)
+        for epoch in range(done + 1, epochs + 1):
+            loss = _step(weights, biases, torch.tanh, optimiser, x, y)
+            _require_finite(loss, epoch, epochs)
+            if checkpoint is not None and (checkpoint.due() or epoch == epochs):
+                checkpoint.save(epoch, _state(weights + biases, optimiser))
+            if progress is not None:
+                progress(epoch, epochs, loss)
+        return _arrays(weights), _arrays(biases)
 
 
 def _fit(networks, sizes, activation, make_optimiser, epoch_batches, epochs, generator, progress):
@@ -100,25 +133,54 @@ def _fit(networks, sizes, activation, make_optimiser, epoch_batches, epochs, gen
     for epoch in range(1, epochs + 1):
         losses = []
         for x, y in epoch_batches():
-            errors = (_evaluate(weights, biases, activation, x) - y).square().mean(dim=(1, 2))
-            optimiser.zero_grad(set_to_none=True)
-            errors.sum().backward()
-            optimiser.step()
-            if schedule is not None:
-                schedule.step()
-            losses.append(float(errors.detach().mean()))
+            losses.append(_step(weights, biases, activation, optimiser, x, y))
+            schedule.step()
         loss = sum(losses) / len(losses)
-        if not math.isfinite(loss):
-            raise NumericalStop(
-                "E-ROM-014",
-                f"training diverged: the loss is {loss}",
-                where=f"epoch {epoch} of {epochs}",
-                why="the optimiser left the region where the networks are smooth",
-                remedy="train with another seed; look at the runs for outliers",
-            )
+        _require_finite(loss, epoch, epochs)
         if progress is not None:
             progress(epoch, epochs, loss)
     return _arrays(weights), _arrays(biases)
+
+
+def _step(weights, biases, activation, optimiser, x, y) -> float:
+    """One step of the optimiser; returns the mean loss of the networks before it."""
+    errors = (_evaluate(weights, biases, activation, x) - y).square().mean(dim=(1, 2))
+    optimiser.zero_grad(set_to_none=True)
+    errors.sum().backward()
+    optimiser.step()
+    return float(errors.detach().mean())
+
+
+def _require_finite(loss, epoch, epochs):
+    if not math.isfinite(loss):
+        raise NumericalStop(
+            "E-ROM-014",
+            f"training diverged: the loss is {loss}",
+            where=f"epoch {epoch} of {epochs}",
+            why="the optimiser left the region where the networks are smooth",
+            remedy="train with another seed; look at the runs for outliers",
+        )
+
+
+def _state(parameters, optimiser) -> dict[str, np.ndarray]:
+    """Everything a full-batch training with Adam consists of; there are no random batches to remember."""
+    arrays = {}
+    for number, parameter in enumerate(parameters):
+        arrays[f"value.{number}"] = parameter.detach().numpy().copy()
+        for moment in ("exp_avg", "exp_avg_sq"):
+            arrays[f"{moment}.{number}"] = optimiser.state[parameter][moment].numpy().copy()
+    return arrays
+
+
+def _restore(checkpoint, parameters, optimiser) -> int:
+    """Bring parameters and optimiser to where a checkpoint left them; returns the epochs done."""
+    epoch, arrays = checkpoint.load()
+    for number, parameter in enumerate(parameters if epoch else ()):
+        with torch.no_grad():
+            parameter.copy_(torch.from_numpy(arrays[f"value.{number}"]))
+        moments = {name: torch.from_numpy(arrays[f"{name}.{number}"]) for name in ("exp_avg", "exp_avg_sq")}
+        optimiser.state[parameter] = {"step": torch.tensor(float(epoch)), **moments}
+    return epoch
 
 
 def _start(networks, sizes, generator):

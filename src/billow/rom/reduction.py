@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -27,7 +27,8 @@ class Reduction:
     design: (runs, parameters) float64; times: [s], (times,); runs: names
     lost_by_time: [m2], (components, times) float64, mean square over runs and nodes of what lies outside the basis
     lost_by_node: [m2], (components, nodes) float64, the same over runs and times
-    snapshot_bytes: [byte] all snapshots; read_seconds, pod_seconds: [s]
+    snapshot_bytes: [byte] all snapshots; read_seconds, pod_seconds: [s] of wall time
+    pod_cpu_seconds: [s] of this process' processors; where snapshots are read block by block, reading included
     """
 
     bases: tuple[Basis, ...]
@@ -40,6 +41,25 @@ class Reduction:
     snapshot_bytes: int
     read_seconds: float
     pod_seconds: float
+    pod_cpu_seconds: float
+
+    def cut(self, modes: int) -> Reduction:
+        """The same with the first `modes` modes only, as if no more had been asked for.
+
+        Over the snapshots a basis was made from, coefficients of different modes are uncorrelated (they are the right
+        singular vectors of paper equation 2), so what each cut mode leaves outside adds up.
+        """
+        squares = np.square(self.coefficients[..., modes:], dtype=float)  # (runs, times, components, cut)
+        by_mode = squares.mean(axis=(0, 1))
+        fields = [np.square(basis.modes[modes:], dtype=float) for basis in self.bases]
+        nodes = self.lost_by_node.shape[1]
+        return replace(
+            self,
+            bases=tuple(replace(basis, modes=basis.modes[:modes]) for basis in self.bases),
+            coefficients=np.ascontiguousarray(self.coefficients[..., :modes]),
+            lost_by_time=self.lost_by_time + squares.mean(axis=0).sum(axis=2).T / nodes,
+            lost_by_node=self.lost_by_node + np.stack([m @ f for m, f in zip(by_mode, fields, strict=True)]),
+        )
 
 
 def reduce_runs(dataset, runs, modes: int, seed: int, memory: int = DEFAULT_MEMORY, client=None) -> Reduction:
@@ -62,14 +82,16 @@ def _in_memory(dataset, runs, modes, seed) -> Reduction:
     clock = [time.perf_counter()]
     snapshots = collect(dataset, runs)
     clock.append(time.perf_counter())
+    spent = time.process_time()
     bases = tuple(pod(matrix, modes, seed) for matrix in snapshots.matrices)
     parts = [_project(snapshots, bases)]
+    spent = time.process_time() - spent
     clock.append(time.perf_counter())
-    return _together(dataset, parts, bases, clock[1] - clock[0], clock[2] - clock[1])
+    return _together(dataset, parts, bases, clock[1] - clock[0], clock[2] - clock[1], spent)
 
 
 def _by_block(dataset, blocks, modes, seed, client) -> Reduction:
-    begun = time.perf_counter()
+    begun, spent = time.perf_counter(), time.process_time()
     pair = partial(join, modes=modes, seed=seed)
     if client is None:
         whole = join_all((_sketch_runs(dataset, block, modes, seed) for block in blocks), pair)
@@ -83,7 +105,7 @@ def _by_block(dataset, blocks, modes, seed, client) -> Reduction:
         known = client.scatter(bases, broadcast=True, hash=False)
         parts = client.gather([client.submit(_project_runs, shared, block, known, pure=False) for block in blocks])
     # Reading and factoring alternate, so the time of both counts as the basis'.
-    return _together(dataset, parts, bases, 0.0, time.perf_counter() - begun)
+    return _together(dataset, parts, bases, 0.0, time.perf_counter() - begun, time.process_time() - spent)
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,7 +147,7 @@ def _project(snapshots: Snapshots, bases: tuple[Basis, ...]) -> _Part:
     return _Part(snapshots.runs, snapshots.by_run(coefficients), by_time, by_node, snapshots.memory)
 
 
-def _together(dataset, parts, bases, read_seconds, pod_seconds) -> Reduction:
+def _together(dataset, parts, bases, read_seconds, pod_seconds, pod_cpu_seconds) -> Reduction:
     runs = tuple(run for part in parts for run in part.runs)
     times = np.asarray(dataset.times, float)
     by_time, by_node = sum(part.by_time for part in parts), sum(part.by_node for part in parts)
@@ -140,4 +162,5 @@ def _together(dataset, parts, bases, read_seconds, pod_seconds) -> Reduction:
         snapshot_bytes=sum(part.snapshot_bytes for part in parts),
         read_seconds=read_seconds,
         pod_seconds=pod_seconds,
+        pod_cpu_seconds=pod_cpu_seconds,
     )

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import jinja2
 import numpy as np
+from markupsafe import Markup
 
 from billow import __version__
 from billow.results.atomic import write_atomically
@@ -44,10 +45,17 @@ def write_report(dataset, surrogate, evaluation: Evaluation, folder: str | Path)
 
 def page(evaluation: Evaluation, pictures: dict[str, bytes]) -> str:
     """The HTML of a report. pictures: name -> SVG."""
+    return render("report.html.j2", pictures, **_content(evaluation))
+
+
+def render(template: str, pictures: dict[str, bytes], **content) -> str:
+    """A page from a template of this package, with its style and figures inside. pictures: name -> SVG."""
+    files = resources.files("billow.rom")
     environment = jinja2.Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True)
-    template = environment.from_string(resources.files("billow.rom").joinpath("report.html.j2").read_text("utf-8"))
+    page = environment.from_string(files.joinpath(template).read_text("utf-8"))
+    style = Markup(files.joinpath("report.css").read_text("utf-8"))  # ours, not to be escaped
     embedded = {name: base64.b64encode(picture).decode() for name, picture in pictures.items()}
-    return template.render(figures=embedded, **_content(evaluation))
+    return page.render(style=style, figures=embedded, **content)
 
 
 def _draw(dataset, surrogate, evaluation) -> dict[str, bytes]:

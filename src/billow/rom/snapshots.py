@@ -71,9 +71,10 @@ class ReadOnce:
         return np.stack([self._kept[run] for run in runs])
 
 
-def collect(dataset, runs, field: str = "displacement") -> Snapshots:
+def collect(dataset, runs, field: str = "displacement", components: tuple[int, ...] = (0, 1, 2)) -> Snapshots:
     """Read the snapshots of `runs` from a dataset, one run at a time, so that memory peaks at the matrices themselves.
 
+    components: which have a matrix, in this order
     Raises InputError E-ROM-009 if a run holds a value that is not finite.
     """
     runs, times = tuple(runs), np.asarray(dataset.times, float)
@@ -86,7 +87,7 @@ def collect(dataset, runs, field: str = "displacement") -> Snapshots:
             remedy="finish the study first: billow study STUDY.toml --out FOLDER",
         )
     nodes, count = len(dataset.reference), len(times)
-    matrices = np.empty((3, nodes, len(runs) * count), np.float32)
+    matrices = np.empty((len(components), nodes, len(runs) * count), np.float32)
     for column, run in enumerate(runs):
         shape = dataset.snapshots(field, [run])[0]  # (times, nodes, 3)
         if not np.isfinite(shape).all():
@@ -97,5 +98,5 @@ def collect(dataset, runs, field: str = "displacement") -> Snapshots:
                 why="a basis made from it would be meaningless",
                 remedy=f"delete the folder of run {run} and repeat the study, which runs what is missing",
             )
-        matrices[:, :, column * count : (column + 1) * count] = shape.transpose(2, 1, 0)
+        matrices[:, :, column * count : (column + 1) * count] = shape.transpose(2, 1, 0)[list(components)]
     return Snapshots(matrices, np.asarray(dataset.design(runs), float), times, runs)

@@ -50,17 +50,36 @@ class Stages:
 
 def learn(dataset, runs: tuple[str, ...], plan: Plan, progress: Progress | None = None) -> tuple[dict, Reduction]:
     """The fields of a `Surrogate` learned from `runs`, and what it was learned from. Errors as `Surrogate.train`."""
+    import_network()
+    _input_scaling(dataset, plan.recipe)  # refuses what cannot be learned before the long work
+    reduction = reduce_runs(dataset, runs, plan.modes, plan.seed, plan.memory, plan.client)
+    forces = None
+    if plan.force_modes:
+        forces = ForceInputs.learn(dataset, runs, plan.force_modes, plan.force_components, plan.seed)
+    return learn_networks(dataset, reduction, plan, forces, progress), reduction
+
+
+def learn_networks(
+    dataset,
+    reduction: Reduction,
+    plan: Plan,
+    forces: tuple[ForceInputs, np.ndarray] | None = None,
+    progress: Progress | None = None,
+) -> dict:
+    """The fields of a `Surrogate` from runs that are reduced already.
+
+    reduction: with `plan.modes` modes; forces: as `ForceInputs.learn` returns them, for the runs of `reduction`
+    Errors as `Surrogate.train`.
+    """
     network = import_network()
     inputs = _input_scaling(dataset, plan.recipe)
-    reduction = reduce_runs(dataset, runs, plan.modes, plan.seed, plan.memory, plan.client)
     begun = time.perf_counter()
     known, times = reduction.coefficients, reduction.times
     outputs = OutputScaling.of(known, times, plan.recipe)
     targets = outputs.forward(known.reshape(*known.shape[:2], -1)).reshape(-1, 3 * plan.modes)
-    forces, further = None, None
-    if plan.force_modes:
-        forces, further = ForceInputs.learn(dataset, runs, plan.force_modes, plan.force_components, plan.seed)
-        inputs = replace(inputs, further=forces.width)
+    model, further = (None, None) if forces is None else forces
+    if model is not None:
+        inputs = replace(inputs, further=model.width)
     losses = []
 
     def record_loss(epoch, of, loss):
@@ -71,7 +90,7 @@ def learn(dataset, runs: tuple[str, ...], plan: Plan, progress: Progress | None 
     features = inputs(reduction.design, times, further)
     train = network.train_shared if plan.recipe == "shared" else network.train_paper
     weights, biases = train(features, targets, epochs=plan.epochs, seed=plan.seed, progress=record_loss)
-    fields = {
+    return {
         "title": getattr(dataset, "title", ""),
         "parameters": tuple(Parameter(p.name, p.label, p.unit, p.low, p.high) for p in dataset.parameters),
         "times": times,
@@ -79,7 +98,7 @@ def learn(dataset, runs: tuple[str, ...], plan: Plan, progress: Progress | None 
         "triangles": np.array(dataset.triangles, np.int64),
         "bases": reduction.bases,
         "regression": Regression(plan.recipe, weights, biases, inputs, outputs),
-        "forces": forces,
+        "forces": model,
         "training": {
             "runs": list(reduction.runs),
             "seed": plan.seed,
@@ -99,7 +118,6 @@ def learn(dataset, runs: tuple[str, ...], plan: Plan, progress: Progress | None 
             },
         },
     }
-    return fields, reduction
 
 
 def import_network():

@@ -93,7 +93,7 @@ class Drive:
     def _survey(self) -> list[Task]:
         """Look at what is on disk; returns what is missing."""
         tasks = []
-        for run in self.study.runs:
+        for run in self._most_telling_first():
             case = self.study.case(run)
             if self.store.is_published(run) and self._admit(run, case.digest()):
                 continue
@@ -103,6 +103,11 @@ class Drive:
             else:
                 tasks.append(Task(run, case.to_toml(), type(case).from_dict))
         return tasks
+
+    def _most_telling_first(self) -> list[str]:
+        """The smallest nested design, the test runs, then the rest: half a study is already worth learning from."""
+        train, first = list(self.study.train), min(self.study.definition.sizes, default=0)
+        return [*train[:first], *self.study.test, *train[first:]]
 
     def _admit(self, run: str, digest: str) -> bool:
         """Check a published run and count it; False if it was damaged and has been set aside."""

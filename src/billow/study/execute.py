@@ -71,6 +71,9 @@ def dask_client(workers: int, scheduler: str | None) -> Iterator:
         # A dead worker is this module's business: it knows which of the worker's runs had been begun.
         "distributed.scheduler.allowed-failures": 0,
         "distributed.scheduler.worker-saturation": 1.0,  # runs wait in the scheduler, not in a worker
+        # Dask looks at what a worker does a hundred times a second; each look takes the interpreter from the solver.
+        "distributed.worker.profile.enabled": False,
+        "distributed.admin.tick.interval": "1s",
         **{f"distributed.nanny.pre-spawn-environ.{name}": "1" for name in _ONE_THREAD},
     }
     with contextlib.ExitStack() as stack:

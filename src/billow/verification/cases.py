@@ -16,6 +16,7 @@ from billow.verification import (
     coupon,
     fabric,
     gas,
+    injury,
     kinetic_theory,
     particles,
     rigid_body,
@@ -63,6 +64,8 @@ CASES: dict[str, Callable[[], Iterator[Measurement]]] = {
     "C4": contact.closest_points,
     "R1": rigid_body.torque_free_top,
     "P3": whole.energy_balance,
+    "I1": injury.half_sine_hic,
+    "I3": injury.channel_classes,
 }
 
 

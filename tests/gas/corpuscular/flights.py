@@ -7,8 +7,8 @@ from numba import njit
 
 from billow.gas.corpuscular.flight import Flock, fly
 from billow.gas.corpuscular.impact_bank import Hits, ImpactBank
-from billow.gas.corpuscular.search_grid import SearchGrid
 from billow.gas.corpuscular.walls import Walls
+from billow.geometry.search_grid import SearchGrid
 
 MASS = 2e-7  # kg, 50 g in 250,000 particles
 

@@ -8,8 +8,8 @@ from flights import box, flock_of, winding
 from test_flight_leaks import flat_round, sliver, zigzag
 
 from billow.gas.corpuscular.audit import find_escaped, push_back
-from billow.gas.corpuscular.search_grid import SearchGrid
 from billow.gas.corpuscular.walls import Walls
+from billow.geometry.search_grid import SearchGrid
 
 
 def bag_walls(triangles):

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from flights import MASS, Scene, box, flock_of, kinetic
 
-from billow.gas.corpuscular import search_grid
 from billow.gas.corpuscular.flight import STANDOFF
+from billow.geometry import search_grid
 
 CUBE = box()
 DT = 1e-4
@@ -157,6 +157,23 @@ def test_an_inner_wall_parts_two_rooms_and_its_opening_joins_them():
             assert not scene.bank.held[inner].any()
         else:
             assert (flock.chamber == before).all()
+
+
+def test_every_passage_of_a_step_counts_and_has_its_sign():
+    """From 0.5 to the opening at 1, the far wall at 2, the opening, the near wall at 0, the opening: 5 m in a step."""
+    triangles, positions, behind, ahead = box(rooms=2)
+    inner = (behind == 0) & (ahead == 1)
+    ways = np.array([0.3, 2.0, 3.0, 5.0])
+    flock = flock_of([[0.5, 0.4, 0.3]] * 4, np.column_stack([ways / DT, np.zeros((4, 2))]))
+    passed = []
+    for k in range(4):
+        one = flock_of(flock.position[k : k + 1], flock.velocity[k : k + 1])
+        tally = Scene(triangles, positions, one, behind, ahead, np.where(inner, 1.0, 0.0)).advance(DT)
+        passed.append((tally.passed, round(float(tally.through[0]) / MASS, 12)))
+    assert passed == [(0, 0.0), (1, 1.0), (2, 0.0), (3, 1.0)]
+    back = flock_of([[1.5, 0.4, 0.3]], [[-1.0 / DT, 0.0, 0.0]], chamber=1)
+    tally = Scene(triangles, positions, back, behind, ahead, np.where(inner, 1.0, 0.0)).advance(DT)
+    assert tally.through.tolist() == [-MASS]
 
 
 def test_vents_let_their_share_of_particles_pass():

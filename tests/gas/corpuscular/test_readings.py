@@ -7,6 +7,7 @@ import pytest
 from flights import box
 
 from billow.gas.ambient import Ambient
+from billow.gas.corpuscular import readings
 from billow.gas.corpuscular.flight import Walls
 from billow.gas.corpuscular.initial_air import fill_with_air
 from billow.gas.corpuscular.internal_energy import ParticleKinds
@@ -130,3 +131,19 @@ def test_no_gas_gives_no_boxes():
     boxes = scene.boxes()
     assert len(boxes.size) == 0
     assert on_faces(boxes, scene.bag, np.array([295.0]))["gas_temperature"].mean() == 295.0
+
+
+def test_a_bag_without_volume_gets_no_boxes_without_end():
+    """A slanted sheet with a billionth of the volume about it: 4e11 boxes of a hundred particles' volume, and no memory
+    has room for them."""
+    boxes = Scene(warp=lambda places: places * [1.0, 1.0, 1e-9] + [0.0, 0.0, 1.0] * places[:, :1]).boxes()
+    count = boxes.fields.count
+    assert 0 < len(count) <= 0.2 * count.sum()
+    assert np.isfinite(boxes.fields.pressure[count > 1]).all()
+
+
+def test_lattices_in_parts_are_lattices_at_once(monkeypatch):
+    whole = Scene().boxes().fields
+    monkeypatch.setattr(readings, "BOXES_AT_ONCE", 7)
+    parts = Scene().boxes().fields
+    assert (whole.pressure == parts.pressure).all()

@@ -15,9 +15,9 @@ from numba import prange
 from billow.compiled import CHUNK, kernel, scalar
 from billow.gas.corpuscular.crossing import NEVER
 from billow.gas.corpuscular.flight import Flock
-from billow.gas.corpuscular.search_grid import SearchGrid, clipped_cell
 from billow.gas.corpuscular.sight import UNSEEN, beside_wall, first_wall, height_over
 from billow.gas.corpuscular.walls import Walls
+from billow.geometry.search_grid import SearchGrid, clipped_cell
 
 TOLERANCE = 1e-7
 """Distance [m] on the wrong side of its own wall at which a particle still counts as inside."""

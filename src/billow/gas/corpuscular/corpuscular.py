@@ -2,7 +2,8 @@
 
 The gas steps at its own rate: every few steps of the structure its particles fly to the present time, while the surface
 moves evenly from where it was at the last gas step. Then newborns come in, those outside are taken out, particles that
-share a cell collide, and debts of energy are settled. In between only the bank pushes.
+share a cell collide, and debts of energy are settled. In between only the bank pushes. Before there would be too many
+particles, every two are merged into one.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from functools import cached_property
 import numpy as np
 
 from billow.compiled import CHUNK, scalar
+from billow.errors import NumericalStop
 from billow.gas.ambient import Ambient, InitialGas
 from billow.gas.corpuscular.audit import find_escaped, push_back
 from billow.gas.corpuscular.balance import settle, thermal_energy
@@ -25,18 +27,25 @@ from billow.gas.corpuscular.impact_bank import Hits, ImpactBank
 from billow.gas.corpuscular.initial_air import fill_with_air
 from billow.gas.corpuscular.injection import Delivery, Injector, Nozzles
 from billow.gas.corpuscular.internal_energy import ParticleKinds
+from billow.gas.corpuscular.merging import Remainder, merge, merges_ahead
 from billow.gas.corpuscular.outlets import NO_PASSAGE, Outlets
 from billow.gas.corpuscular.particles import Particles, ParticleSums, sum_particles
 from billow.gas.corpuscular.random_numbers import stream, uniform
 from billow.gas.corpuscular.readings import Inside, on_faces, read_boxes, read_points
-from billow.gas.corpuscular.search_grid import SearchGrid
 from billow.gas.corpuscular.wall_load import Patches, Squares, WallLoad
 from billow.gas.gas_model import Bag, ChamberTotals, GasTotals
 from billow.gas.inflator import Inflator
 from billow.gas.jets import Jets
-from billow.gas.mixture import mixture_cp, mixture_enthalpy, mixture_gas_constant, mixture_temperature
-from billow.gas.passages import FABRIC, NO_PASSAGES, Passages
+from billow.gas.mixture import (
+    mixture_cp,
+    mixture_enthalpy,
+    mixture_gas_constant,
+    mixture_temperature,
+    species_enthalpy,
+)
+from billow.gas.passages import FABRIC, NO_PASSAGES, VENT, Passages
 from billow.geometry.chambers import OUTSIDE, Chambers
+from billow.geometry.search_grid import SearchGrid
 from billow.geometry.surface import Surface, area_vectors
 
 SMOOTHING = 0.2e-3
@@ -60,6 +69,9 @@ between opposite walls. The last keeps a flat bag's gas from answering its walls
 
 SOUND_CROSSES = 1.0
 """Gaps that sound crosses in a step of the structure, at most."""
+
+LARGEST_PULL = 0.02
+"""Of a chamber's particles that a vent may take in a gas step, besides those that strike it."""
 
 FAINTEST = 1e-6
 """Pressure [Pa] a jet blows against, at least: into a vacuum it is choked."""
@@ -87,11 +99,12 @@ class Source:
 class CorpuscularState:
     """Everything about the gas that changes.
 
-    molecules: that a particle stands for. positions: of the surface at gas_time [s], [m] (nodes, 3). steps_to_go: of
-    the structure until the next gas step. pass_probability and patch (triangles,), is_open (passages,). owed: air to
-    be drawn in that is no particle yet [kg] (passages, species). pool: energy owed to the gas of each chamber [J]. Of
-    the chambers: volume [m^3], now, and volume_struck, in the middle of the last gas step; pressure [Pa], temperature
-    [K], gamma (cp/cv), masses [kg] (chambers, species).
+    molecules: that a particle stands for, twice as many after each of the `merges`. positions: of the surface at
+    gas_time [s], [m] (nodes, 3). steps_to_go: of the structure until the next gas step. pass_probability and patch
+    (triangles,), is_open (passages,). owed: air to be drawn in that is no particle yet [kg] (passages, species).
+    wanted: mass flow to the surroundings [kg/s], and short: of it, what has not left yet [kg] (passages,). pool: energy
+    owed to the gas of each chamber [J]. Of the chambers: volume [m^3], now, and volume_struck, in the middle of the
+    last gas step; pressure [Pa], temperature [K], gamma (cp/cv), masses in particles [kg] (chambers, species).
 
     Books, sums since the start: left [kg] (passages, species), drawn [kg] (species,), passed from behind to ahead [kg]
     (passages,), impulse: of all that came in less that of all that left [N s] (3,); energies [J]; escaped: particles
@@ -104,11 +117,14 @@ class CorpuscularState:
     bank: ImpactBank
     load: WallLoad
     deliveries: tuple[Delivery, ...]
+    remainder: Remainder
     positions: np.ndarray
     pass_probability: np.ndarray
     patch: np.ndarray
     is_open: np.ndarray
     owed: np.ndarray
+    wanted: np.ndarray
+    short: np.ndarray
     pool: np.ndarray
     volume: np.ndarray
     volume_struck: np.ndarray
@@ -132,6 +148,7 @@ class CorpuscularState:
     enthalpy_out: float = 0.0
     blocked_area: float = 0.0
     collision_time: float = 0.0
+    merges: int = 0
     since_collisions: float = 0.0
     sorts: int = 0
     gas_time: float = 0.0
@@ -162,8 +179,8 @@ class Corpuscular:
     """Parameters of the gas; see the classes they belong to.
 
     table: (species, 16), species.thermo_table. surface: of the bag, its chambers and kinds of parts. reference: flat
-    corner coordinates [m], (triangles, 3, 2). particles: for all
-    the gas there will be, injected and initial. initial: ambient air by default. seed: of the random numbers.
+    corner coordinates [m], (triangles, 3, 2). particles: as many as there are at most (to 2 %); at the start at least
+    half of them, unless there is hardly any gas. initial: ambient air by default. seed: of the random numbers.
     """
 
     table: np.ndarray
@@ -184,6 +201,11 @@ class Corpuscular:
         return self.surface.chambers
 
     @property
+    def _room(self) -> int:
+        """Particles there may be; more than `particles`, lest the last ones to come, one too many, cause a merge."""
+        return self.particles + self.particles // 50 + 64
+
+    @property
     def inflators(self) -> tuple[Inflator, ...]:
         return tuple(source.inflator for source in self.sources)
 
@@ -193,7 +215,7 @@ class Corpuscular:
 
     @cached_property
     def _outlets(self) -> Outlets:
-        return Outlets.build(self.table, self.passages, self.ambient, self.surface.triangle_count)
+        return Outlets.build(self.table, self.passages, self.ambient, self.surface.triangles)
 
     @cached_property
     def _solid(self) -> np.ndarray:
@@ -225,12 +247,12 @@ class Corpuscular:
     def _injectors(self, kinds: ParticleKinds, positions: np.ndarray) -> list[Injector]:
         injectors = []
         for source in self.sources:
-            holes, frames, _ = source.jets.nozzles(positions)
+            holes, frames, (axis, _, _) = source.jets.nozzles(positions)
             ring = source.jets.ring
             centre = positions[source.jets.mouth_nodes].mean(axis=0)
             nozzles = Nozzles(
                 holes - centre, frames[:, 0], np.full(ring.count, source.inflator.chamber, np.int32),
-                0.5 * ring.hole_diameter, ring.cone, source.jets.axis, ring.spin,
+                0.5 * ring.hole_diameter, ring.cone, axis, ring.spin,
             )  # fmt: skip
             injectors.append(Injector(kinds, source.inflator, nozzles))
         return injectors
@@ -243,11 +265,13 @@ class Corpuscular:
         volume = self.chambers.volumes(bag.surface.triangles, bag.positions)
         initial = self.initial or InitialGas.like(self.ambient, chambers)
         specific = initial.mass_fractions @ self.table[:, 0]
-        total = (initial.pressure * volume / (specific * initial.temperature)) @ initial.mass_fractions
+        at_start = (initial.pressure * volume / (specific * initial.temperature)) @ initial.mass_fractions
+        total = at_start.copy()
         for inflator in self.inflators:
             total = total + inflator.cumulative[-1] * inflator.mass_fractions
-        kinds = ParticleKinds.sharing(self.table, total, self.particles)
-        particles = Particles.room_for(self.particles + self.particles // 50 + 64)
+        merges = merges_ahead(self.table, at_start, total)
+        kinds = ParticleKinds.sharing(self.table, total, self.particles * 2**merges)
+        particles = Particles.room_for(self._room)
         fill_with_air(
             particles, kinds, initial.mass_fractions[0], float(initial.pressure[0]), float(initial.temperature[0]),
             volume, bag.surface.triangles, bag.positions, self.chambers.behind, self.chambers.ahead, self.seed,
@@ -260,11 +284,14 @@ class Corpuscular:
             bank=ImpactBank.empty(triangles),
             load=WallLoad.none(triangles),
             deliveries=tuple(i.start() for i in self._injectors(kinds, bag.positions)),
+            remainder=Remainder.none(chambers, species),
             positions=bag.positions.copy(),
             pass_probability=np.zeros(triangles),
             patch=np.zeros(triangles, np.int64),
             is_open=np.zeros(rows, np.bool_),
             owed=np.zeros((rows, species)),
+            wanted=np.zeros(rows),
+            short=np.zeros(rows),
             pool=np.zeros(chambers),
             volume=volume,
             volume_struck=volume,
@@ -317,11 +344,12 @@ class Corpuscular:
     def _gas_step(self, gas: CorpuscularState, bag: Bag, time: float, dt: float) -> None:
         """Bring the particles to `time` [s]; dt: of the structure's step."""
         span = time - gas.gas_time
-        kinds = ParticleKinds(self.table, gas.molecules)
+        kinds = self._merge(gas, time)
         self._settle(gas, kinds)
         born = self._blow(gas, kinds, bag, span)
         flock = self._fly(gas, kinds, bag, span, born)
-        self._take_out(gas, kinds, flock)
+        pulled = self._pull_out(gas, kinds, bag, flock, span)
+        self._take_out(gas, kinds, bag, flock, pulled)
         if time >= gas.next_audit:
             gas.next_audit = time + AUDIT_INTERVAL
             self._audit(gas, bag)
@@ -338,6 +366,24 @@ class Corpuscular:
         gas.steps_to_go = self._steps(gas, kinds, dt)
 
     # --- parts of a gas step ---------------------------------------------------------------------------------------
+
+    def _merge(self, gas: CorpuscularState, time: float) -> ParticleKinds:
+        """Merge particles until those coming up to `time` [s] have room; returns what particles are from now on."""
+        kinds = ParticleKinds(self.table, gas.molecules)
+        while gas.particles.count + self._coming(gas, kinds, time) > self._room:
+            sort_into_cells(gas.cells, gas.particles, self.seed, gas.gas_step)
+            gas.pool += merge(gas.particles, kinds, gas.cells, gas.remainder, self.seed, gas.merges)
+            for delivery in gas.deliveries:
+                delivery.born *= 0.5
+            gas.sums = None
+            gas.merges += 1
+            gas.molecules *= 2.0
+            kinds = ParticleKinds(self.table, gas.molecules)
+        return kinds
+
+    def _coming(self, gas: CorpuscularState, kinds: ParticleKinds, time: float) -> float:
+        """Particles that inflators blow, and passages draw in, up to `time` [s]."""
+        return float(((self._pending(gas, kinds, time) + gas.owed.sum(axis=0)) / kinds.mass).sum())
 
     def _settle(self, gas: CorpuscularState, kinds: ParticleKinds) -> None:
         """Return what the walls did not take, and what is pooled."""
@@ -361,36 +407,79 @@ class Corpuscular:
         flock = _flock(gas.particles)
         tally = fly(
             flock, kinds.mass, self._walls, gas.grid, gas.positions, bag.positions, span, gas.pass_probability, 0.0,
-            self.seed, gas.gas_step, gas.hits, gas.bank, born,
+            self.seed, gas.gas_step, gas.hits, gas.bank, born, self._outlets.passage,
         )  # fmt: skip
+        if tally.bad >= 0:
+            raise self._lost(gas, tally.bad)
+        if self.passages.rows:
+            gas.passed += tally.through
         gas.energy_at_walls += tally.energy_to_walls
         gas.parked += tally.parked
         return flock
 
-    def _take_out(self, gas: CorpuscularState, kinds: ParticleKinds, flock: Flock) -> None:
-        """Book who passed, and drop who left the bag."""
-        moved = np.flatnonzero(flock.exit != NO_PASSAGE)
-        if not len(moved):
+    def _lost(self, gas: CorpuscularState, bad: int) -> NumericalStop:
+        """What to say of a particle that is nowhere."""
+        particles = gas.particles
+        speed = float(np.linalg.norm(particles.velocity[bad]))
+        return NumericalStop(
+            "E-NUM-008",
+            "a particle of the gas is nowhere: its place is not a finite number",
+            where=f"particle {bad} of {particles.count} (number {particles.identity[bad]}), chamber "
+            f"{self.chambers.names[particles.chamber[bad]]}, in the gas step from t = {1e3 * gas.gas_time:.4f} ms",
+            why=f"its speed is {speed:.4g} m/s; gas at {gas.pressure.max():.4g} Pa and {gas.temperature.max():.4g} K "
+            f"in {1e3 * gas.volume.min():.4g} l gave it that",
+            remedy="reduce run.dt_scale, or compare with gas.model = uniform-pressure",
+        )
+
+    def _pull_out(self, gas: CorpuscularState, kinds: ParticleKinds, bag: Bag, flock: Flock, span: float) -> np.ndarray:
+        """Hold what leaves against what should; where too few particles strike a vent, let the nearest leave.
+
+        Returns who does, (particles,) bool.
+        """
+        pulled = np.zeros(len(flock.chamber), np.bool_)
+        out = np.flatnonzero(flock.chamber == OUTSIDE)
+        where, mass = self._outlets.passage[flock.exit[out]], kinds.mass[flock.species[out]]
+        gas.short += gas.wanted * span - np.bincount(where, mass, len(gas.short))
+        gas.short[gas.wanted == 0.0] = 0.0
+        for k, row in enumerate(self.passages.rows):
+            if row.kind != VENT or gas.wanted[k] == 0.0 or gas.pass_probability[row.triangles[0]] < 1.0:
+                continue
+            home = max(row.behind, row.ahead)  # OUTSIDE is -1
+            inside = np.flatnonzero(flock.chamber == home)
+            mean = kinds.mass[flock.species[inside]].sum() / max(len(inside), 1)
+            number = int(min(gas.short[k] / max(mean, 1e-300), LARGEST_PULL * len(inside)))
+            if number <= 0:
+                continue
+            vent = bag.positions[bag.surface.triangles[row.triangles]].mean(axis=(0, 1))
+            away = np.sum((flock.position[inside] - vent) ** 2, axis=1)
+            who = inside[np.sort(np.argpartition(away, number - 1)[:number])]
+            flock.chamber[who], flock.exit[who], pulled[who] = OUTSIDE, row.triangles[0], True
+            gas.short[k] -= kinds.mass[flock.species[who]].sum()
+        return pulled
+
+    def _take_out(
+        self, gas: CorpuscularState, kinds: ParticleKinds, bag: Bag, flock: Flock, pulled: np.ndarray
+    ) -> None:
+        """Book and drop who left the bag."""
+        who = np.flatnonzero(flock.chamber == OUTSIDE)
+        if not len(who):
             return
-        passage = self._outlets.passage[flock.exit[moved]]
-        mass = kinds.mass[flock.species[moved]]
-        out = flock.chamber[moved] == OUTSIDE
-        rows = self.passages.rows
-        ahead = np.array([row.ahead for row in rows])[passage]
-        behind = np.array([row.behind for row in rows])[passage]
-        gas.passed += np.bincount(passage, np.where(flock.chamber[moved] == ahead, mass, -mass), len(rows))
-        if not out.any():
-            return
-        who, where = moved[out], passage[out]
-        np.add.at(gas.left, (where, flock.species[who]), mass[out])
-        velocity = flock.velocity[who]
-        energy = 0.5 * mass[out] @ np.sum(velocity**2, axis=1) + gas.particles.internal_energy[who].sum()
-        # Continuum outflow takes another k T/2 a molecule along; the gas it leaves behind pays.
-        home = np.where(behind[out] == OUTSIDE, ahead[out], behind[out])
-        debt = np.bincount(home, 0.5 * kinds.heat * gas.temperature[home], len(gas.pool))
+        where = self._outlets.passage[flock.exit[who]]
+        mass, velocity = kinds.mass[flock.species[who]], flock.velocity[who]
+        np.add.at(gas.left, (where, flock.species[who]), mass)
+        energy = 0.5 * mass * np.sum(velocity**2, axis=1) + gas.particles.internal_energy[who]
+        # Outflow takes its enthalpy along; what particles have less, the gas they leave behind pays.
+        home = np.array([max(row.behind, row.ahead) for row in self.passages.rows])[where]  # OUTSIDE is -1
+        area = np.linalg.norm(area_vectors(bag.surface.triangles, bag.positions), axis=1)
+        missing = self._outlets.missing_heat(
+            area, gas.bank.pressure, gas.bank.mass_flux, gas.masses, gas.temperature
+        )[where] * kinds.heat * gas.temperature[home]  # fmt: skip
+        enthalpy = np.array([[species_enthalpy(row, t) for row in self.table] for t in gas.temperature])
+        whole = kinds.mass[flock.species[who]] * enthalpy[home, flock.species[who]]
+        debt = np.bincount(home, np.where(pulled[who], whole - energy, missing), len(gas.pool))
         gas.pool -= debt
-        gas.enthalpy_out += float(energy + debt.sum())
-        gas.impulse -= mass[out] @ velocity
+        gas.enthalpy_out += float(energy.sum() + debt.sum())
+        gas.impulse -= mass @ velocity
         gas.particles.keep(flock.chamber != OUTSIDE)
 
     def _audit(self, gas: CorpuscularState, bag: Bag) -> None:
@@ -510,9 +599,12 @@ class Corpuscular:
     def _regulate(self, gas: CorpuscularState, bag: Bag, area: np.ndarray, span: float) -> None:
         if not self.passages.rows:
             return
-        drawn, blocked = self._outlets.regulate(
-            gas.pass_probability, gas.is_open, self.passages.measure(bag.surface.triangles, bag.positions, bag.touched),
-            area, gas.bank.pressure, gas.bank.mass_flux, gas.pressure, gas.masses, gas.temperature, gas.gas_time, span,
+        particle_mass = gas.masses.sum(axis=1) / np.maximum(gas.sums.particles.sum(axis=1), 1)
+        drawn, blocked, gas.wanted = self._outlets.regulate(
+            gas.pass_probability, gas.is_open, gas.short,
+            self.passages.measure(bag.surface.triangles, bag.positions, bag.touched), area, gas.bank.pressure,
+            gas.bank.mass_flux, gas.pressure, gas.masses, gas.temperature,
+            np.maximum(particle_mass, 1e-300), 2.0 * SMOOTHING, gas.gas_time, span,
         )  # fmt: skip
         gas.owed += drawn[:, None] * self.ambient.mass_fractions
         gas.blocked_area = float(blocked.sum())
@@ -531,29 +623,33 @@ class Corpuscular:
         mass = gas.masses.sum()
         return math.sqrt(2.0 * gas.sums.flight_energy.sum() / mass) if mass > 0.0 else 0.0
 
-    def _pending(self, gas: CorpuscularState, kinds: ParticleKinds) -> np.ndarray:
-        """Delivered by inflators, but no particle yet [kg], (species,)."""
+    def _pending(self, gas: CorpuscularState, kinds: ParticleKinds, time: float) -> np.ndarray:
+        """Delivered by inflators up to `time` [s], but no particle yet [kg], (species,)."""
         pending = np.zeros(len(kinds.mass))
         for source, delivery in zip(self.sources, gas.deliveries, strict=True):
             inflator = source.inflator
-            pending += inflator.delivered(gas.gas_time) * inflator.mass_fractions - delivery.mass(kinds)
+            pending += inflator.delivered(time) * inflator.mass_fractions - delivery.mass(kinds)
         return pending
 
+    def _mass(self, gas: CorpuscularState, kinds: ParticleKinds) -> np.ndarray:
+        """In particles, and what is not yet one or no longer [kg], (species,)."""
+        return gas.masses.sum(axis=0) + self._pending(gas, kinds, gas.gas_time) + gas.remainder.mass(kinds)
+
     def _energy(self, gas: CorpuscularState) -> float:
-        """Of particles, of what is not yet one, of the bank, and what is owed [J]."""
-        pending = sum(delivery.pending_energy for delivery in gas.deliveries)
+        """Of particles, of what is not yet one or no longer, of the bank, and what is owed [J]."""
+        pending = sum(delivery.pending_energy for delivery in gas.deliveries) + gas.remainder.energy
         return gas.particle_energy + pending + gas.in_bank + float(gas.pool.sum())
 
     def _close_books(self, gas: CorpuscularState, kinds: ParticleKinds) -> None:
         """Hold mass, energy and momentum of the state against the books; keep the largest relative errors."""
         injected = sum(i.delivered(gas.gas_time) * i.mass_fractions for i in self.inflators)
         came = gas.start_masses + injected + gas.drawn
-        gap = gas.masses.sum(axis=0) + self._pending(gas, kinds) + gas.left.sum(axis=0) - came
+        gap = self._mass(gas, kinds) + gas.left.sum(axis=0) - came
         gas.mass_error = max(gas.mass_error, float(np.abs(gap).max() / came.sum()))
         booked = gas.start_energy + gas.enthalpy_in - gas.enthalpy_out - gas.load.work
         scale = gas.start_energy + gas.enthalpy_in
         gas.energy_error = max(gas.energy_error, abs(self._energy(gas) - booked) / scale)
-        momentum = gas.sums.momentum.sum(axis=0) + gas.load.held.sum(axis=0) + gas.load.given
+        momentum = gas.sums.momentum.sum(axis=0) + gas.remainder.momentum + gas.load.held.sum(axis=0) + gas.load.given
         gap = momentum - gas.start_momentum - gas.impulse
         scale = math.sqrt(2.0 * gas.sums.flight_energy.sum() * gas.masses.sum())
         gas.momentum_error = max(gas.momentum_error, float(np.abs(gap).max() / scale))
@@ -572,6 +668,46 @@ class Corpuscular:
         density = gas.masses.sum() / gas.volume.sum()
         pressure = float(gas.pressure @ gas.volume / gas.volume.sum())
         return SOUND_CROSSES * self._gap(gas) / math.sqrt(float(gas.gamma.max()) * pressure / density)
+
+    # --- handing over to another gas -------------------------------------------------------------------------------
+
+    def arrive(self, gas: CorpuscularState, bag: Bag, time: float, dt: float) -> None:
+        """The last step, from `time` to `time + dt` [s]: the particles come to its end, and of the step's work the half
+        is booked that belongs to the force at its beginning. The force at its end is another gas'."""
+        triangles = bag.surface.triangles
+        gas.volume = self.chambers.volumes(triangles, bag.positions)
+        self._gas_step(gas, bag, time + dt, dt)
+        gas.load.force.fill(0.0)
+        nothing = np.zeros(len(triangles))
+        no_force = np.zeros((len(triangles), 3, 3))
+        gas.load.push(self._solid, nothing, nothing, triangles, bag.positions, bag.velocities, dt, no_force)
+        before = area_vectors(triangles, bag.positions - dt * bag.velocities)
+        rate = np.sum(before * bag.velocities[triangles].mean(axis=1), axis=1)
+        gas.load.ambient_work += 0.5 * dt * float(self._ambient_load @ rate)
+
+    def content(self, gas: CorpuscularState) -> tuple[np.ndarray, np.ndarray]:
+        """Mass [kg] (chambers, species) and energy [J] (chambers,) that the books find in each chamber.
+
+        With the particles goes what is not yet one or no longer, what is owed, and what walls were given and did not
+        pass on.
+        """
+        kinds = ParticleKinds(self.table, gas.molecules)
+        sums = self._sums(gas, kinds)
+        thermal = thermal_energy(sums, kinds.mass)
+        energy = sums.flight_energy + sums.internal_energy + gas.pool
+        energy += (gas.in_bank + gas.remainder.energy) * thermal / max(thermal.sum(), 1e-300)
+        masses = gas.masses + gas.remainder.number * kinds.mass
+        for source, delivery in zip(self.sources, gas.deliveries, strict=True):
+            inflator = source.inflator
+            delivered = inflator.delivered(gas.gas_time) * inflator.mass_fractions
+            masses[inflator.chamber] += delivered - delivery.mass(kinds)
+            energy[inflator.chamber] += delivery.pending_energy
+        return masses, energy
+
+    def dismiss(self, gas: CorpuscularState) -> None:
+        """Let the particles go, and what they needed; the books stay."""
+        gas.particles, gas.cells = Particles.room_for(0), Cells.of(self.chambers.count)
+        gas.grid = gas.hits = gas.sums = gas.patches = None
 
     # --- what users see --------------------------------------------------------------------------------------------
 
@@ -594,7 +730,7 @@ class Corpuscular:
             pressure=float(gas.pressure @ gas.volume) / volume,
             temperature=float(gas.temperature @ share) if mass.any() else self.ambient.temperature,
             volume=volume,
-            mass_by_species=gas.masses.sum(axis=0) + self._pending(gas, kinds),
+            mass_by_species=self._mass(gas, kinds),
             energy=self._energy(gas),
             injected=float(sum(i.delivered(gas.gas_time) for i in self.inflators)),
             vented=sum(vented_by.values()),
@@ -620,19 +756,20 @@ class Corpuscular:
     def _each(self, gas: CorpuscularState, kinds: ParticleKinds) -> tuple[ChamberTotals, ...]:
         sums = self._sums(gas, kinds)
         energy = sums.flight_energy + sums.internal_energy
-        columns = (gas.pressure, gas.temperature, gas.volume, gas.masses.sum(axis=1), energy)
+        mass = gas.masses.sum(axis=1) + gas.remainder.number @ kinds.mass
+        columns = (gas.pressure, gas.temperature, gas.volume, mass, energy)
         return tuple(map(ChamberTotals, self.chambers.names, *(column.tolist() for column in columns)))
 
     def fields(self, gas: CorpuscularState) -> dict[str, np.ndarray]:
         behind, ahead = self.chambers.behind, self.chambers.ahead
         inner = np.where(behind == OUTSIDE, self.ambient.pressure, gas.bank.pressure[:, 0])
         outer = np.where(ahead == OUTSIDE, self.ambient.pressure, gas.bank.pressure[:, 1])
-        bag = self._inside(gas)
+        bag = self.inside(gas)
         boxes = read_boxes(gas.particles, ParticleKinds(self.table, gas.molecules), bag)
         return {"pressure": inner - outer} | on_faces(boxes, bag, gas.temperature)
 
     def cells(self, gas: CorpuscularState) -> dict[str, np.ndarray]:
-        return read_boxes(gas.particles, ParticleKinds(self.table, gas.molecules), self._inside(gas)).arrays()
+        return read_boxes(gas.particles, ParticleKinds(self.table, gas.molecules), self.inside(gas)).arrays()
 
     def points(self, gas: CorpuscularState) -> dict[str, np.ndarray]:
         n, particles = gas.particles.count, gas.particles
@@ -646,9 +783,10 @@ class Corpuscular:
 
     def at(self, gas: CorpuscularState, places: np.ndarray) -> dict[str, np.ndarray]:
         kinds = ParticleKinds(self.table, gas.molecules)
-        return read_points(places, gas.particles, kinds, self._inside(gas), self.ambient)
+        return read_points(places, gas.particles, kinds, self.inside(gas), self.ambient)
 
-    def _inside(self, gas: CorpuscularState) -> Inside:
+    def inside(self, gas: CorpuscularState) -> Inside:
+        """What is inside the bag and in which chamber, as the surface was at the last gas step."""
         return Inside(self.surface.triangles, gas.positions, self.chambers, self._walls)
 
 

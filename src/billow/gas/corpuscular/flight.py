@@ -24,9 +24,9 @@ from billow.compiled import CHUNK, kernel
 from billow.gas.corpuscular.crossing import INWARD, NEVER, OUTWARD, crossing, piece_normal
 from billow.gas.corpuscular.impact_bank import HITS_PER_CHUNK, Hits, ImpactBank
 from billow.gas.corpuscular.random_numbers import stream, uniform
-from billow.gas.corpuscular.search_grid import SearchGrid, clipped_cell
 from billow.gas.corpuscular.sight import beside_wall
 from billow.gas.corpuscular.walls import SWEPT_NUMBERS, Walls, sweep, wall_velocity
+from billow.geometry.search_grid import SearchGrid, clipped_cell
 
 STANDOFF = 1e-9
 """Distance [m] from a wall at which a reflected particle starts again."""
@@ -65,14 +65,16 @@ class Flock:
 class FlightTally:
     """What happened in a step.
 
-    energy_to_walls: [J], kinetic energy the particles lost in hits. hits: reflections and passages. passed: passages.
-    parked: particles that had MOST_HITS hits and were put beside a wall. bad: index of the first particle whose place
+    energy_to_walls: [J], kinetic energy the particles lost in hits. hits: reflections and passages. passed: passages;
+    through: mass that went through each passage from behind to ahead, less what came back [kg], (passages,). parked:
+    particles that had MOST_HITS hits and were put beside a wall. bad: index of the first particle whose place
     is not a number, -1 if none.
     """
 
     energy_to_walls: float
     hits: int
     passed: int
+    through: np.ndarray
     parked: int
     bad: int
 
@@ -80,7 +82,7 @@ class FlightTally:
 def fly(
     flock: Flock, particle_mass: np.ndarray, walls: Walls, grid: SearchGrid, start: np.ndarray, end: np.ndarray,
     dt: float, pass_probability: np.ndarray, friction: float, seed: int, step: int, hits: Hits, bank: ImpactBank,
-    born: np.ndarray | None = None,
+    born: np.ndarray | None = None, passage: np.ndarray | None = None,
 ) -> FlightTally:  # fmt: skip
     """Fly all particles through a gas step of dt [s] while nodes move linearly from start to end [m], (nodes, 3).
 
@@ -88,7 +90,8 @@ def fly(
     pass_probability: (triangles,), 0 for tight fabric, 1 for an opening. friction: part of the tangential velocity
     relative to the wall that a hit takes, 0 to 1. seed, step: name the random numbers. hits: room for this many
     particles. born: fraction of the step at which each particle starts from its position, (particles,); all at the
-    start of the step if not given. Changes flock and bank.
+    start of the step if not given. passage: (triangles,), which passage each triangle that can be passed belongs to;
+    all to one if not given. Changes flock and bank.
     """
     n = len(flock.position)
     chunks = -(-n // CHUNK)
@@ -97,27 +100,31 @@ def fly(
     next_particle = np.arange(0, n, CHUNK, dtype=np.int64)
     sums, counts = np.zeros(chunks), np.zeros((chunks, 4), dtype=np.int64)
     counts[:, 3] = n
+    passage = np.zeros(len(walls.nodes), np.int32) if passage is None else passage
+    through = np.zeros((chunks, 1 + max(0, int(passage.max(initial=0)))))
     while True:
         _fly(
             n, flock.position, flock.velocity, flock.species, flock.identity, flock.chamber, flock.exit, particle_mass,
             walls.nodes, walls.corner, walls.orientation, walls.behind, walls.ahead, swept, start, end, dt,
             grid.first, grid.listed, grid.origin, grid.cell, grid.counts, grid.reach, pass_probability, friction,
             seed + PASSING, step, np.empty(0) if born is None else born, next_particle, hits.count, hits.triangle,
-            hits.numbers, sums, counts,
+            hits.numbers, sums, counts, passage, through, 
         )  # fmt: skip
         bank.collect(hits)
         if (next_particle >= np.minimum(np.arange(1, chunks + 1) * CHUNK, n)).all():
             break
     total = counts.sum(axis=0)
     bad = int(counts[:, 3].min(initial=n))
-    return FlightTally(float(sums.sum()), int(total[0]), int(total[1]), int(total[2]), bad if bad < n else -1)
+    return FlightTally(
+        float(sums.sum()), int(total[0]), int(total[1]), through.sum(axis=0), int(total[2]), bad if bad < n else -1
+    )
 
 
 @kernel
 def _fly(
     n, position, velocity, species, identity, chamber, exit_out, particle_mass, nodes, corner, orientation, behind,
     ahead, swept, start, end, dt, first, listed, origin, cell, counts, reach, pass_probability, friction, seed, step,
-    born, next_particle, hit_count, hit_triangle, hit_numbers, energy_out, tally_out,
+    born, next_particle, hit_count, hit_triangle, hit_numbers, energy_out, tally_out, passage, through_out,
 ):  # fmt: skip
     chunks = (n + CHUNK - 1) // CHUNK
     rate = 1.0 / dt
@@ -255,6 +262,7 @@ def _fly(
                 if passes:
                     tally_out[chunk, 1] += 1
                     exit_out[p] = np.int32(t)
+                    through_out[chunk, passage[t]] += mass if outward else -mass
                     now, skip = fraction, t
                     home = ahead[t] if outward else behind[t]
                     if home < 0:

@@ -41,9 +41,9 @@ GENTLEST, STRONGEST = 0.5, 2.0
 
 @dataclass(frozen=True)
 class Nozzles:
-    """Holes of one inflator.
+    """Holes of one inflator, in a mouth as it stands now.
 
-    offset: of each hole from the mouth's centre [m] and direction: of its jet, unit vectors, both at time zero,
+    offset: of each hole from the mouth's centre [m] and direction: of its jet, unit vectors, both before any spin,
     (nozzles, 3); chamber: it blows into, (nozzles,) int32; radius: of the hole [m]; half_angle: of the cone in which
     jets leave, cosine-weighted [rad]; normal: of the mouth, unit vector into the bag, (3,); spin: rate [rad/s] at which
     offsets and directions turn about the normal.
@@ -67,8 +67,9 @@ class Nozzles:
 class Delivery:
     """What one inflator has given so far.
 
-    born: (nozzles, species) int64; offered: enthalpy delivered [J]; energy: taken by particles [J], measured at the
-    mouth; the difference is pending.
+    born: (nozzles, species), in particles of today: halved when every two are merged, and exact, since a float holds
+    halves and quarters; offered: enthalpy delivered [J]; energy: taken by particles [J], measured at the mouth; the
+    difference is pending.
     """
 
     born: np.ndarray
@@ -111,7 +112,7 @@ class Injector:
 
     def start(self) -> Delivery:
         """Nothing delivered yet."""
-        return Delivery(np.zeros((len(self.nozzles.offset), len(self.kinds.mass)), np.int64))
+        return Delivery(np.zeros((len(self.nozzles.offset), len(self.kinds.mass))))
 
     def pending_mass(self, delivery: Delivery, time: float) -> np.ndarray:
         """Delivered up to time [s], but in no particle yet [kg], (species,); the sum is below one particle's mass."""

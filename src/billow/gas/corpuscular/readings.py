@@ -24,12 +24,18 @@ from billow.gas.corpuscular.flight import Flock, Walls
 from billow.gas.corpuscular.internal_energy import ParticleKinds, cell_temperature
 from billow.gas.corpuscular.outlets import NO_PASSAGE
 from billow.gas.corpuscular.particles import Particles
-from billow.gas.corpuscular.search_grid import SearchGrid
 from billow.gas.mixture import mixture_gas_constant
 from billow.geometry.chambers import OUTSIDE, Chambers
+from billow.geometry.search_grid import SearchGrid
 
 IN_A_BOX = 100
 """Particles in a box, about: 10 % of noise in pressure, 5 % in temperature."""
+
+BOXES_PER_PARTICLE = 0.1
+"""Most boxes of a chamber, in its particles: about a bag that is crumpled up, most of them are empty."""
+
+BOXES_AT_ONCE = 2000
+"""Whose lattices are looked at together, which takes 100 bytes a point."""
 
 LATTICE = 4
 """Points along each edge of a box that fabric cuts; they find out how much of it is inside the bag."""
@@ -105,7 +111,7 @@ def read_boxes(particles: Particles, kinds: ParticleKinds, bag: Inside) -> Boxes
         mine = position[chamber == k]
         if len(mine):
             low[k], extent = mine.min(axis=0), np.maximum(np.ptp(mine, axis=0), 1e-9)
-            shape[k] = _divisions(extent, volume[k] / len(mine))
+            shape[k] = _divisions(extent, abs(volume[k]) / len(mine), len(mine))
             size[k] = extent / shape[k]
         first[k + 1] = first[k] + shape[k].prod()
 
@@ -129,9 +135,10 @@ def read_boxes(particles: Particles, kinds: ParticleKinds, bag: Inside) -> Boxes
         _mark_cut(bag.positions[chambers.boundary(k, bag.triangles)], low[k], size[k], shape[k], cut[first[k] :])
     corner, filled = low[at] + steps * size[at], np.ones(len(at))
     some = np.flatnonzero(cut[fields.cell])
-    points = corner[some, None] + _LATTICE * size[at][some, None]
-    lost = bag.outside(points.reshape(-1, 3), np.repeat(at[some], len(_LATTICE))).reshape(len(some), len(_LATTICE))
-    filled[some] = np.maximum(len(_LATTICE) - lost.sum(axis=1), 1) / len(_LATTICE)
+    for part in np.split(some, range(BOXES_AT_ONCE, len(some), BOXES_AT_ONCE)):
+        points = corner[part, None] + _LATTICE * size[at[part], None]
+        lost = bag.outside(points.reshape(-1, 3), np.repeat(at[part], len(_LATTICE))).reshape(len(part), len(_LATTICE))
+        filled[part] = np.maximum(len(_LATTICE) - lost.sum(axis=1), 1) / len(_LATTICE)
     fields = replace(
         fields, centre=corner + 0.5 * size[at], density=fields.density / filled,
         pressure=fields.pressure / filled,
@@ -154,9 +161,11 @@ def _mark_cut(corners: np.ndarray, low, size, shape, cut_out: np.ndarray) -> Non
         cut_out[(box[:, 0] * shape[1] + box[:, 1]) * shape[2] + box[:, 2]] = True
 
 
-def _divisions(extent: np.ndarray, room: float) -> np.ndarray:
-    """How often to divide a box of extent [m] (3,) whose particles have room [m^3] each; never an axis that is thin."""
+def _divisions(extent: np.ndarray, room: float, number: int) -> np.ndarray:
+    """How often to divide a box of extent [m] (3,) whose particles, so many, have room [m^3] each; never an axis that
+    is thin. A bag of hardly any volume would have boxes without end; they are as large as BOXES_PER_PARTICLE asks."""
     thin = np.zeros(3, bool)
+    room = max(room, float(extent.prod()) / (IN_A_BOX * BOXES_PER_PARTICLE * number))
     while True:
         thick = 3 - thin.sum()
         edge = (IN_A_BOX * room / extent[thin].prod()) ** (1.0 / max(thick, 1))

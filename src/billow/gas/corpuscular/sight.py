@@ -9,7 +9,7 @@ import math
 
 from billow.compiled import scalar
 from billow.gas.corpuscular.crossing import INWARD, NEVER, OUTWARD, crossing
-from billow.gas.corpuscular.search_grid import clipped_cell
+from billow.geometry.search_grid import clipped_cell
 
 UNSEEN = -2
 """Chamber of a point that sees no wall."""

@@ -4,12 +4,13 @@ One particle stands for many molecules and would hit a light node like a bullet:
 energy evenly until the fabric shivers at a hundred metres a second. Spreading impulses over *time* does not help a
 slack node, and makes the gas a spring that answers late, which feeds every oscillation: a lag t adds k t/2 of negative
 damping. Impulses are therefore spread over *space*: all that struck a patch of fabric in a gas step pushes on the whole
-patch, evenly, until the next gas step. What the patch got along its normals is its pressure; the rest (friction, jets
-along the fabric) is shared out by area.
+patch, evenly, until the next gas step. What the patch got along the normals of its triangles is its pressure; the rest
+(jets along the fabric, curvature) is shared out by area.
 
 A patch takes k T/2 of spurious energy for each of its motions, a particle of a diatomic gas holds five times that: with
 N particles beside each patch it is 1/(5 N) of the energy of the gas there. Patches are therefore smaller where more gas
-is: squares of the flat cut are quartered as long as each quarter gets its PARTICLES_PER_PATCH.
+is: squares of the flat cut are quartered as long as each quarter gets its PARTICLES_PER_PATCH (each: a sliver at the
+rim, light and seldom hit, would be shot out of the bag).
 
 The structure takes half of F dt in the step that ends where F is evaluated and half in the next one. Exactly that is
 taken from what a patch holds, so that the momentum of gas, patches and structure together is constant to rounding for
@@ -88,7 +89,9 @@ class Squares:
         patch, offset = self.levels[0].copy(), int(self.levels[0].max()) + 1
         splits = np.ones(len(patch), np.bool_)
         for coarse, fine in zip(self.levels[:-1], self.levels[1:], strict=True):
-            splits &= np.bincount(coarse, beside)[coarse] >= 4 * PARTICLES_PER_PATCH
+            poorest = np.full(int(coarse.max()) + 1, np.inf)
+            np.minimum.at(poorest, coarse, np.bincount(fine, beside)[fine])
+            splits &= poorest[coarse] >= PARTICLES_PER_PATCH
             if not splits.any():
                 break
             patch[splits] = offset + fine[splits]
@@ -158,19 +161,23 @@ class WallLoad:
 @kernel
 def _renew(n, start, members, impulse, normals, rate, bleed, held, force_out):
     for p in prange(n):
-        gx, gy, gz, hx, hy, hz, nx, ny, nz, area = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        gx, gy, gz, hx, hy, hz, nx, ny, nz, area, pressure = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         for m in range(start[p], start[p + 1]):
             t = members[m]
-            hx, hy, hz = hx + held[t, 0], hy + held[t, 1], hz + held[t, 2]
+            x, y, z = 0.0, 0.0, 0.0
             for c in range(3):
-                gx, gy, gz = gx + impulse[t, c, 0], gy + impulse[t, c, 1], gz + impulse[t, c, 2]
+                x, y, z = x + impulse[t, c, 0], y + impulse[t, c, 1], z + impulse[t, c, 2]
                 impulse[t, c, 0], impulse[t, c, 1], impulse[t, c, 2] = 0.0, 0.0, 0.0
+            gx, gy, gz = gx + x, gy + y, gz + z
+            hx, hy, hz = hx + held[t, 0], hy + held[t, 1], hz + held[t, 2]
+            own = np.sqrt(normals[t, 0] ** 2 + normals[t, 1] ** 2 + normals[t, 2] ** 2)
+            if own > 0.0:
+                pressure += rate * (x * normals[t, 0] + y * normals[t, 1] + z * normals[t, 2]) / own
             nx, ny, nz = nx + normals[t, 0], ny + normals[t, 1], nz + normals[t, 2]
-            area += np.sqrt(normals[t, 0] ** 2 + normals[t, 1] ** 2 + normals[t, 2] ** 2)
+            area += own
         fx, fy, fz = rate * gx + bleed * hx, rate * gy + bleed * hy, rate * gz + bleed * hz
         gx, gy, gz = gx + hx, gy + hy, gz + hz
-        square = nx * nx + ny * ny + nz * nz
-        pressure = (fx * nx + fy * ny + fz * nz) / square if square > 1e-6 * area * area else 0.0
+        pressure = pressure / area if area > 0.0 else 0.0
         fx, fy, fz = fx - pressure * nx, fy - pressure * ny, fz - pressure * nz
         last = members[start[p + 1] - 1]
         for m in range(start[p], start[p + 1]):

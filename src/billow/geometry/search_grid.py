@@ -44,14 +44,17 @@ class SearchGrid:
     reach: float
 
     @classmethod
-    def build(cls, triangles: np.ndarray, start: np.ndarray, end: np.ndarray) -> SearchGrid:
-        """Lists for triangles (n, 3) that move from `start` to `end` [m], (nodes, 3), in the coming step."""
+    def build(cls, triangles: np.ndarray, start: np.ndarray, end: np.ndarray, least_margin: float = 0.0) -> SearchGrid:
+        """Lists for triangles (n, 3) that move from `start` to `end` [m], (nodes, 3), in the coming step.
+
+        least_margin: [m].
+        """
         edge = math.sqrt(float(np.mean(np.sum((end[triangles[:, 1]] - end[triangles[:, 0]]) ** 2, axis=1))))
         low = np.minimum(start.min(axis=0), end.min(axis=0))
         high = np.maximum(start.max(axis=0), end.max(axis=0))
         cell = CELL_IN_EDGES * edge
         while True:
-            margin = MARGIN_IN_CELLS * cell
+            margin = max(MARGIN_IN_CELLS * cell, least_margin)
             counts = np.ceil((high - low + 2.0 * margin) / cell).astype(np.int64) + 1
             if np.prod(counts.astype(float)) <= MOST_CELLS:
                 break

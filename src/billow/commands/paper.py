@@ -1,0 +1,95 @@
+"""`billow paper`: the ROM paper's tables and figures from our own studies."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from billow.commands.options import make_console
+from billow.errors import InputError
+
+
+def paper(
+    out: Annotated[Path, typer.Option(help="Folder of the report; the same command continues.")],
+    locked: Annotated[Path | None, typer.Option(metavar="STUDY", help="Study of test case 1, locked obstacle.")] = None,
+    free: Annotated[Path | None, typer.Option(metavar="STUDY", help="Study of test case 2, free obstacle.")] = None,
+    paper_recipe: Annotated[
+        str | None,
+        typer.Option(metavar="COMPONENT", help="Also train the paper's own networks for x, y or z; takes hours."),
+    ] = None,
+    paper_recipe_case: Annotated[str, typer.Option(help="The case to train them on: locked or free.")] = "locked",
+    paper_recipe_epochs: Annotated[int, typer.Option(min=1, help="Epochs of the paper's networks.")] = 15_000,
+    jets: Annotated[
+        tuple[Path, Path] | None,
+        typer.Option(metavar="STUDY STUDY", help="Two studies of equal designs: uniform pressure, particles."),
+    ] = None,
+    jet_parameter: Annotated[
+        str, typer.Option(help="Name of the jet direction among the parameters.")
+    ] = "jet_direction",
+    kept: Annotated[Path | None, typer.Option(help="Where finished fits are kept (default: OUT/kept).")] = None,
+    memory: Annotated[float, typer.Option(min=0.1, help="GiB of snapshots held at once; more are streamed.")] = 4.0,
+) -> None:
+    """The ROM paper's Tables 2-5 and Figures 4-12 from our own runs, in one report and as files.
+
+    A study may be incomplete: the report says what is missing. An interrupted command goes on where it was, because
+    every fit is kept, and the paper's networks save themselves every 30 s.
+    """
+    from billow.results.dataset import Dataset
+    from billow.results.dataset_files import read_split
+    from billow.rom.paper.available import available
+    from billow.rom.paper.case_results import case_results
+    from billow.rom.paper.document import write_document
+    from billow.rom.paper.jets import compare_jets
+    from billow.rom.paper.kept import Kept
+    from billow.rom.paper.published import CASES
+    from billow.study.study import Study
+    from billow.terminal import steps
+
+    folders = {"locked": locked, "free": free}
+    _require(folders, jets, paper_recipe, paper_recipe_case)
+    console, results, missing = make_console(), [], []
+    for case in CASES:
+        folder = folders[case.name]
+        if folder is None:
+            missing.append(f"{case.heading}: no study was given.")
+            continue
+        dataset = Dataset.open(folder)
+        train, test = read_split(folder)
+        there = available(dataset, train, test, Study.open(folder).definition.sizes)
+        for sentence in there.notes:
+            console.print(f"{case.name}: {sentence}", markup=False)
+        wanted = paper_recipe if case.name == paper_recipe_case else None
+        with steps(console) as progress:
+            made = case_results(
+                case, dataset, there, Kept(kept or out / "kept"), recipe=wanted, recipe_epochs=paper_recipe_epochs,
+                memory=int(memory * 2**30), progress=progress,
+            )  # fmt: skip
+        results.append(made)
+    if paper_recipe is None:
+        missing.append("The paper's own recipe was not trained (--paper-recipe z).")
+    compared = None
+    if jets is None:
+        missing.append("What two gas models say about the jet direction was not asked for (--jets).")
+    else:
+        compared = compare_jets(*map(Dataset.open, jets), ("uniform pressure", "particles"), jet_parameter)
+    console.print(f"report: {write_document(out, results, compared, missing)}", markup=False)
+
+
+def _require(folders, jets, recipe, recipe_case) -> None:
+    if jets is None and not any(folders.values()):
+        why = "none of --locked, --free and --jets names a study"
+    elif recipe is not None and recipe not in ("x", "y", "z"):
+        why = f"--paper-recipe {recipe} is no component: x, y or z"
+    elif recipe is not None and folders.get(recipe_case) is None:
+        why = f"--paper-recipe-case {recipe_case} has no study"
+    else:
+        return
+    raise InputError(
+        "E-CLI-008",
+        "the report cannot be made",
+        where="billow paper",
+        why=why,
+        remedy="billow paper --locked STUDY --out FOLDER; --paper-recipe z adds the paper's networks",
+    )

@@ -1,0 +1,163 @@
+"""Merging: of every two neighbours one stays and stands for the molecules of both.
+
+The gas of a folded bag before the inflator fires is a few milligrams. It starts with as many particles as there may be,
+so that few molecules hit the fabric at a time; whenever there would be more, all particles of the bag are merged at
+once. All stand for the same number of molecules before and after (LS-DYNA paper, section 4.3).
+
+Neighbours of one species and chamber, side by side in the order of the cells, are paired, and chance says which of the
+two stays where it is. That is a fair sample of the gas, of the fast and the slow, of jets and of what they blow into; a
+mean of the two velocities would be neither. What the sample has too much or too little is put right in groups of at
+least GROUP of them, with W, F, U their mean velocity, flight energy about it and store, and V, F0, U0 those of all
+particles that were there:
+
+    v = V + sqrt(F0/F) (w - W),    e = U0/U e_w.
+
+So masses, momentum, energy of flight and store of a group are what they were, to rounding. The one left over of an odd
+number counts as a pair or goes, whichever makes less of a `Remainder`; what it lacks to a pair, or had, is kept there.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numba import prange
+
+from billow.compiled import kernel
+from billow.gas.corpuscular.cells import Cells
+from billow.gas.corpuscular.internal_energy import ParticleKinds
+from billow.gas.corpuscular.particles import Particles
+from billow.gas.corpuscular.random_numbers import stream, uniform
+
+GROUP = 128
+"""Merged particles, at least, that share one correction, unless there are fewer of their kind. The factor on their
+velocities is 1 within sqrt(2/(3 GROUP)) or so: flows that differ within a group are not torn apart."""
+
+MOST_MERGES = 10
+"""In a run that draws in no air; a bag that starts all but empty is not filled with ever lighter particles."""
+
+MERGING = 0x4D45_5247
+"""Names the random numbers of merging."""
+
+
+@dataclass
+class Remainder:
+    """Gas that merging left over: in the bag, but in no particle; negative where a particle was made too much.
+
+    number: in particles of today, between -1/2 and 1/2 (chambers, species), sums of powers of two and therefore exact;
+    momentum [N s] (3,); energy [J].
+    """
+
+    number: np.ndarray
+    momentum: np.ndarray
+    energy: float = 0.0
+
+    @classmethod
+    def none(cls, chambers: int, species: int) -> Remainder:
+        """Nothing left over yet."""
+        return cls(np.zeros((chambers, species)), np.zeros(3))
+
+    def mass(self, kinds: ParticleKinds) -> np.ndarray:
+        """[kg], (species,)."""
+        return self.number.sum(axis=0) * kinds.mass
+
+
+def merges_ahead(table: np.ndarray, at_start: np.ndarray, in_all: np.ndarray) -> int:
+    """Merges that leave as many particles of all the gas there will be as there are of the gas at the start, or more.
+
+    table: (species, 16), species.thermo_table; masses [kg] (species,) at the start and in all. With 2^merges as many
+    particles for all gas as there may be, the start has between half of those and all.
+    """
+    growth = float(in_all @ table[:, 0]) / max(float(at_start @ table[:, 0]), 1e-300)  # m R goes with molecules
+    return min(MOST_MERGES, int(math.log2(max(growth, 1.0))))
+
+
+def merge(
+    particles: Particles, kinds: ParticleKinds, cells: Cells, remainder: Remainder, seed: int, merges: int
+) -> np.ndarray:
+    """Make one particle of every two; from then on each stands for twice kinds.molecules.
+
+    cells: as just sorted. merges: before this one; names the random numbers. Returns energy [J] (chambers,) that nobody
+    could take up: a particle that is the only one of its kind cannot fly against itself.
+    """
+    n, (chambers, species) = particles.count, remainder.number.shape
+    kind = particles.chamber[:n].astype(np.int64) * species + particles.species[:n]
+    order = cells.order[:n]
+    order = order[np.argsort(kind[order], kind="stable")]
+    number = np.bincount(kind, minlength=chambers * species)
+    owned = 0.5 * (number + remainder.number.ravel())
+    after = np.floor(owned + 0.5).astype(np.int64)
+    remainder.number[...] = (owned - after).reshape(chambers, species)
+    one, other, start, home = [], [], [0], []
+    for k, members in enumerate(np.split(order, np.cumsum(number)[:-1])):
+        stay = int(after[k])
+        if len(members) % 2:
+            _book(remainder, particles, kinds.mass[k % species], members[-1], len(members) - 2 * stay)
+        one.append(members[0 : 2 * stay : 2])
+        other.append(members[1 : 2 * stay : 2])
+        if len(other[-1]) < stay:  # the odd one for both
+            other.append(members[-1:])
+        groups = max(1, stay // GROUP)
+        start.extend(start[-1] + np.arange(1, groups + 1) * stay // groups)
+        home.extend([k] * groups)
+    stays = int(after.sum())
+    kept, velocity, internal_energy = np.empty(stays, np.int32), np.empty((stays, 3)), np.empty(stays)
+    left = np.empty(len(home))
+    _merge_groups(
+        len(home), np.array(start), np.concatenate(one), np.concatenate(other), particles.velocity,
+        particles.internal_energy, particles.identity, seed, merges, kept, velocity, internal_energy, left,
+    )  # fmt: skip
+    for array in particles.arrays():
+        array[:stays] = array[kept]
+    particles.velocity[:stays], particles.internal_energy[:stays] = velocity, internal_energy
+    particles.count = stays
+    cells.partners *= 0.5  # the next sort finds half as many in a cell, and makes it wider
+    home = np.array(home)
+    return np.bincount(home // species, left * kinds.mass[home % species], chambers)
+
+
+def _book(remainder: Remainder, particles: Particles, mass: float, who: int, sign: int) -> None:
+    """What one particle of a mass [kg] has, to the remainder (sign 1) or from it (-1)."""
+    velocity = particles.velocity[who]
+    remainder.momentum += sign * mass * velocity
+    remainder.energy += sign * float(0.5 * mass * velocity @ velocity + particles.internal_energy[who])
+
+
+@kernel
+def _merge_groups(
+    n, start, one, other, velocity, internal_energy, identity, seed, merges, kept_out, velocity_out, energy_out,
+    left_out,
+):  # fmt: skip
+    """Of pair p one[p] or other[p] stays; n groups of pairs, start[g] to start[g + 1]. left_out: over mass [J/kg]."""
+    for group in prange(n):
+        begin, end = start[group], start[group + 1]
+        vx, vy, vz, wx, wy, wz, store, drawn = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        for p in range(begin, end):
+            a, b = one[p], other[p]
+            who = a if uniform(stream(seed + MERGING, merges, identity[a]), 0) < 0.5 else b
+            kept_out[p] = who
+            vx += 0.5 * (velocity[a, 0] + velocity[b, 0])
+            vy += 0.5 * (velocity[a, 1] + velocity[b, 1])
+            vz += 0.5 * (velocity[a, 2] + velocity[b, 2])
+            wx += velocity[who, 0]
+            wy += velocity[who, 1]
+            wz += velocity[who, 2]
+            store += internal_energy[a] + internal_energy[b]
+            drawn += internal_energy[who]
+        pairs = max(end - begin, 1)
+        vx, vy, vz, wx, wy, wz = vx / pairs, vy / pairs, vz / pairs, wx / pairs, wy / pairs, wz / pairs
+        flight, sample = 0.0, 0.0
+        for p in range(begin, end):
+            a, b, who = one[p], other[p], kept_out[p]
+            flight += 0.5 * ((velocity[a, 0] - vx) ** 2 + (velocity[a, 1] - vy) ** 2 + (velocity[a, 2] - vz) ** 2)
+            flight += 0.5 * ((velocity[b, 0] - vx) ** 2 + (velocity[b, 1] - vy) ** 2 + (velocity[b, 2] - vz) ** 2)
+            sample += (velocity[who, 0] - wx) ** 2 + (velocity[who, 1] - wy) ** 2 + (velocity[who, 2] - wz) ** 2
+        faster = math.sqrt(flight / sample) if sample > 0.0 else 0.0
+        left_out[group] = flight if sample == 0.0 else 0.0
+        for p in range(begin, end):
+            who = kept_out[p]
+            velocity_out[p, 0] = vx + faster * (velocity[who, 0] - wx)
+            velocity_out[p, 1] = vy + faster * (velocity[who, 1] - wy)
+            velocity_out[p, 2] = vz + faster * (velocity[who, 2] - wz)
+            energy_out[p] = internal_energy[who] * store / drawn if drawn > 0.0 else store / pairs

@@ -1,0 +1,73 @@
+"""Which of a study's nested designs are in: a study takes hours, and its first results are worth a report."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from billow.errors import InputError
+
+ENOUGH = 0.9
+"""Part of a nested design's runs that have to be there: a few that failed do not spoil it."""
+
+
+@dataclass(frozen=True)
+class Available:
+    """sizes: N_DOE -> the training runs used, rising; unseen: test runs; notes: sentences about what is missing."""
+
+    sizes: dict[int, tuple[str, ...]]
+    unseen: tuple[str, ...]
+    notes: tuple[str, ...]
+
+    @property
+    def largest(self) -> int:
+        return max(self.sizes)
+
+
+def available(dataset, train: Sequence[str], test: Sequence[str], sizes: Sequence[int]) -> Available:
+    """What of a study can be used.
+
+    Runs with the verdict REVIEW are used, unlike by `billow train`: without them a nested design would be no Latin
+    hypercube any more, and the paper's horizon of 50 ms ends before what some of them are reviewed for. A note counts
+    them. Runs with the verdict FAIL are not used.
+
+    train, test: runs of its design, also those not made yet, in the order drawn; sizes: of its nested designs, rising
+    InputError E-ROM-015 without an unseen run, E-ROM-007 without two training runs.
+    """
+    usable, notes = {run for run in dataset.train if dataset.verdict(run) != "FAIL"}, []
+    found = {size: tuple(run for run in train[:size] if run in usable) for size in sizes}
+    whole = {size: runs for size, runs in found.items() if len(runs) >= ENOUGH * size}
+    if not dataset.test:
+        raise InputError(
+            "E-ROM-015",
+            "there are no unseen runs to compare with",
+            where=dataset.title or "dataset",
+            why="the dataset has no completed test run",
+            remedy="finish the study: billow study STUDY.toml --out FOLDER",
+        )
+    if len(usable) < 2:
+        raise InputError(
+            "E-ROM-007",
+            "there are too few runs to learn from",
+            where=dataset.title or "dataset",
+            why=f"{len(usable)} training runs are there",
+            remedy="finish the study: billow study STUDY.toml --out FOLDER",
+        )
+    notes += [
+        f"N_DOE = {size} is left out: only {len(runs)} of its {size} training runs are in."
+        for size, runs in found.items()
+        if size not in whole
+    ]
+    if not whole:
+        runs = tuple(run for run in train if run in usable)
+        whole = {len(runs): runs}
+        notes.append(f"No nested design is in; the {len(runs)} training runs there are stand for one.")
+    lost = [f"{size - len(runs)} of {size}" for size, runs in whole.items() if len(runs) < size]
+    if lost:
+        notes.append(f"Training runs that are not there or failed are left out: {', '.join(lost)}.")
+    reviewed = sum(dataset.verdict(run) == "REVIEW" for run in whole[max(whole)])
+    if reviewed:
+        notes.append(f"{reviewed} of the {len(whole[max(whole)])} training runs used carry the verdict REVIEW.")
+    if len(dataset.test) < len(test):
+        notes.append(f"{len(dataset.test)} of {len(test)} unseen runs are in.")
+    return Available(whole, tuple(dataset.test), tuple(notes))

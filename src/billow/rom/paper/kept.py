@@ -1,0 +1,56 @@
+"""Finished pieces of long work, kept on disk: whoever asks again with the same inputs gets them at once."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from billow import __version__
+from billow.results.atomic import write_atomically
+from billow.results.dataset_files import mesh_sha256
+from billow.results.tensor_file import read_tensors, write_tensors
+
+Piece = tuple[dict[str, np.ndarray], dict]
+"""Arrays and a JSON record."""
+
+
+class Kept:
+    """A folder of pieces, each named after what it is and a digest of everything it was made from."""
+
+    def __init__(self, folder: Path):
+        self.folder = folder
+        folder.mkdir(parents=True, exist_ok=True)
+        write_atomically(folder / ".gitignore", "*\n")  # large, and made again by the command that made them
+
+    def path(self, name: str, inputs: dict) -> Path:
+        """Where a piece lies, or will. inputs: everything it depends on, plain JSON; the version of Billow is added."""
+        text = json.dumps({"billow": __version__, **inputs}, sort_keys=True)
+        return self.folder / f"{name}-{hashlib.sha256(text.encode()).hexdigest()[:16]}.safetensors"
+
+    def piece(self, name: str, inputs: dict, make: Callable[[], Piece]) -> Piece:
+        """The piece, read if it is there and whole, else made and written."""
+        path = self.path(name, inputs)
+        try:
+            return read_tensors(path, ValueError)
+        except (OSError, ValueError):
+            write_tensors(path, *make())
+        return read_tensors(path, ValueError)
+
+
+def fingerprint(dataset, runs) -> str:
+    """SHA-256 of all that is learned from some runs of a dataset: axes, times, mesh, designs and the runs' files.
+
+    Runs whose records carry no sum of their own (datasets in memory) are hashed by what they answer.
+    """
+    digest = hashlib.sha256(mesh_sha256(dataset.reference, dataset.triangles).encode())
+    for part in (dataset.parameters, np.asarray(dataset.times, float).tolist()):
+        digest.update(repr(part).encode())
+    for run, row in zip(runs, dataset.design(runs), strict=True):
+        digest.update(f"{run} {row.tolist()}".encode())
+        said = dataset.result(run).record.get("record_sha256")
+        digest.update(said.encode() if said else dataset.snapshots("displacement", [run]).tobytes())
+    return digest.hexdigest()

@@ -1,0 +1,108 @@
+"""The paper's own recipe run as it stands, beside ours: one network per mode, 15,000 epochs of all samples at once.
+
+It takes an hour or more of processor time for one component at full size, so it saves itself and goes on.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from billow.results.tensor_file import read_tensors, write_tensors
+from billow.rom.paper.kept import Kept
+from billow.rom.paper.published import EPOCHS, MODES, PublishedCase
+from billow.rom.paper.reductions import Reduced
+from billow.rom.regression import Regression
+from billow.rom.rmse import Summary
+from billow.rom.scaling import InputScaling, OutputScaling
+from billow.rom.snapshots import COMPONENTS
+from billow.rom.training import Progress, import_network
+
+SAVE_EVERY = 30.0
+"""[s] of wall time between two checkpoints."""
+
+
+@dataclass(frozen=True, eq=False)
+class RecipeFit:
+    """The paper's networks of one component.
+
+    component: "x", "y" or "z"; networks: one per mode; epochs
+    rmse: [m], (runs, times) of unseen snapshots; cpu_seconds: [s] of training, all sittings together
+    """
+
+    component: str
+    networks: int
+    epochs: int
+    rmse: np.ndarray
+    cpu_seconds: float
+
+    @property
+    def summary(self) -> Summary:
+        return Summary.of(self.rmse)
+
+
+class _Sittings:
+    """A `network.Checkpoint` in one file that also adds up the processor time of all sittings."""
+
+    def __init__(self, path: Path):
+        self.path, self.spent, self._begun, self._saved = path, 0.0, time.process_time(), time.monotonic()
+
+    def due(self) -> bool:
+        return time.monotonic() - self._saved >= SAVE_EVERY
+
+    def save(self, epoch: int, arrays: dict[str, np.ndarray]) -> None:
+        write_tensors(self.path, arrays, {"epoch": epoch, "cpu_seconds": self.cpu_seconds})
+        self._saved = time.monotonic()
+
+    def load(self) -> tuple[int, dict[str, np.ndarray]]:
+        try:
+            arrays, record = read_tensors(self.path, ValueError)
+        except (OSError, ValueError):
+            return 0, {}
+        self.spent = record["cpu_seconds"]
+        return record["epoch"], arrays
+
+    @property
+    def cpu_seconds(self) -> float:
+        return self.spent + time.process_time() - self._begun
+
+
+def paper_recipe(
+    dataset,
+    reduced: Reduced,
+    case: PublishedCase,
+    component: str,
+    kept: Kept,
+    *,
+    epochs: int = EPOCHS,
+    progress: Progress | None = None,
+) -> RecipeFit:
+    """Train the paper's networks for the coefficients of one component and judge them on unseen runs.
+
+    component: "x", "y" or "z". Errors as `Surrogate.train`.
+    """
+    index = COMPONENTS.index(component)
+    reduction = reduced.reduction.cut(min(MODES, len(reduced.reduction.bases[0].modes)))
+    known = reduction.coefficients[:, :, index : index + 1]
+    design, times = reduction.design, reduction.times
+    low, high = (np.array([getattr(p, side) for p in dataset.parameters], float) for side in ("low", "high"))
+    inputs = InputScaling(low, high, float(times[0]), float(times[-1]), "paper")
+    outputs = OutputScaling.of(known, times, "paper")
+    modes = known.shape[3]
+    targets = outputs.forward(known.reshape(*known.shape[:2], modes)).reshape(-1, modes)
+    settings = {"of": reduced.made_of, "component": component, "epochs": epochs, "modes": modes, "case": case.name}
+    sittings = _Sittings(kept.path("paper-recipe", settings))
+    weights, biases = import_network().train_paper(
+        inputs(design, times), targets, epochs=epochs, progress=progress, hidden=case.hidden, rate=case.rate,
+        checkpoint=sittings,
+    )  # fmt: skip
+    spent = read_tensors(sittings.path, ValueError)[1]["cpu_seconds"]
+    regression = Regression("paper", weights, biases, inputs, outputs)
+    learned = regression(reduced.unseen_design, times)  # (runs, times, modes)
+    best = reduced.unseen.known[:, :, index, :modes]
+    wrong = np.square(learned - best, dtype=float).sum(axis=2) / reduced.unseen.nodes
+    rmse = np.sqrt(wrong + np.square(reduced.unseen.truncation(modes)[:, :, index]))
+    return RecipeFit(component, modes, epochs, rmse, spent)

@@ -1,0 +1,187 @@
+"""Fabric against fabric: what a spring between a node and a triangle must keep, and that layers do not cross."""
+
+import copy
+
+import numba
+import numpy as np
+import pytest
+
+from billow.contact.self_contact import SelfContact
+from billow.dynamics.checkpoint import flatten
+from billow.dynamics.forces import evaluate_forces
+from billow.dynamics.model import Model, start_state
+from billow.dynamics.step import advance, close_ledger
+from billow.fabric.linear_law import LinearFabric
+from billow.fabric.membrane import Membrane
+from billow.fabric.straps import NO_STRAPS
+from billow.gas.no_gas import NoGas
+from billow.geometry.surface import Surface, nodal_share
+
+EDGE, NODES = 0.004, 14  # of a square sheet, along its side
+SHEET = NODES * NODES
+FABRIC = LinearFabric(800.0, 3e-4, 0.4e9, 0.35e9, 0.2, 1e7, False, 0.05)
+
+
+def sheet(height, shift, upwards):
+    x, y = np.meshgrid(EDGE * np.arange(NODES), EDGE * np.arange(NODES), indexing="ij")
+    positions = np.column_stack([x.ravel() + shift, y.ravel() + 0.7 * shift, np.full(SHEET, height)])
+    i, j = (k.ravel() for k in np.meshgrid(np.arange(NODES - 1), np.arange(NODES - 1), indexing="ij"))
+    a, b, c, d = i * NODES + j, (i + 1) * NODES + j, (i + 1) * NODES + j + 1, i * NODES + j + 1
+    triangles = np.concatenate([np.column_stack([a, b, c]), np.column_stack([a, c, d])])
+    return positions, triangles if upwards else triangles[:, ::-1]
+
+
+def two_sheets(apart, faced=True, kinds=("fabric", "fabric")):
+    """A model of two sheets: the lower at rest, the upper `apart` [m] above it. faced: outer sides outwards."""
+    lower, below = sheet(0.0, 0.0, upwards=not faced)
+    upper, above = sheet(apart, 0.0013, upwards=True)
+    positions, triangles = np.vstack([lower, upper]), np.vstack([below, above + SHEET])
+    part = np.repeat([0, 1], len(below))
+    surface = Surface.build(triangles, part, ("lower", "upper"), len(positions), kinds)
+    membrane = Membrane.build(FABRIC, np.arange(len(triangles)), positions[triangles][:, :, :2].copy())
+    mass = nodal_share(triangles, membrane.mass, len(positions))
+    return Model(
+        surface=surface, start=positions, membranes=(membrane,), straps=NO_STRAPS, gas=NoGas(), obstacles=(),
+        mass=mass, contact_area=np.zeros(len(mass)), fixed=np.zeros(len(mass), bool), gravity=np.zeros(3),
+        self_contact=SelfContact.build(surface, positions, mass, membrane.stable_dt()),
+    )  # fmt: skip
+
+
+def thrown(model, speed, roughness=0.1):
+    """The state in which the upper sheet comes down at `speed` [m/s], unevenly."""
+    state = start_state(model)
+    state.velocities[SHEET:, 2] = -speed
+    state.velocities[:, 2] += np.random.default_rng(0).normal(0.0, roughness * speed, 2 * SHEET)
+    evaluate_forces(model, state, 0.0, 0.0)
+    state.ledger.kinetic = 0.5 * float(model.mass @ np.sum(state.velocities**2, axis=1))
+    close_ledger(model, state)
+    return state
+
+
+def run(model, state, steps):
+    for _ in range(steps):
+        advance(model, state, 0.75 * model.membranes[0].stable_dt())
+
+
+def forces(model, pairs, positions):
+    corner_force = np.zeros((model.surface.triangle_count, 3, 3))
+    stored, _ = model.self_contact.add_forces(pairs, positions, np.zeros_like(positions), 0.0, corner_force)
+    nodal = np.zeros_like(positions)
+    np.add.at(nodal, model.surface.triangles.ravel(), corner_force.reshape(-1, 3))
+    return stored, nodal
+
+
+@pytest.fixture(scope="module")
+def pressed():
+    """Two rough sheets within each other's gap, the pairs between them, and a model of both."""
+    model = two_sheets(0.004)
+    pairs, positions = model.self_contact.fresh(), model.start.copy()
+    gap = model.self_contact.gap
+    positions[SHEET:, 2] = 1.2 * gap
+    forces(model, pairs, positions)
+    positions[SHEET:, 2] = 0.6 * gap
+    positions += np.random.default_rng(1).normal(0.0, 0.02 * gap, positions.shape)
+    return model, pairs, positions
+
+
+def test_force_is_the_gradient_of_the_energy(pressed):
+    model, pairs, positions = pressed
+    stored, nodal = forces(model, copy.deepcopy(pairs), positions)
+    direction = np.random.default_rng(2).normal(size=positions.shape)
+    step = 1e-9  # second order: error about (step/gap)^2 of the force, and rounding of the energy over step
+    up, down = (forces(model, copy.deepcopy(pairs), positions + s * direction)[0] for s in (step, -step))
+    assert stored > 0.0
+    assert (up - down) / (2.0 * step) == pytest.approx(-float(np.sum(nodal * direction)), rel=1e-5)
+
+
+def test_momentum_and_angular_momentum_are_kept(pressed):
+    model, pairs, positions = pressed
+    _, nodal = forces(model, copy.deepcopy(pairs), positions)
+    pushed = np.abs(nodal).sum()
+    assert pushed > 0.0
+    assert np.abs(nodal.sum(axis=0)).max() < 1e-14 * pushed
+    assert np.abs(np.cross(positions, nodal).sum(axis=0)).max() < 1e-14 * pushed * np.abs(positions).max()
+
+
+def test_layers_at_rest_within_the_gap_are_not_pushed():
+    """A folded bag starts with its layers closer than the gap; no energy may come from that."""
+    model = two_sheets(1e-4)
+    stored, nodal = forces(model, model.self_contact.fresh(), model.start)
+    assert stored == 0.0
+    assert not nodal.any()
+
+
+@pytest.mark.parametrize("apart", [1e-4, 0.004])
+@pytest.mark.parametrize("faced", [True, False])
+def test_layers_do_not_cross(faced, apart):
+    """At a quarter of the speed a pair can stop, 0.6 gaps a step; outer sides and inner sides alike.
+
+    Only layers that face each other are paired, so both sheets face, with inner or with outer sides.
+    """
+    model = two_sheets(apart)
+    if not faced:  # turn both over: what faces is the outer side
+        turned = Surface.build(
+            model.surface.triangles[:, ::-1], model.surface.part, model.surface.part_names, 2 * SHEET,
+            model.surface.part_kinds,
+        )  # fmt: skip
+        contact = SelfContact.build(turned, model.start, model.mass, model.membranes[0].stable_dt())
+        model = Model(**{**model.__dict__, "surface": turned, "self_contact": contact})
+    dt = 0.75 * model.membranes[0].stable_dt()
+    state = thrown(model, 0.15 * model.self_contact.gap / dt, roughness=0.05)
+    inner = np.abs(model.start[:SHEET, :2] - model.start[:SHEET, :2].mean(axis=0)).max(axis=1) < 0.3 * EDGE * NODES
+    run(model, state, 80)
+    assert state.positions[SHEET:, 2][inner].min() > state.positions[:SHEET, 2][inner].max()
+    assert state.velocities[SHEET:, 2].mean() > state.velocities[:SHEET, 2].mean()  # they part
+
+
+def test_without_contact_they_cross():
+    model = two_sheets(0.004)
+    model = Model(**{**model.__dict__, "self_contact": None})
+    dt = 0.75 * model.membranes[0].stable_dt()
+    state = thrown(model, 0.15 * 0.25 * EDGE / dt)
+    run(model, state, 80)
+    assert state.positions[SHEET:, 2].mean() < state.positions[:SHEET, 2].mean()
+
+
+def test_energy_is_booked():
+    """Slow enough that a spring is sampled often, the books close to 1 % of what came in, the order of (w dt)^2/24."""
+    model = two_sheets(0.0015)
+    state = thrown(model, 10.0)
+    before = state.ledger.kinetic
+    run(model, state, 300)
+    assert state.ledger.friction > 1e-3 * before
+    assert abs(state.ledger.residual) < 0.01 * before
+
+
+def test_momentum_of_a_collision():
+    model = two_sheets(0.0015)
+    state = thrown(model, 30.0)
+    before = model.mass @ state.velocities
+    run(model, state, 100)
+    assert np.abs(model.mass @ state.velocities - before).max() < 1e-13 * np.abs(before).max()
+    assert state.ledger.friction > 0.0
+
+
+def test_holes_are_not_touched():
+    model = two_sheets(0.0015, kinds=("vent", "fabric"))
+    state = thrown(model, 30.0)
+    run(model, state, 100)
+    assert state.ledger.friction == 0.0
+    assert len(state.pairs.triangle) == 0
+
+
+def test_same_bits_for_any_threads_and_from_a_copy():
+    model = two_sheets(0.0015)
+    states = []
+    for threads in (1, numba.config.NUMBA_NUM_THREADS):
+        numba.set_num_threads(threads)
+        states.append(thrown(model, 30.0))
+        run(model, states[-1], 60)
+    half = thrown(model, 30.0)
+    run(model, half, 30)
+    states.append(copy.deepcopy(half))
+    run(model, states[-1], 30)
+    numba.set_num_threads(numba.config.NUMBA_NUM_THREADS)
+    first, *others = (flatten(state)[0] for state in states)
+    for other in others:
+        assert all(np.array_equal(first[name], other[name]) for name in first)
