@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from billow.gas.corpuscular.wall_load import PARTICLES_PER_PATCH, Patches, Squares, WallLoad
+from billow.gas.corpuscular.wall_load import PARTICLES_PER_PATCH, Patches, Squares, WallLoad, wall_speed
 from billow.geometry.surface import area_vectors
 from billow.verification.meshes import sphere
 
@@ -88,3 +88,52 @@ def test_holes_are_not_pushed_and_their_impulse_is_booked():
     assert not force[:10].any()
     assert np.abs(force[10:]).max() < 1e-9 * 1e4  # ambient pressure balances it
     assert load.given == pytest.approx(1e-5 * 1e4 * NORMALS.sum(axis=0), abs=1e-15)
+
+
+def crumpled(seed=5):
+    """A rough sheet of triangles, its patches, places of its nodes [m], and what drew them."""
+    random = np.random.default_rng(seed)
+    x, y = (k.ravel() for k in np.meshgrid(np.arange(6.0), np.arange(6.0), indexing="ij"))
+    start = 0.01 * np.column_stack([x, y, np.zeros(36)]) + random.normal(0.0, 0.003, (36, 3))
+    i, j = (k.ravel() for k in np.meshgrid(np.arange(5), np.arange(5), indexing="ij"))
+    a = 6 * i + j
+    triangles = np.concatenate([np.column_stack([a, a + 6, a + 7]), np.column_stack([a, a + 7, a + 1])])
+    return triangles, Patches.of(np.arange(50) // 10), start, random
+
+
+def test_a_sheet_that_moves_as_a_whole_is_felt_as_it_moves():
+    triangles, patches, start, _ = crumpled()
+    velocity, span = np.array([3.0, -5.0, 7.0]), 1e-5
+    normals = area_vectors(triangles, start)
+    along = normals @ velocity / np.linalg.norm(normals, axis=1)
+    felt = wall_speed(patches, triangles, start, start + velocity * span, span)
+    assert felt == pytest.approx(along, rel=0.0, abs=1e-8)  # rounding of places over the span
+
+
+def test_what_particles_lose_is_what_the_patch_gets():
+    """Impulses along the normals, given to walls at the speed they feel: their work is that of the patches' force."""
+    triangles, patches, start, random = crumpled()
+    span = 1e-5
+    end = start + random.normal(0.0, 10.0, start.shape) * span
+    normals = area_vectors(triangles, 0.5 * (start + end))
+    size = random.uniform(0.0, 1e-3, len(triangles))
+    impulse = np.zeros((len(triangles), 3, 3))
+    impulse[:, 0] = (size / np.linalg.norm(normals, axis=1))[:, None] * normals
+    load = WallLoad.none(len(triangles))
+    load.renew(patches, impulse, normals, span)
+    velocity = ((end - start) / span)[triangles].mean(axis=1)
+    given = span * float(np.sum(load.force * velocity))
+    taken = float(size @ wall_speed(patches, triangles, start, end, span))
+    assert given == pytest.approx(taken, rel=1e-9)
+
+
+def test_a_closed_patch_keeps_its_pressure():
+    """Even impulses on a sphere that is one patch, gas step after gas step: nothing of the pressure bleeds away."""
+    span, pressure = 2e-5, 3e4
+    whole, load = Patches.of(np.zeros(N, np.int64)), WallLoad.none(N)
+    positions, still = X.copy(), np.zeros_like(X)
+    for _ in range(5):
+        impulse = np.repeat(pressure * span * NORMALS[:, None] / 3.0, 3, axis=1)
+        load.renew(whole, impulse, NORMALS, span)
+        load.push(SOLID, NOTHING, NOTHING, TRIANGLES, positions, still, span, np.zeros((N, 3, 3)))
+    assert load.force == pytest.approx(pressure * NORMALS, rel=1e-9, abs=1e-9 * pressure * np.abs(NORMALS).max())

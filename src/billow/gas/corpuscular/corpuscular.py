@@ -32,7 +32,7 @@ from billow.gas.corpuscular.outlets import NO_PASSAGE, Outlets
 from billow.gas.corpuscular.particles import Particles, ParticleSums, sum_particles
 from billow.gas.corpuscular.random_numbers import stream, uniform
 from billow.gas.corpuscular.readings import Inside, on_faces, read_boxes, read_points
-from billow.gas.corpuscular.wall_load import Patches, Squares, WallLoad
+from billow.gas.corpuscular.wall_load import Patches, Squares, WallLoad, wall_speed
 from billow.gas.gas_model import Bag, ChamberTotals, GasTotals
 from billow.gas.inflator import Inflator
 from billow.gas.jets import Jets
@@ -405,9 +405,12 @@ class Corpuscular:
         if gas.hits is None or len(gas.hits.count) * CHUNK < n:
             gas.hits = Hits.empty(gas.particles.capacity)
         flock = _flock(gas.particles)
+        if gas.patches is None:
+            gas.patches = Patches.of(gas.patch)
+        speed = wall_speed(gas.patches, triangles, gas.positions, bag.positions, span)
         tally = fly(
             flock, kinds.mass, self._walls, gas.grid, gas.positions, bag.positions, span, gas.pass_probability, 0.0,
-            self.seed, gas.gas_step, gas.hits, gas.bank, born, self._outlets.passage,
+            self.seed, gas.gas_step, gas.hits, gas.bank, born, self._outlets.passage, speed,
         )  # fmt: skip
         if tally.bad >= 0:
             raise self._lost(gas, tally.bad)

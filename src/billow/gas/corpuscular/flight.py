@@ -37,6 +37,10 @@ MOST_HITS = 32
 MOST_LOOKS = 100_000
 """Pieces into which the search may cut a path; only meaningless velocities need so many."""
 
+LEAST_REBOUND = 0.1
+"""Speed at which a particle must leave a wall as that really moves, in the speed it came with, to bounce off the speed
+of its patch instead."""
+
 _TIE = 1e-9
 """Fractions of a step closer than this count as simultaneous."""
 
@@ -82,7 +86,7 @@ class FlightTally:
 def fly(
     flock: Flock, particle_mass: np.ndarray, walls: Walls, grid: SearchGrid, start: np.ndarray, end: np.ndarray,
     dt: float, pass_probability: np.ndarray, friction: float, seed: int, step: int, hits: Hits, bank: ImpactBank,
-    born: np.ndarray | None = None, passage: np.ndarray | None = None,
+    born: np.ndarray | None = None, passage: np.ndarray | None = None, wall_speed: np.ndarray | None = None,
 ) -> FlightTally:  # fmt: skip
     """Fly all particles through a gas step of dt [s] while nodes move linearly from start to end [m], (nodes, 3).
 
@@ -91,7 +95,9 @@ def fly(
     relative to the wall that a hit takes, 0 to 1. seed, step: name the random numbers. hits: room for this many
     particles. born: fraction of the step at which each particle starts from its position, (particles,); all at the
     start of the step if not given. passage: (triangles,), which passage each triangle that can be passed belongs to;
-    all to one if not given. Changes flock and bank.
+    all to one if not given. wall_speed: of each triangle along its normal, as what pushes on it feels it [m/s],
+    (triangles,), off which particles bounce where that takes them away from the wall; as the wall moves if not given.
+    Changes flock and bank.
     """
     n = len(flock.position)
     chunks = -(-n // CHUNK)
@@ -108,7 +114,7 @@ def fly(
             walls.nodes, walls.corner, walls.orientation, walls.behind, walls.ahead, swept, start, end, dt,
             grid.first, grid.listed, grid.origin, grid.cell, grid.counts, grid.reach, pass_probability, friction,
             seed + PASSING, step, np.empty(0) if born is None else born, next_particle, hits.count, hits.triangle,
-            hits.numbers, sums, counts, passage, through, 
+            hits.numbers, sums, counts, passage, through, np.empty(0) if wall_speed is None else wall_speed,
         )  # fmt: skip
         bank.collect(hits)
         if (next_particle >= np.minimum(np.arange(1, chunks + 1) * CHUNK, n)).all():
@@ -124,7 +130,7 @@ def fly(
 def _fly(
     n, position, velocity, species, identity, chamber, exit_out, particle_mass, nodes, corner, orientation, behind,
     ahead, swept, start, end, dt, first, listed, origin, cell, counts, reach, pass_probability, friction, seed, step,
-    born, next_particle, hit_count, hit_triangle, hit_numbers, energy_out, tally_out, passage, through_out,
+    born, next_particle, hit_count, hit_triangle, hit_numbers, energy_out, tally_out, passage, through_out, wall_speed,
 ):  # fmt: skip
     chunks = (n + CHUNK - 1) // CHUNK
     rate = 1.0 / dt
@@ -227,6 +233,10 @@ def _fly(
                     )  # fmt: skip
                     tally_out[chunk, 2] += 1
                     break
+                if len(wall_speed) > 0:
+                    felt = vx * nx + vy * ny + vz * nz - wall_speed[t]
+                    if felt * approach > 0.0 and (2.0 * felt - approach) / approach > LEAST_REBOUND:
+                        approach = felt
                 weight0 = wi if corner[t, 0] == 0 else (wj if corner[t, 1] == 0 else wk)
                 weight1 = wi if corner[t, 0] == 1 else (wj if corner[t, 1] == 1 else wk)
                 mass = particle_mass[species[p]]

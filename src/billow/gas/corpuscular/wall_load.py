@@ -5,7 +5,9 @@ energy evenly until the fabric shivers at a hundred metres a second. Spreading i
 slack node, and makes the gas a spring that answers late, which feeds every oscillation: a lag t adds k t/2 of negative
 damping. Impulses are therefore spread over *space*: all that struck a patch of fabric in a gas step pushes on the whole
 patch, evenly, until the next gas step. What the patch got along the normals of its triangles is its pressure; the rest
-(jets along the fabric, curvature) is shared out by area.
+(jets along the fabric, curvature) is shared out by area. Particles bounce off the patch as this load feels it
+(`wall_speed`), not off each triangle: what a triangle does against its neighbours neither heats nor cools the gas, and
+what particles lose is what the patch gets.
 
 A patch takes k T/2 of spurious energy for each of its motions, a particle of a diatomic gas holds five times that: with
 N particles beside each patch it is 1/(5 N) of the energy of the gas there. Patches are therefore smaller where more gas
@@ -195,6 +197,65 @@ def _renew(n, start, members, impulse, normals, rate, bleed, held, force_out):
             t = members[m]
             hx, hy, hz = hx - held[t, 0], hy - held[t, 1], hz - held[t, 2]
         held[last, 0], held[last, 1], held[last, 2] = hx, hy, hz
+
+
+def wall_speed(patches: Patches, triangles: np.ndarray, start: np.ndarray, end: np.ndarray, span: float) -> np.ndarray:
+    """Speed of each triangle along its normal [m/s], (triangles,), as its patch feels what pushes on it.
+
+    start, end: node positions [m], (nodes, 3), of a gas step of `span` [s].
+    """
+    speed = np.empty(len(triangles))
+    _wall_speed(patches.count, patches.start, patches.members, triangles, start, end, 1.0 / span, speed)
+    return speed
+
+
+@kernel
+def _wall_speed(n, start, members, triangles, before, after, rate, speed_out):
+    for p in prange(n):
+        vx, vy, vz, nx, ny, nz, area, flux = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        for turn in range(2):
+            if turn == 1 and area > 0.0:
+                vx, vy, vz, flux = vx / area, vy / area, vz / area, flux / area
+                flux -= (nx * vx + ny * vy + nz * vz) / area
+            for m in range(start[p], start[p + 1]):
+                t = members[m]
+                a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
+                ax, ay, az = (
+                    0.5 * (before[a, 0] + after[a, 0]), 0.5 * (before[a, 1] + after[a, 1]),
+                    0.5 * (before[a, 2] + after[a, 2]),
+                )  # fmt: skip
+                ux, uy, uz = (
+                    0.5 * (before[b, 0] + after[b, 0]) - ax, 0.5 * (before[b, 1] + after[b, 1]) - ay,
+                    0.5 * (before[b, 2] + after[b, 2]) - az,
+                )  # fmt: skip
+                wx, wy, wz = (
+                    0.5 * (before[c, 0] + after[c, 0]) - ax, 0.5 * (before[c, 1] + after[c, 1]) - ay,
+                    0.5 * (before[c, 2] + after[c, 2]) - az,
+                )  # fmt: skip
+                mx, my, mz = 0.5 * (uy * wz - uz * wy), 0.5 * (uz * wx - ux * wz), 0.5 * (ux * wy - uy * wx)
+                own = np.sqrt(mx * mx + my * my + mz * mz)
+                if turn == 0:
+                    sx = (
+                        rate
+                        * (after[a, 0] + after[b, 0] + after[c, 0] - before[a, 0] - before[b, 0] - before[c, 0])
+                        / 3.0
+                    )
+                    sy = (
+                        rate
+                        * (after[a, 1] + after[b, 1] + after[c, 1] - before[a, 1] - before[b, 1] - before[c, 1])
+                        / 3.0
+                    )
+                    sz = (
+                        rate
+                        * (after[a, 2] + after[b, 2] + after[c, 2] - before[a, 2] - before[b, 2] - before[c, 2])
+                        / 3.0
+                    )
+                    vx, vy, vz = vx + own * sx, vy + own * sy, vz + own * sz
+                    nx, ny, nz = nx + mx, ny + my, nz + mz
+                    area += own
+                    flux += mx * sx + my * sy + mz * sz
+                else:
+                    speed_out[t] = flux + (mx * vx + my * vy + mz * vz) / own if own > 0.0 else flux
 
 
 @kernel
