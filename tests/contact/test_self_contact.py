@@ -185,3 +185,14 @@ def test_same_bits_for_any_threads_and_from_a_copy():
     first, *others = (flatten(state)[0] for state in states)
     for other in others:
         assert all(np.array_equal(first[name], other[name]) for name in first)
+
+
+@pytest.mark.parametrize("place", [np.nan, np.inf, 1e200])
+def test_a_bag_that_has_left_is_left_to_the_guards(place):
+    """No search over half the universe: the energy is not a number, and the guards say what is wrong."""
+    model = two_sheets(0.004)
+    positions = model.start.copy()
+    positions[5] = place
+    stored, nodal = forces(model, model.self_contact.fresh(), positions)
+    assert np.isnan(stored)
+    assert not nodal.any()

@@ -20,14 +20,15 @@ stiffness is a fraction of the node's mass over the square of the fabric's stabl
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 from numba import prange
 
 from billow.compiled import CHUNK, kernel, scalar
-from billow.geometry.search_grid import SearchGrid
-from billow.geometry.surface import Surface
+from billow.geometry.search_grid import SearchGrid, largest_move
+from billow.geometry.surface import Surface, area_vectors
 
 GAP_IN_EDGES = 0.2
 """Gap in mean edges of the mesh."""
@@ -50,6 +51,9 @@ search."""
 
 MOST_PAIRS = 64
 """Triangles that a node can touch, at most; fabric crushed to nothing has more."""
+
+FARTHEST = 1e3
+"""Distance of a node from the origin [m] from which on there is no bag any more."""
 
 SOLID = ("fabric", "mouth")
 """Kinds of parts that can be touched; the others are holes."""
@@ -90,15 +94,12 @@ class SelfContact:
     """What never changes.
 
     triangles: all of the surface, (triangles, 3) uint32. solid: indices of those that can be touched, (solid,) int64.
-    corner_start, corners: of the surface. own_corner: (nodes,) int64, the corner at which a node's force is booked, -1
-    for nodes that are on no solid triangle.
-    stiffness [N/m], damping [N s/m]: (nodes,). gap: [m].
+    own_corner: (nodes,) int64, the corner at which a node's force is booked, -1 for nodes that are on no solid
+    triangle. stiffness [N/m], damping [N s/m]: (nodes,). gap: [m].
     """
 
     triangles: np.ndarray
     solid: np.ndarray
-    corner_start: np.ndarray
-    corners: np.ndarray
     own_corner: np.ndarray
     stiffness: np.ndarray
     damping: np.ndarray
@@ -117,7 +118,7 @@ class SelfContact:
         own = np.where(touchable, surface.corners[np.minimum(surface.corner_start[:-1], len(surface.corners) - 1)], -1)
         stiffness = STIFFNESS * mass / fabric_dt**2
         return cls(
-            surface.triangles, solid, surface.corner_start, surface.corners, own, stiffness,
+            surface.triangles, solid, own, stiffness,
             2.0 * DAMPING * np.sqrt(stiffness * mass), gap,
         )  # fmt: skip
 
@@ -138,7 +139,9 @@ class SelfContact:
         positions [m], velocities [m/s]: (nodes, 3). Looks for new pairs when nodes have moved far enough.
         """
         n = len(positions)
-        if _has_moved(n, pairs.searched_at, positions, MOTION_IN_GAPS * self.gap):
+        if not largest_move(pairs.searched_at, positions) <= MOTION_IN_GAPS * self.gap:
+            if not np.abs(positions).max() < FARTHEST:
+                return math.nan, 0.0  # the guards say what became of the bag
             self.search(pairs, positions)
         if not len(pairs.triangle):
             return 0.0, 0.0
@@ -159,8 +162,9 @@ class SelfContact:
         """Pairs within reach; those whose nodes are over their triangles go on."""
         n = len(positions)
         grid = SearchGrid.build(self.triangles[self.solid], positions, positions, self.reach)
-        normals = np.zeros((n, 3))
-        _node_normals(n, self.corner_start, self.corners, self.triangles, positions, normals)
+        towards = np.repeat(area_vectors(self.triangles, positions), 3, axis=0)
+        corner_node = self.triangles.ravel()
+        normals = np.column_stack([np.bincount(corner_node, towards[:, axis], n) for axis in range(3)])
         arguments = (
             n, grid.cells_of(positions), grid.first, grid.listed, self.solid, self.triangles, self.own_corner,
             positions, normals, self.reach, pairs.start, pairs.triangle, pairs.side,
@@ -177,23 +181,6 @@ class SelfContact:
         pairs.by_triangle = np.argsort(triangle, kind="stable")
         pairs.struck_start = np.concatenate([[0], np.cumsum(np.bincount(triangle, minlength=len(self.triangles)))])
         pairs.searched_at = positions.copy()
-
-
-def _has_moved(n, before, now, limit) -> bool:
-    """Whether a node has moved by more than `limit` [m]."""
-    largest = np.empty(-(-n // CHUNK))
-    _largest_move(n, before, now, largest)
-    return not largest.max() <= limit * limit
-
-
-@kernel
-def _largest_move(n, before, now, largest_out):
-    for chunk in prange((n + CHUNK - 1) // CHUNK):
-        largest = 0.0
-        for i in range(chunk * CHUNK, min(n, (chunk + 1) * CHUNK)):
-            dx, dy, dz = now[i, 0] - before[i, 0], now[i, 1] - before[i, 1], now[i, 2] - before[i, 2]
-            largest = max(largest, dx * dx + dy * dy + dz * dz)
-        largest_out[chunk] = largest
 
 
 @scalar
@@ -217,23 +204,6 @@ def over_triangle(x, y, z, a, b, c, positions):
     size = np.sqrt(square)
     nx, ny, nz = nx / size, ny / size, nz / size
     return px * nx + py * ny + pz * nz, wb, wc, nx, ny, nz
-
-
-@kernel
-def _node_normals(n, corner_start, corners, triangles, positions, normals_out):
-    for i in prange(n):
-        sx, sy, sz = 0.0, 0.0, 0.0
-        for k in range(corner_start[i], corner_start[i + 1]):
-            t = corners[k] // 3
-            a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
-            ux, uy, uz = (
-                positions[b, 0] - positions[a, 0], positions[b, 1] - positions[a, 1], positions[b, 2] - positions[a, 2],
-            )  # fmt: skip
-            vx, vy, vz = (
-                positions[c, 0] - positions[a, 0], positions[c, 1] - positions[a, 1], positions[c, 2] - positions[a, 2],
-            )  # fmt: skip
-            sx, sy, sz = sx + uy * vz - uz * vy, sy + uz * vx - ux * vz, sz + ux * vy - uy * vx
-        normals_out[i, 0], normals_out[i, 1], normals_out[i, 2] = sx, sy, sz
 
 
 @scalar
@@ -323,6 +293,7 @@ def _push(
                         kept, taken = _come_over(k, first, last, triangle, side, near, push, triangles)
                         side[k] = kept if kept != 0.0 else (1.0 if d >= 0.0 else -1.0)
                         gap[k] = min(full_gap, side[k] * d + taken)
+                        heat += 0.5 * stiffness[p] * (taken * taken - max(0.0, gap[k] - side[k] * d) ** 2)
                 for k in range(first, last):
                     if side[k] != 0.0 and push[k, 0] == 0.0:
                         heat += 0.5 * stiffness[p] * near[k] * near[k]

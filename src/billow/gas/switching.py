@@ -21,7 +21,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from billow.gas.ambient import Ambient
-from billow.gas.corpuscular.corpuscular import Corpuscular, CorpuscularState
+from billow.gas.corpuscular.corpuscular import Corpuscular
+from billow.gas.corpuscular.state import CorpuscularState
 from billow.gas.gas_model import Bag, GasTotals
 from billow.gas.inflator import Inflator
 from billow.gas.mixture import mixture_gas_constant, mixture_temperature

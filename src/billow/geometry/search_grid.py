@@ -71,10 +71,7 @@ class SearchGrid:
 
     def follow(self, triangles: np.ndarray, start: np.ndarray, end: np.ndarray) -> SearchGrid:
         """This grid if it still serves a step from `start` to `end`, else a new one."""
-        n = len(end)
-        moved = np.empty(-(-n // CHUNK))
-        _largest_move(n, self.built_at, end, moved)
-        spent = float(np.sqrt(moved.max()))
+        spent = largest_move(self.built_at, end)
         if spent > SPENT * self.margin:
             return SearchGrid.build(triangles, start, end)
         self.reach = self.margin - spent
@@ -93,6 +90,14 @@ class SearchGrid:
         order = np.empty(len(cells), dtype=np.int64)
         _stable_order.serial(len(cells), cells, len(self.first) - 1, order)
         return order
+
+
+def largest_move(before: np.ndarray, after: np.ndarray) -> float:
+    """How far the node that moved most has moved [m]; before, after: positions [m], (nodes, 3)."""
+    n = len(after)
+    largest = np.empty(-(-n // CHUNK))
+    _largest_move(n, before, after, largest)
+    return float(np.sqrt(largest.max()))
 
 
 @scalar

@@ -13,8 +13,9 @@ import numpy as np
 from billow.case.build_bag import build_shape
 from billow.case.build_gas import build_gas
 from billow.case.schema import Case
-from billow.gas.corpuscular.corpuscular import SMOOTHING, Corpuscular, CorpuscularState
+from billow.gas.corpuscular.corpuscular import SMOOTHING, Corpuscular
 from billow.gas.corpuscular.internal_energy import ParticleKinds
+from billow.gas.corpuscular.state import CorpuscularState
 from billow.gas.gas_model import Bag
 from billow.gas.outflow import ORIFICE
 from billow.gas.passages import VENT, Passage

@@ -25,13 +25,15 @@ from billow.gas.corpuscular.drawn_in import draw_in
 from billow.gas.corpuscular.flight import Flock, Walls, fly
 from billow.gas.corpuscular.impact_bank import Hits, ImpactBank
 from billow.gas.corpuscular.initial_air import fill_with_air
-from billow.gas.corpuscular.injection import Delivery, Injector, Nozzles
+from billow.gas.corpuscular.injection import Injector, Nozzles
 from billow.gas.corpuscular.internal_energy import ParticleKinds
+from billow.gas.corpuscular.leaving import pull_out, take_out
 from billow.gas.corpuscular.merging import Remainder, merge, merges_ahead
 from billow.gas.corpuscular.outlets import NO_PASSAGE, Outlets
 from billow.gas.corpuscular.particles import Particles, ParticleSums, sum_particles
 from billow.gas.corpuscular.random_numbers import stream, uniform
 from billow.gas.corpuscular.readings import Inside, on_faces, read_boxes, read_points
+from billow.gas.corpuscular.state import CorpuscularState
 from billow.gas.corpuscular.wall_load import Patches, Squares, WallLoad, wall_speed
 from billow.gas.gas_model import Bag, ChamberTotals, GasTotals
 from billow.gas.inflator import Inflator
@@ -41,9 +43,8 @@ from billow.gas.mixture import (
     mixture_enthalpy,
     mixture_gas_constant,
     mixture_temperature,
-    species_enthalpy,
 )
-from billow.gas.passages import FABRIC, NO_PASSAGES, VENT, Passages
+from billow.gas.passages import FABRIC, NO_PASSAGES, Passages
 from billow.geometry.chambers import OUTSIDE, Chambers
 from billow.geometry.search_grid import SearchGrid
 from billow.geometry.surface import Surface, area_vectors
@@ -70,9 +71,6 @@ between opposite walls. The last keeps a flat bag's gas from answering its walls
 SOUND_CROSSES = 1.0
 """Gaps that sound crosses in a step of the structure, at most."""
 
-LARGEST_PULL = 0.02
-"""Of a chamber's particles that a vent may take in a gas step, besides those that strike it."""
-
 FAINTEST = 1e-6
 """Pressure [Pa] a jet blows against, at least: into a vacuum it is choked."""
 
@@ -93,85 +91,6 @@ class Source:
 
     inflator: Inflator
     jets: Jets
-
-
-@dataclass
-class CorpuscularState:
-    """Everything about the gas that changes.
-
-    molecules: that a particle stands for, twice as many after each of the `merges`. positions: of the surface at
-    gas_time [s], [m] (nodes, 3). steps_to_go: of the structure until the next gas step. pass_probability and patch
-    (triangles,), is_open (passages,). owed: air to be drawn in that is no particle yet [kg] (passages, species).
-    wanted: mass flow to the surroundings [kg/s], and short: of it, what has not left yet [kg] (passages,). pool: energy
-    owed to the gas of each chamber [J]. Of the chambers: volume [m^3], now, and volume_struck, in the middle of the
-    last gas step; pressure [Pa], temperature [K], gamma (cp/cv), masses in particles [kg] (chambers, species).
-
-    Books, sums since the start: left [kg] (passages, species), drawn [kg] (species,), passed from behind to ahead [kg]
-    (passages,), impulse: of all that came in less that of all that left [N s] (3,); energies [J]; escaped: particles
-    found outside their chamber and put back; parked: put beside a wall after too many hits.
-    """
-
-    molecules: float
-    particles: Particles
-    cells: Cells
-    bank: ImpactBank
-    load: WallLoad
-    deliveries: tuple[Delivery, ...]
-    remainder: Remainder
-    positions: np.ndarray
-    pass_probability: np.ndarray
-    patch: np.ndarray
-    is_open: np.ndarray
-    owed: np.ndarray
-    wanted: np.ndarray
-    short: np.ndarray
-    pool: np.ndarray
-    volume: np.ndarray
-    volume_struck: np.ndarray
-    pressure: np.ndarray
-    temperature: np.ndarray
-    gamma: np.ndarray
-    masses: np.ndarray
-    left: np.ndarray
-    drawn: np.ndarray
-    passed: np.ndarray
-    impulse: np.ndarray
-    start_masses: np.ndarray
-    start_momentum: np.ndarray
-    start_energy: float = 0.0
-    start_volume: float = 0.0
-    particle_energy: float = 0.0
-    energy_at_walls: float = 0.0
-    energy_returned: float = 0.0
-    energy_waiting: float = 0.0
-    enthalpy_in: float = 0.0
-    enthalpy_out: float = 0.0
-    blocked_area: float = 0.0
-    collision_time: float = 0.0
-    merges: int = 0
-    since_collisions: float = 0.0
-    sorts: int = 0
-    gas_time: float = 0.0
-    gas_step: int = 0
-    steps_to_go: int = 0
-    next_audit: float = 0.0
-    next_patches: float = 0.0
-    escaped: int = 0
-    parked: int = 0
-    mass_error: float = 0.0
-    energy_error: float = 0.0
-    momentum_error: float = 0.0
-
-    # What can be made anew from the rest, and is kept because that takes time.
-    grid = None
-    hits = None
-    sums = None
-    patches = None
-
-    @property
-    def in_bank(self) -> float:
-        """Energy the particles have given to the walls, less what the structure has received or given back [J]."""
-        return self.energy_at_walls - self.load.work - self.energy_returned
 
 
 @dataclass(frozen=True)
@@ -348,8 +267,8 @@ class Corpuscular:
         self._settle(gas, kinds)
         born = self._blow(gas, kinds, bag, span)
         flock = self._fly(gas, kinds, bag, span, born)
-        pulled = self._pull_out(gas, kinds, bag, flock, span)
-        self._take_out(gas, kinds, bag, flock, pulled)
+        pulled = pull_out(gas, kinds, self._outlets, self.passages, bag, flock, span)
+        take_out(gas, kinds, self._outlets, self.passages, bag, flock, pulled)
         if time >= gas.next_audit:
             gas.next_audit = time + AUDIT_INTERVAL
             self._audit(gas, bag)
@@ -433,57 +352,6 @@ class Corpuscular:
             f"in {1e3 * gas.volume.min():.4g} l gave it that",
             remedy="reduce run.dt_scale, or compare with gas.model = uniform-pressure",
         )
-
-    def _pull_out(self, gas: CorpuscularState, kinds: ParticleKinds, bag: Bag, flock: Flock, span: float) -> np.ndarray:
-        """Hold what leaves against what should; where too few particles strike a vent, let the nearest leave.
-
-        Returns who does, (particles,) bool.
-        """
-        pulled = np.zeros(len(flock.chamber), np.bool_)
-        out = np.flatnonzero(flock.chamber == OUTSIDE)
-        where, mass = self._outlets.passage[flock.exit[out]], kinds.mass[flock.species[out]]
-        gas.short += gas.wanted * span - np.bincount(where, mass, len(gas.short))
-        gas.short[gas.wanted == 0.0] = 0.0
-        for k, row in enumerate(self.passages.rows):
-            if row.kind != VENT or gas.wanted[k] == 0.0 or gas.pass_probability[row.triangles[0]] < 1.0:
-                continue
-            home = max(row.behind, row.ahead)  # OUTSIDE is -1
-            inside = np.flatnonzero(flock.chamber == home)
-            mean = kinds.mass[flock.species[inside]].sum() / max(len(inside), 1)
-            number = int(min(gas.short[k] / max(mean, 1e-300), LARGEST_PULL * len(inside)))
-            if number <= 0:
-                continue
-            vent = bag.positions[bag.surface.triangles[row.triangles]].mean(axis=(0, 1))
-            away = np.sum((flock.position[inside] - vent) ** 2, axis=1)
-            who = inside[np.sort(np.argpartition(away, number - 1)[:number])]
-            flock.chamber[who], flock.exit[who], pulled[who] = OUTSIDE, row.triangles[0], True
-            gas.short[k] -= kinds.mass[flock.species[who]].sum()
-        return pulled
-
-    def _take_out(
-        self, gas: CorpuscularState, kinds: ParticleKinds, bag: Bag, flock: Flock, pulled: np.ndarray
-    ) -> None:
-        """Book and drop who left the bag."""
-        who = np.flatnonzero(flock.chamber == OUTSIDE)
-        if not len(who):
-            return
-        where = self._outlets.passage[flock.exit[who]]
-        mass, velocity = kinds.mass[flock.species[who]], flock.velocity[who]
-        np.add.at(gas.left, (where, flock.species[who]), mass)
-        energy = 0.5 * mass * np.sum(velocity**2, axis=1) + gas.particles.internal_energy[who]
-        # Outflow takes its enthalpy along; what particles have less, the gas they leave behind pays.
-        home = np.array([max(row.behind, row.ahead) for row in self.passages.rows])[where]  # OUTSIDE is -1
-        area = np.linalg.norm(area_vectors(bag.surface.triangles, bag.positions), axis=1)
-        missing = self._outlets.missing_heat(
-            area, gas.bank.pressure, gas.bank.mass_flux, gas.masses, gas.temperature
-        )[where] * kinds.heat * gas.temperature[home]  # fmt: skip
-        enthalpy = np.array([[species_enthalpy(row, t) for row in self.table] for t in gas.temperature])
-        whole = kinds.mass[flock.species[who]] * enthalpy[home, flock.species[who]]
-        debt = np.bincount(home, np.where(pulled[who], whole - energy, missing), len(gas.pool))
-        gas.pool -= debt
-        gas.enthalpy_out += float(energy.sum() + debt.sum())
-        gas.impulse -= mass @ velocity
-        gas.particles.keep(flock.chamber != OUTSIDE)
 
     def _audit(self, gas: CorpuscularState, bag: Bag) -> None:
         flock = _flock(gas.particles)
