@@ -51,6 +51,7 @@ def flock_of(position, velocity, chamber=0):
     return Flock(
         np.array(position, dtype=float), np.array(velocity, dtype=float), np.zeros(n, np.int32),
         np.arange(n, dtype=np.int64), np.full(n, chamber, np.int32), np.full(n, -1, np.int32),
+        np.zeros(n, np.int32),
     )  # fmt: skip
 
 

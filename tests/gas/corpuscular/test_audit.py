@@ -1,19 +1,18 @@
-"""The audit agrees with the winding number, and who was lost is inside again."""
+"""The audit agrees with the winding number, flight counts what the audit counts, and who was lost is inside again."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
-from flights import box, flock_of, winding
+from flights import Scene, box, flock_of, inside_points, winding
 from test_flight_leaks import flat_round, sliver, zigzag
 
-from billow.gas.corpuscular.audit import find_escaped, push_back
-from billow.gas.corpuscular.walls import Walls
-from billow.geometry.search_grid import SearchGrid
+from billow.gas.corpuscular.audit import audit, bring_back
+from billow.geometry.bag_shapes import round_bag
 
 
-def bag_walls(triangles):
-    return Walls.build(triangles, np.zeros(len(triangles)), np.full(len(triangles), -1))
+def bag_sides(triangles):
+    return np.zeros(len(triangles), np.int32), np.full(len(triangles), -1, np.int32)
 
 
 @pytest.mark.parametrize("shape", [flat_round, zigzag, sliver])
@@ -25,12 +24,11 @@ def test_audit_finds_exactly_those_outside(shape):
     near = positions[triangles].mean(axis=1)
     points = np.concatenate([rng.uniform(low, high, (800, 3)), near + rng.normal(0.0, 0.002, near.shape)])
     flock = flock_of(points, np.ones_like(points))
-    walls, grid = bag_walls(triangles), SearchGrid.build(triangles, positions, positions)
-    escaped = find_escaped(flock, walls, grid, positions)
+    escaped = audit(flock, triangles, positions, *bag_sides(triangles))
     outside = np.flatnonzero(winding(points, triangles, positions) < 0.5)
     assert 0 < len(outside) < len(points)
     assert np.array_equal(escaped, outside)
-    push_back(flock, escaped, walls, grid, positions)
+    bring_back(flock, escaped)
     assert (winding(flock.position, triangles, positions) > 0.5).all()
     assert (flock.velocity == 1.0).all()
     kept = np.setdiff1d(np.arange(len(points)), outside)
@@ -42,17 +40,74 @@ def test_a_particle_in_the_wrong_room_is_found_and_brought_home():
     rng = np.random.default_rng(6)
     flock = flock_of(rng.uniform([0.01, 0.01, 0.01], [1.99, 0.99, 0.99], (500, 3)), np.zeros((500, 3)))
     flock.chamber[:] = rng.integers(0, 2, 500)
-    walls, grid = Walls.build(triangles, behind, ahead), SearchGrid.build(triangles, positions, positions)
     wrong = np.flatnonzero((flock.position[:, 0] > 1.0) != flock.chamber)
-    assert np.array_equal(find_escaped(flock, walls, grid, positions), wrong)
-    push_back(flock, wrong, walls, grid, positions)
+    assert np.array_equal(audit(flock, triangles, positions, behind, ahead), wrong)
+    bring_back(flock, wrong)
     assert ((flock.position[:, 0] > 1.0) == flock.chamber).all()
 
 
-def test_rounding_at_the_wall_is_no_escape_and_nan_is():
-    triangles, positions, _, _ = box()
-    flock = flock_of([[0.3, 0.4, 1.0 + 1e-9], [0.3, 0.4, 1.0 + 1e-5], [0.3, np.nan, 0.5]], np.zeros((3, 3)))
-    grid = SearchGrid.build(triangles, positions, positions)
-    assert find_escaped(flock, bag_walls(triangles), grid, positions).tolist() == [1, 2]
-    flock.chamber[:] = -1  # who has left through a vent is not looked for
-    assert len(find_escaped(flock, bag_walls(triangles), grid, positions)) == 0
+def test_who_is_nowhere_has_escaped_and_who_has_left_is_not_looked_for():
+    triangles, positions, behind, ahead = box()
+    flock = flock_of([[0.3, 0.4, 1.0 - 1e-12], [0.3, 0.4, 1.0 + 1e-12], [0.3, np.nan, 0.5]], np.zeros((3, 3)))
+    assert audit(flock, triangles, positions, behind, ahead).tolist() == [1, 2]
+    flock.chamber[:] = -1
+    assert len(audit(flock, triangles, positions, behind, ahead)) == 0
+
+
+def test_a_chamber_nobody_is_left_in_stays_as_it_is():
+    triangles, positions, behind, ahead = box()
+    flock = flock_of([[2.0, 2.0, 2.0]], np.zeros((1, 3)))
+    bring_back(flock, audit(flock, triangles, positions, behind, ahead))
+    assert flock.position.tolist() == [[2.0, 2.0, 2.0]]
+
+
+def bent_through_itself(turn):
+    """A round bag bent about y until its ends lie in each other for turn > 1."""
+    bag = round_bag(0.35, 8, 0.1)
+    x, y, z = bag.positions.T
+    angle = np.pi * turn * x / 0.35
+    radius = 0.35 / (np.pi * turn) + z
+    return bag.surface.triangles, np.column_stack([radius * np.sin(angle), y, radius * np.cos(angle)])
+
+
+def test_a_bag_that_lies_in_itself_is_no_valve():
+    """Ends of a bag pass into each other and out again: nobody leaves, and each knows how deep it is at all times."""
+    rng = np.random.default_rng(8)
+    turns = np.concatenate([np.linspace(0.9, 1.12, 40), np.full(80, 1.12), np.linspace(1.12, 0.9, 40)])
+    triangles, positions = bent_through_itself(turns[0])
+    points = inside_points(triangles, positions, 2000, rng, 1e-3)
+    flock = flock_of(points, rng.normal(0.0, 400.0, points.shape))
+    scene = Scene(triangles, positions, flock)
+    deepest = 0
+    for k, turn in enumerate(turns):
+        scene.advance(5e-5, bent_through_itself(turn)[1])
+        if k % 10 != 9:
+            continue
+        depth = np.round(winding(flock.position, triangles, scene.positions))
+        deepest = max(deepest, int((depth > 1).sum()))
+        assert (depth >= 1).all()
+        counted = flock.overlap.copy()
+        assert np.array_equal(counted, depth - 1)
+        assert len(audit(flock, triangles, scene.positions, scene.walls.behind, scene.walls.ahead)) == 0
+        assert np.array_equal(flock.overlap, counted)
+    assert deepest > 10
+    assert not flock.overlap.any()
+
+
+def test_an_overlap_holds_its_share_of_the_gas():
+    rng = np.random.default_rng(9)
+    triangles, positions = bent_through_itself(1.12)
+    points = inside_points(triangles, positions, 6000, rng, 1e-3)
+    box_low, box_high = positions.min(axis=0), positions.max(axis=0)
+    probe = np.round(winding(rng.uniform(box_low, box_high, (40_000, 3)), triangles, positions))
+    share = (probe == 2).sum() / (probe >= 1).sum()
+    flock = flock_of(points, rng.normal(0.0, 400.0, points.shape))
+    audit(flock, triangles, positions, *bag_sides(triangles))
+    scene = Scene(triangles, positions, flock)
+    for _ in range(100):
+        scene.advance(5e-5)
+    inside = (flock.overlap == 1).mean()
+    # Both shares are counts: three standard deviations of a binomial number each.
+    spread = 3.0 * np.sqrt(share / len(points) + share / (probe >= 1).sum())
+    assert 0.005 < share
+    assert abs(inside - share) < spread

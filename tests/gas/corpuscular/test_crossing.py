@@ -20,7 +20,7 @@ def _cross_all(n, nodes, orientation, start, end, x0, x1, sides_out, met_out):
             for way in (OUTWARD, INWARD):
                 after = -1.0
                 while True:  # a line can cross two pieces of a triangle in the same way
-                    when, piece, _, _, _ = crossing(
+                    when, _, piece, _, _, _ = crossing(
                         nodes, orientation, t, start, end, x0[p, 0], x0[p, 1], x0[p, 2], x1[p, 0], x1[p, 1], x1[p, 2],
                         way, after,
                     )  # fmt: skip

@@ -8,7 +8,6 @@ from flights import box
 
 from billow.gas.ambient import Ambient
 from billow.gas.corpuscular import readings
-from billow.gas.corpuscular.flight import Walls
 from billow.gas.corpuscular.initial_air import fill_with_air
 from billow.gas.corpuscular.internal_energy import ParticleKinds
 from billow.gas.corpuscular.particles import Particles
@@ -30,7 +29,7 @@ class Scene:
         triangles, positions, behind, ahead = box(4, rooms)
         names = tuple(f"room_{k}" for k in range(rooms))
         chambers = Chambers(names, behind.astype(np.int32), ahead.astype(np.int32))
-        self.bag = Inside(triangles, warp(positions), chambers, Walls.build(triangles, chambers.behind, chambers.ahead))
+        self.bag = Inside(triangles, warp(positions), chambers)
         volumes = chambers.volumes(triangles, self.bag.positions)
         table = thermo_table([find_species("N2", "test")])
         mass = PRESSURE * volumes.sum() / (table[0, 0] * TEMPERATURE)

@@ -17,7 +17,7 @@ import numpy as np
 from billow.compiled import CHUNK, scalar
 from billow.errors import NumericalStop
 from billow.gas.ambient import Ambient, InitialGas
-from billow.gas.corpuscular.audit import find_escaped, push_back
+from billow.gas.corpuscular.audit import audit, bring_back
 from billow.gas.corpuscular.balance import settle, thermal_energy
 from billow.gas.corpuscular.cells import Cells, sort_into_cells
 from billow.gas.corpuscular.collisions import collide, collision_time
@@ -355,10 +355,10 @@ class Corpuscular:
 
     def _audit(self, gas: CorpuscularState, bag: Bag) -> None:
         flock = _flock(gas.particles)
-        escaped = find_escaped(flock, self._walls, gas.grid, bag.positions)
+        escaped = audit(flock, bag.surface.triangles, bag.positions, self.chambers.behind, self.chambers.ahead)
         if len(escaped):
             gas.escaped += len(escaped)
-            push_back(flock, escaped, self._walls, gas.grid, bag.positions)
+            bring_back(flock, escaped)
 
     def _draw_in(self, gas: CorpuscularState, kinds: ParticleKinds, bag: Bag) -> None:
         """Air from outside, where that has the higher pressure."""
@@ -658,7 +658,7 @@ class Corpuscular:
 
     def inside(self, gas: CorpuscularState) -> Inside:
         """What is inside the bag and in which chamber, as the surface was at the last gas step."""
-        return Inside(self.surface.triangles, gas.positions, self.chambers, self._walls)
+        return Inside(self.surface.triangles, gas.positions, self.chambers)
 
 
 def _flock(particles: Particles) -> Flock:
@@ -666,7 +666,7 @@ def _flock(particles: Particles) -> Flock:
     n = particles.count
     return Flock(
         particles.position[:n], particles.velocity[:n], particles.species[:n], particles.identity[:n],
-        particles.chamber[:n], np.full(n, NO_PASSAGE, np.int32),
+        particles.chamber[:n], np.full(n, NO_PASSAGE, np.int32), particles.overlap[:n],
     )  # fmt: skip
 
 

@@ -26,8 +26,8 @@ import math
 
 from billow.compiled import scalar
 
-OUTWARD, INWARD = 1, 2
-"""Directions of a crossing: from behind a triangle to ahead of it (along its normal), and back; BOTH = 3."""
+OUTWARD, INWARD, BOTH = 1, 2, 3
+"""Directions of a crossing: from behind a triangle to ahead of it (along its normal), and back; BOTH is their sum."""
 
 NEVER = 2.0
 """Fraction of the step returned when nothing is crossed."""
@@ -67,7 +67,8 @@ def crossing(nodes, orientation, t, start, end, x0, y0, z0, x1, y1, z1, directio
     turns as the triangle does, else -1. start, end: node positions [m], (nodes, 3). directions: sum of OUTWARD, INWARD.
     after: fraction of the step; earlier crossings do not count.
 
-    Returns (fraction of the step or NEVER, piece, weight of node i, of j, of k); the weights sum to one.
+    Returns (fraction of the step or NEVER, OUTWARD or INWARD, piece, weight of node i, of j, of k); the weights sum to
+    one.
     """
     i, j, k = nodes[t, 0], nodes[t, 1], nodes[t, 2]
     turn = orientation[t]
@@ -82,7 +83,7 @@ def crossing(nodes, orientation, t, start, end, x0, y0, z0, x1, y1, z1, directio
         abs(i1x), abs(i1y), abs(i1z), abs(j1x), abs(j1y), abs(j1z), abs(k1x), abs(k1y), abs(k1z),
     )  # fmt: skip
     rounding = _ROUNDING * largest * largest * largest
-    best, piece, wi, wj, wk = NEVER, 0, 0.0, 0.0, 0.0
+    best, way, piece, wi, wj, wk = NEVER, 0, 0, 0.0, 0.0, 0.0
 
     i0j0k1 = _determinant(i0x, i0y, i0z, j0x, j0y, j0z, k1x, k1y, k1z)
     i0j1k1 = _determinant(i0x, i0y, i0z, j1x, j1y, j1z, k1x, k1y, k1z)
@@ -94,7 +95,7 @@ def crossing(nodes, orientation, t, start, end, x0, y0, z0, x1, y1, z1, directio
         volume = d0 + d1 + i0j0k1 + d3
         fraction = d3 / volume
         if fraction >= after and fraction < best:
-            best, piece = fraction, 0
+            best, way, piece = fraction, OUTWARD if turn * volume < 0.0 else INWARD, 0
             wi, wj = d0 / volume, d1 / volume
             wk = 1.0 - wi - wj
 
@@ -105,7 +106,7 @@ def crossing(nodes, orientation, t, start, end, x0, y0, z0, x1, y1, z1, directio
         volume = d0 - i0j1k1 + d2 + d3
         fraction = (d2 + d3) / volume
         if fraction >= after and fraction < best:
-            best, piece = fraction, 1
+            best, way, piece = fraction, OUTWARD if turn * volume > 0.0 else INWARD, 1
             wi, wk = d0 / volume, d3 / volume
             wj = 1.0 - wi - wk
 
@@ -116,10 +117,10 @@ def crossing(nodes, orientation, t, start, end, x0, y0, z0, x1, y1, z1, directio
         volume = d0 - i0j1k1 + d2 + d3
         fraction = 1.0 - d0 / volume
         if fraction >= after and fraction < best:
-            best, piece = fraction, 2
+            best, way, piece = fraction, OUTWARD if turn * volume < 0.0 else INWARD, 2
             wj, wk = d2 / volume, d3 / volume
             wi = 1.0 - wj - wk
-    return best, piece, wi, wj, wk
+    return best, way, piece, wi, wj, wk
 
 
 @scalar

@@ -9,6 +9,12 @@ A reflected particle does not start again on the wall, where rounding would deci
 wall nearby, also in the corner where two walls meet at no angle. After MOST_HITS hits in one step (deep in a closing
 fold) it is put beside the wall it hit last, where that stands at the end of the step; that costs it time, not energy.
 
+Fabric that crumples lies in itself here and there: elements wrinkle, and their edges pass through each other. Where
+two portions of a bag overlap, its surface goes round a place twice. A particle that comes in through fabric from
+outside is in such an overlap; it counts how many layers it has come in through (`overlap`), and goes out through as
+many unhindered before it is reflected again. What it counts is how often the surface goes round the place it is at,
+less one, whatever the surface does: nobody leaves the bag. Without the count an overlap is a valve, fills, and bursts.
+
 The end of the path and the end of the walls' motion are the numbers that the next step starts from. Therefore
 `start` of a step must be `end` of the last one, bit for bit.
 """
@@ -21,7 +27,7 @@ import numpy as np
 from numba import prange
 
 from billow.compiled import CHUNK, kernel
-from billow.gas.corpuscular.crossing import INWARD, NEVER, OUTWARD, crossing, piece_normal
+from billow.gas.corpuscular.crossing import BOTH, INWARD, NEVER, OUTWARD, crossing, piece_normal
 from billow.gas.corpuscular.impact_bank import HITS_PER_CHUNK, Hits, ImpactBank
 from billow.gas.corpuscular.random_numbers import stream, uniform
 from billow.gas.corpuscular.sight import beside_wall
@@ -44,6 +50,9 @@ of its patch instead."""
 _TIE = 1e-9
 """Fractions of a step closer than this count as simultaneous."""
 
+_LATER = 1e-15
+"""Fraction of a step by which the next fabric to be gone through must come later than the last."""
+
 PASSING = 0x5EED_0001
 """Purpose constant of the random numbers that decide whether a particle passes a triangle."""
 
@@ -54,7 +63,8 @@ class Flock:
 
     position: [m], (particles, 3). velocity: [m/s], (particles, 3). species: (particles,) int32. identity: (particles,)
     int64, names the particle in random numbers for ever. chamber: (particles,) int32, OUTSIDE once it has left.
-    exit: (particles,) int32, the last triangle it passed, -1 if none.
+    exit: (particles,) int32, the last opening it passed, -1 if none. overlap: (particles,) int32, layers of fabric
+    it has come in through from outside and not gone out through again.
     """
 
     position: np.ndarray
@@ -63,6 +73,7 @@ class Flock:
     identity: np.ndarray
     chamber: np.ndarray
     exit: np.ndarray
+    overlap: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -110,9 +121,9 @@ def fly(
     through = np.zeros((chunks, 1 + max(0, int(passage.max(initial=0)))))
     while True:
         _fly(
-            n, flock.position, flock.velocity, flock.species, flock.identity, flock.chamber, flock.exit, particle_mass,
-            walls.nodes, walls.corner, walls.orientation, walls.behind, walls.ahead, swept, start, end, dt,
-            grid.first, grid.listed, grid.origin, grid.cell, grid.counts, grid.reach, pass_probability, friction,
+            n, flock.position, flock.velocity, flock.species, flock.identity, flock.chamber, flock.exit, flock.overlap,
+            particle_mass, walls.nodes, walls.corner, walls.orientation, walls.behind, walls.ahead, swept, start, end,
+            dt, grid.first, grid.listed, grid.origin, grid.cell, grid.counts, grid.reach, pass_probability, friction,
             seed + PASSING, step, np.empty(0) if born is None else born, next_particle, hits.count, hits.triangle,
             hits.numbers, sums, counts, passage, through, np.empty(0) if wall_speed is None else wall_speed,
         )  # fmt: skip
@@ -128,9 +139,10 @@ def fly(
 
 @kernel
 def _fly(
-    n, position, velocity, species, identity, chamber, exit_out, particle_mass, nodes, corner, orientation, behind,
-    ahead, swept, start, end, dt, first, listed, origin, cell, counts, reach, pass_probability, friction, seed, step,
-    born, next_particle, hit_count, hit_triangle, hit_numbers, energy_out, tally_out, passage, through_out, wall_speed,
+    n, position, velocity, species, identity, chamber, exit_out, overlap, particle_mass, nodes, corner, orientation,
+    behind, ahead, swept, start, end, dt, first, listed, origin, cell, counts, reach, pass_probability, friction, seed,
+    step, born, next_particle, hit_count, hit_triangle, hit_numbers, energy_out, tally_out, passage, through_out,
+    wall_speed,
 ):  # fmt: skip
     chunks = (n + CHUNK - 1) // CHUNK
     rate = 1.0 / dt
@@ -156,7 +168,7 @@ def _fly(
                 left = (1.0 - now) * dt
                 x0, y0, z0 = px - vx * (now * dt), py - vy * (now * dt), pz - vz * (now * dt)
             x1, y1, z1 = px + vx * left, py + vy * left, pz + vz * left
-            struck, skip = 0, none
+            struck, skip, since, lap = 0, none, now - _TIE, overlap[p]
             while True:
                 # First crossing on the way from (px, py, pz) to (x1, y1, z1), looked for in pieces of the way that the
                 # lists of one cell cover. Written out here: a call with this many arrays costs as much as the search.
@@ -202,19 +214,20 @@ def _fly(
                             continue  # behind the plane from start to end
                         if before > STANDOFF and later > swept[s, 11] + STANDOFF:
                             continue
-                        directions = 0
-                        if behind[s] == home:
-                            directions += OUTWARD
-                        if ahead[s] == home:
-                            directions += INWARD
-                        if directions == 0 or s == skip:
+                        if (behind[s] != home and ahead[s] != home) or s == skip:
                             continue
-                        when, which, a, b, c = crossing(
-                            nodes, orientation, s, start, end, x0, y0, z0, x1, y1, z1, directions, now - _TIE
+                        when, which, cut, a, b, c = crossing(
+                            nodes, orientation, s, start, end, x0, y0, z0, x1, y1, z1, BOTH, since
                         )
+                        out = OUTWARD if behind[s] == home else INWARD
+                        if when <= now and which != out:
+                            # Rounding where it has just been reflected: it has not come from the other side.
+                            when, which, cut, a, b, c = crossing(
+                                nodes, orientation, s, start, end, x0, y0, z0, x1, y1, z1, out, since
+                            )
                         # Ties go to the lower index, so that the order of the lists does not matter.
                         if when < fraction or (when == fraction and when < NEVER and s < t):
-                            fraction, t, way, piece, wi, wj, wk = when, s, directions, which, a, b, c
+                            fraction, t, way, piece, wi, wj, wk = when, s, which, cut, a, b, c
                     # What later pieces hold is later, but for ties.
                     if fraction + _TIE < now + (1.0 - now) * (look + 1) * part:
                         break
@@ -223,9 +236,15 @@ def _fly(
                 fraction = max(fraction, now)
                 nx, ny, nz, travel = piece_normal(nodes, orientation, t, piece, start, end)
                 approach = vx * nx + vy * ny + vz * nz - travel * rate
-                outward = way == OUTWARD or (way == OUTWARD + INWARD and approach > 0.0)
+                outward = way == OUTWARD
                 if outward != (approach > 0.0):
                     approach = -approach  # it is rounding error, and of the wrong sign
+                if behind[t] != ahead[t]:
+                    comes_in = outward != (behind[t] == home)
+                    if comes_in or lap > 0:
+                        lap += 1 if comes_in else -1
+                        now, since, skip = fraction, fraction + _LATER, none
+                        continue
                 if struck == MOST_HITS:
                     x1, y1, z1 = beside_wall(
                         t, wi, wj, wk, home, nodes, orientation, behind, ahead, end, first, listed, origin, cell,
@@ -273,17 +292,18 @@ def _fly(
                     tally_out[chunk, 1] += 1
                     exit_out[p] = np.int32(t)
                     through_out[chunk, passage[t]] += mass if outward else -mass
-                    now, skip = fraction, t
+                    now, since, skip = fraction, fraction - _TIE, t
                     home = ahead[t] if outward else behind[t]
                     if home < 0:
                         x1, y1, z1 = x0 + vx * (now * dt), y0 + vy * (now * dt), z0 + vz * (now * dt)
                         break
                     continue
-                skip = none
+                since, skip = now - _TIE, none
                 left = (1.0 - now) * dt
                 x0, y0, z0 = px - vx * (now * dt), py - vy * (now * dt), pz - vz * (now * dt)
                 x1, y1, z1 = px + vx * left, py + vy * left, pz + vz * left
             position[p, 0], position[p, 1], position[p, 2] = x1, y1, z1
+            overlap[p] = lap
             if struck > 0:
                 velocity[p, 0], velocity[p, 1], velocity[p, 2] = vx, vy, vz
                 chamber[p] = home

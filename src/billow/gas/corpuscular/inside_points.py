@@ -74,7 +74,7 @@ def _left_of(positions, a, b, x, y):
 
 
 @scalar
-def _meet(a, b, c, positions, x, y):
+def meet(a, b, c, positions, x, y):
     """Whether a column passes triangle a-b-c: 1 along its normal, -1 against it, 0 not; and at what height [m]."""
     area_a, left_a = _left_of(positions, b, c, x, y)
     area_b, left_b = _left_of(positions, c, a, x, y)
@@ -105,7 +105,7 @@ def _cut(triangles, positions, behind, ahead, shape, pitch, seed):
                 for j in range(max(0, int(y0 / pitch[1]) - 1), min(shape[1], int(y1 / pitch[1]) + 2)):
                     index = i * shape[1] + j
                     x, y = _column(index, shape, pitch, seed)
-                    sense, z = _meet(a, b, c, positions, x, y)
+                    sense, z = meet(a, b, c, positions, x, y)
                     if sense != 0 and filling == 0:
                         start[index + 1] += 1
                     elif sense != 0:

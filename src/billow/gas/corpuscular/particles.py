@@ -16,7 +16,8 @@ class Particles:
 
     position [m] (capacity, 3); velocity [m/s] (capacity, 3); internal_energy [J] (capacity,); species (capacity,)
     int32; chamber (capacity,) int32; identity (capacity,) int64, never given twice: it names a particle's random
-    numbers. 72 bytes a particle.
+    numbers; overlap (capacity,) int32: how many more times than once its chamber's surface goes round it (flight.py),
+    0 for those to come. 76 bytes a particle.
     """
 
     count: int
@@ -26,6 +27,7 @@ class Particles:
     species: np.ndarray
     chamber: np.ndarray
     identity: np.ndarray
+    overlap: np.ndarray
     next_identity: int = 0
 
     @classmethod
@@ -33,7 +35,7 @@ class Particles:
         """No particles yet."""
         return cls(
             0, np.zeros((capacity, 3)), np.zeros((capacity, 3)), np.zeros(capacity), np.zeros(capacity, np.int32),
-            np.zeros(capacity, np.int32), np.zeros(capacity, np.int64),
+            np.zeros(capacity, np.int32), np.zeros(capacity, np.int64), np.zeros(capacity, np.int32),
         )  # fmt: skip
 
     @property
@@ -42,18 +44,23 @@ class Particles:
 
     def arrays(self) -> tuple[np.ndarray, ...]:
         """Everything known of each particle, in the order of the class."""
-        return (self.position, self.velocity, self.internal_energy, self.species, self.chamber, self.identity)
+        return (
+            self.position, self.velocity, self.internal_energy, self.species, self.chamber, self.identity, self.overlap,
+        )  # fmt: skip
 
     def make_room(self, more: int) -> None:
         """Room for so many more particles; the arrays move when they have to grow."""
         needed = self.count + more
+        self.overlap[self.count :] = 0
         if needed <= self.capacity:
             return
         capacity = max(needed, self.capacity + self.capacity // 4)
         grown = Particles.room_for(capacity)
         for new, old in zip(grown.arrays(), self.arrays(), strict=True):
             new[: self.count] = old[: self.count]
-        self.position, self.velocity, self.internal_energy, self.species, self.chamber, self.identity = grown.arrays()
+        (
+            self.position, self.velocity, self.internal_energy, self.species, self.chamber, self.identity, self.overlap,
+        ) = grown.arrays()  # fmt: skip
 
     def keep(self, wanted: np.ndarray) -> None:
         """Drop all others; the order of those that stay is kept. wanted: (count,) bool."""

@@ -10,23 +10,19 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 from scipy.spatial import cKDTree
 
 from billow.gas.ambient import Ambient
-from billow.gas.corpuscular.audit import find_escaped
 from billow.gas.corpuscular.cell_fields import CellFields, cell_fields
 from billow.gas.corpuscular.cells import Cells
 from billow.gas.corpuscular.collisions import cell_content
-from billow.gas.corpuscular.flight import Flock, Walls
+from billow.gas.corpuscular.depth import depths
 from billow.gas.corpuscular.internal_energy import ParticleKinds, cell_temperature
-from billow.gas.corpuscular.outlets import NO_PASSAGE
 from billow.gas.corpuscular.particles import Particles
 from billow.gas.mixture import mixture_gas_constant
 from billow.geometry.chambers import OUTSIDE, Chambers
-from billow.geometry.search_grid import SearchGrid
 
 IN_A_BOX = 100
 """Particles in a box, about: 10 % of noise in pressure, 5 % in temperature."""
@@ -76,27 +72,15 @@ class Boxes:
 
 @dataclass(frozen=True)
 class Inside:
-    """The surface at the last gas step: triangles (n, 3), positions [m] (nodes, 3), and whose walls they are."""
+    """The surface at the last gas step: triangles (n, 3), positions [m] (nodes, 3), and its chambers."""
 
     triangles: np.ndarray
     positions: np.ndarray
     chambers: Chambers
-    walls: Walls
-
-    @cached_property
-    def _grid(self) -> SearchGrid:
-        return SearchGrid.build(self.triangles, self.positions, self.positions)
 
     def outside(self, points: np.ndarray, chamber: np.ndarray) -> np.ndarray:
         """Whether points [m] (n, 3) are not in the chambers (n,) they are said to be in, (n,) bool."""
-        n = len(points)
-        flock = Flock(
-            np.ascontiguousarray(points), np.zeros((n, 3)), np.zeros(n, np.int32), np.arange(n),
-            np.asarray(chamber, np.int32), np.full(n, NO_PASSAGE, np.int32),
-        )  # fmt: skip
-        lost = np.zeros(n, bool)
-        lost[find_escaped(flock, self.walls, self._grid, self.positions)] = True
-        return lost
+        return depths(points, chamber, self.triangles, self.positions, self.chambers.behind, self.chambers.ahead) < 1
 
 
 def read_boxes(particles: Particles, kinds: ParticleKinds, bag: Inside) -> Boxes:

@@ -8,11 +8,8 @@ from __future__ import annotations
 import math
 
 from billow.compiled import scalar
-from billow.gas.corpuscular.crossing import INWARD, NEVER, OUTWARD, crossing
+from billow.gas.corpuscular.crossing import BOTH, NEVER, crossing
 from billow.geometry.search_grid import clipped_cell
-
-UNSEEN = -2
-"""Chamber of a point that sees no wall."""
 
 ELBOW_ROOM = 1e-6
 """Largest distance [m] from a wall at which a particle is put beside it."""
@@ -23,11 +20,9 @@ def first_wall(
     px, py, pz, qx, qy, qz, skip, nodes, orientation, behind, ahead, positions, first, listed, origin, cell, counts,
     reach,
 ):  # fmt: skip
-    """First wall between two chambers on the straight way from p to q, triangle `skip` left out.
-
-    Returns (fraction of the way or NEVER, triangle, chamber on p's side, chamber on the other).
-    """
-    best, wall, near, far = NEVER, skip, UNSEEN, UNSEEN
+    """Fraction of the straight way from p to q at which the first wall between two chambers stands, triangle `skip`
+    left out; NEVER if there is none."""
+    best = NEVER
     per_cell = 1.0 / cell
     low_x, high_x, low_y, high_y, low_z, high_z = (
         min(px, qx), max(px, qx), min(py, qy), max(py, qy), min(pz, qz), max(pz, qz),
@@ -55,26 +50,11 @@ def first_wall(
                         | (behind[t] == ahead[t]) | (t == skip)
                     ):  # fmt: skip
                         continue
-                    for way in (OUTWARD, INWARD):
-                        when, _, _, _, _ = crossing(
-                            nodes, orientation, t, positions, positions, px, py, pz, qx, qy, qz, way, -1.0
-                        )
-                        if when < best:
-                            best, wall = when, t
-                            near = behind[t] if way == OUTWARD else ahead[t]
-                            far = ahead[t] if way == OUTWARD else behind[t]
-    return best, wall, near, far
-
-
-@scalar
-def height_over(nodes, t, positions, px, py, pz):
-    """Distance [m] of a point from the plane of triangle t."""
-    i, j, k = nodes[t, 0], nodes[t, 1], nodes[t, 2]
-    rx, ry, rz = px - positions[i, 0], py - positions[i, 1], pz - positions[i, 2]
-    ux, uy, uz = positions[j, 0] - positions[i, 0], positions[j, 1] - positions[i, 1], positions[j, 2] - positions[i, 2]
-    wx, wy, wz = positions[k, 0] - positions[i, 0], positions[k, 1] - positions[i, 1], positions[k, 2] - positions[i, 2]
-    nx, ny, nz = uy * wz - uz * wy, uz * wx - ux * wz, ux * wy - uy * wx
-    return abs(rx * nx + ry * ny + rz * nz) / math.sqrt(nx * nx + ny * ny + nz * nz)
+                    when, _, _, _, _, _ = crossing(
+                        nodes, orientation, t, positions, positions, px, py, pz, qx, qy, qz, BOTH, -1.0
+                    )
+                    best = min(best, when)
+    return best
 
 
 @scalar
@@ -99,7 +79,7 @@ def beside_wall(
         return px, py, pz
     inward = (-orientation[t] if behind[t] == home else orientation[t]) * 2.0 * ELBOW_ROOM / length
     nx, ny, nz = inward * nx, inward * ny, inward * nz
-    when, _, _, _ = first_wall(
+    when = first_wall(
         px, py, pz, px + nx, py + ny, pz + nz, t, nodes, orientation, behind, ahead, positions, first, listed, origin,
         cell, counts, reach,
     )  # fmt: skip
