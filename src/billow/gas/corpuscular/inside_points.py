@@ -65,11 +65,16 @@ def _column(index, shape, pitch, seed):
 
 @scalar
 def _left_of(positions, a, b, x, y):
-    """Twice the area of (x, y) and edge a-b, positive left of it; evaluated from the lower to the higher node."""
+    """Twice the area of (x, y) and edge a-b, positive left of it; evaluated from the lower to the higher node.
+
+    A point on the line counts as if it were a little further along x, and still less along y: at a node, too, it then
+    lies in one of the triangles around it (Edelsbrunner and Muecke, "Simulation of simplicity", 1990).
+    """
     low, high = min(a, b), max(a, b)
     ax, ay = positions[low, 0], positions[low, 1]
-    area = (positions[high, 0] - ax) * (y - ay) - (positions[high, 1] - ay) * (x - ax)
-    left = area >= 0.0
+    ux, uy = positions[high, 0] - ax, positions[high, 1] - ay
+    area = ux * (y - ay) - uy * (x - ax)
+    left = area > 0.0 or (area == 0.0 and (uy < 0.0 or (uy == 0.0 and ux > 0.0)))
     return (area, left) if a < b else (-area, not left)
 
 
