@@ -86,8 +86,10 @@ def bent_through_itself(turn):
     return bag.surface.triangles, np.column_stack([radius * np.sin(angle), y, radius * np.cos(angle)])
 
 
-def test_a_bag_that_lies_in_itself_is_no_valve():
-    """Ends of a bag pass into each other and out again: nobody leaves, and each knows how deep it is at all times."""
+@pytest.mark.parametrize("dt", [5e-5, 3e-4])
+def test_a_bag_that_lies_in_itself_is_no_valve(dt):
+    """Ends of a bag pass into each other and out again: nobody leaves, and each knows how deep it is at all times; so
+    it does on ways as long as three edges of the mesh."""
     rng = np.random.default_rng(8)
     turns = np.concatenate([np.linspace(0.9, 1.12, 40), np.full(80, 1.12), np.linspace(1.12, 0.9, 40)])
     triangles, positions = bent_through_itself(turns[0])
@@ -96,7 +98,7 @@ def test_a_bag_that_lies_in_itself_is_no_valve():
     scene = Scene(triangles, positions, flock)
     deepest = 0
     for k, turn in enumerate(turns):
-        scene.advance(5e-5, bent_through_itself(turn)[1])
+        scene.advance(dt, bent_through_itself(turn)[1])
         if k % 10 != 9:
             continue
         depth = np.round(winding(flock.position, triangles, scene.positions))

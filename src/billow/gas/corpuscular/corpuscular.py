@@ -64,7 +64,7 @@ FREE_TIMES = 0.7
 SORT_EVERY = 2
 """Sorts by cell for each of which the particles themselves are moved: neighbours in space are neighbours in memory."""
 
-CELLS_PER_STEP, EDGES_PER_STEP, GAPS_PER_STEP = 0.5, 1.5, 0.3
+CELLS_PER_STEP, EDGES_PER_STEP, GAPS_PER_STEP = 1.0, 3.0, 0.3
 """Way of a particle in a gas step, at most about: in collision cells, in mean edges of the mesh, and in mean distances
 between opposite walls. The last keeps a flat bag's gas from answering its walls too late."""
 

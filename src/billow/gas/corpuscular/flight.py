@@ -244,6 +244,7 @@ def _fly(
                     if comes_in or lap > 0:
                         lap += 1 if comes_in else -1
                         now, since, skip = fraction, fraction + _LATER, none
+                        px, py, pz = x0 + vx * (now * dt), y0 + vy * (now * dt), z0 + vz * (now * dt)
                         continue
                 if struck == MOST_HITS:
                     x1, y1, z1 = beside_wall(
@@ -294,8 +295,9 @@ def _fly(
                     through_out[chunk, passage[t]] += mass if outward else -mass
                     now, since, skip = fraction, fraction - _TIE, t
                     home = ahead[t] if outward else behind[t]
+                    px, py, pz = x0 + vx * (now * dt), y0 + vy * (now * dt), z0 + vz * (now * dt)
                     if home < 0:
-                        x1, y1, z1 = x0 + vx * (now * dt), y0 + vy * (now * dt), z0 + vz * (now * dt)
+                        x1, y1, z1 = px, py, pz
                         break
                     continue
                 since, skip = now - _TIE, none
