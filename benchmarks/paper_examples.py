@@ -69,7 +69,7 @@ def run_once(example: str, model: str, runs: Path, threads: int) -> tuple[Result
     folder = runs / f"{example}_{model}"
     cost = folder.with_suffix(".cost.json")
     if not cost.exists():
-        load, begun, spent = os.getloadavg()[0], time.perf_counter(), time.process_time()
+        busy, begun, spent = os.getloadavg()[0], time.perf_counter(), time.process_time()
         try:
             simulate(load(example, model), folder, threads=threads)
         except NumericalStop as stop:
@@ -80,7 +80,7 @@ def run_once(example: str, model: str, runs: Path, threads: int) -> tuple[Result
                     "wall_seconds": round(time.perf_counter() - begun, 1),
                     "processor_seconds": round(time.process_time() - spent, 1),
                     "threads": threads,
-                    "load_before_and_after": [load, os.getloadavg()[0]],
+                    "load_before_and_after": [busy, os.getloadavg()[0]],
                 }
             )
         )

@@ -34,7 +34,6 @@ def warnings(case: schema.Case, model: Model) -> list[Warning]:
         *mesh_warnings(case, model),
         *curve_warnings(model),
         *_fabric(case),
-        *_particles(case),
         *_gas(case, model),
         *_obstacles(case, model),
     ]
@@ -69,18 +68,6 @@ def _fabric(case: schema.Case) -> Iterator[Warning]:
             "fabric.young_warp, fabric.young_weft, fabric.shear",
             "warp and weft differ by a small factor, and woven fabric is far softer in shear",
             "check the powers of ten",
-        )
-
-
-def _particles(case: schema.Case) -> Iterator[Warning]:
-    if case.gas.model == "corpuscular":
-        yield Warning(
-            "W-GAS-007",
-            "the corpuscular gas is experimental",
-            "gas.model",
-            "it passes its closed forms in a rigid bag and unfolds a flat bag for some milliseconds; then fabric that "
-            "wrinkles at the scale of its elements can pass through itself, and the run ends",
-            'compare with gas.model = "uniform-pressure", and look at the shapes',
         )
 
 

@@ -82,10 +82,4 @@ CODES: dict[str, Entry] = {
         "A radius and a diameter exchanged.",
         "Reduce inflator.jets.ring_radius, or enlarge bag.mouth_radius.",
     ),
-    "W-GAS-007": Entry(
-        None,
-        "The corpuscular gas is experimental.",
-        "It was chosen in [gas].",
-        'Compare with gas.model = "uniform-pressure", and look at the shapes.',
-    ),
 }

@@ -182,7 +182,7 @@ def _strip(u):
     return int(min(max(0.5 * STRIPS * (1.0 + u / WIDEST), 0.0), STRIPS - 1.0))
 
 
-@kernel
+@scalar
 def _aim(n, triangles, positions, holes, frames, centre, ring, diameter, weight, jet, along):
     jets = len(holes)
     pitch = 2.0 * np.pi / jets

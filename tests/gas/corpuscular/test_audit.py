@@ -7,8 +7,9 @@ import pytest
 from flights import Scene, box, flock_of, inside_points, winding
 from test_flight_leaks import flat_round, sliver, zigzag
 
-from billow.gas.corpuscular.audit import audit, bring_back
+from billow.gas.corpuscular.audit import audit, bring_back, count_parked
 from billow.gas.corpuscular.depth import depths
+from billow.gas.corpuscular.flight import UNCOUNTED
 from billow.geometry.bag_shapes import round_bag
 
 
@@ -129,3 +130,16 @@ def test_an_overlap_holds_its_share_of_the_gas():
     spread = 3.0 * np.sqrt(share / len(points) + share / (probe >= 1).sum())
     assert share > 0.005
     assert abs(inside - share) < spread
+
+
+def test_only_those_put_beside_a_wall_are_counted_anew():
+    triangles, positions = bent_through_itself(1.12)
+    points = inside_points(triangles, positions, 3000, np.random.default_rng(10), 1e-3)
+    depth = np.round(winding(points, triangles, positions)).astype(int)
+    points[:3] += 10.0
+    flock = flock_of(points, np.zeros_like(points))
+    flock.overlap[:1500:2] = UNCOUNTED
+    flock.overlap[1::2] = 7
+    assert count_parked(flock, triangles, positions, *bag_sides(triangles)).tolist() == [0, 2]
+    assert np.array_equal(flock.overlap[4:1500:2], depth[4:1500:2] - 1)
+    assert (flock.overlap[1::2] == 7).all()

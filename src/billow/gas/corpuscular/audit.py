@@ -10,7 +10,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from billow.gas.corpuscular.depth import depths
-from billow.gas.corpuscular.flight import Flock
+from billow.gas.corpuscular.flight import UNCOUNTED, Flock
 
 
 def audit(
@@ -20,9 +20,20 @@ def audit(
 
     positions: [m], (nodes, 3), where the particles' step ended. triangles, behind, ahead: as `depths` takes them.
     """
-    depth = depths(flock.position, flock.chamber, triangles, positions, behind, ahead)
-    flock.overlap[...] = np.maximum(depth, 1) - 1
-    return np.flatnonzero((depth < 1) & (flock.chamber >= 0))
+    return _count(flock, np.arange(len(flock.chamber)), triangles, positions, behind, ahead)
+
+
+def count_parked(
+    flock: Flock, triangles: np.ndarray, positions: np.ndarray, behind: np.ndarray, ahead: np.ndarray
+) -> np.ndarray:
+    """The same for those that flight has put beside a wall."""
+    return _count(flock, np.flatnonzero(flock.overlap == UNCOUNTED), triangles, positions, behind, ahead)
+
+
+def _count(flock, who, triangles, positions, behind, ahead):
+    depth = depths(flock.position[who], flock.chamber[who], triangles, positions, behind, ahead)
+    flock.overlap[who] = np.maximum(depth, 1) - 1
+    return who[(depth < 1) & (flock.chamber[who] >= 0)]
 
 
 def bring_back(flock: Flock, escaped: np.ndarray) -> None:

@@ -17,7 +17,7 @@ import numpy as np
 from billow.compiled import CHUNK, scalar
 from billow.errors import NumericalStop
 from billow.gas.ambient import Ambient, InitialGas
-from billow.gas.corpuscular.audit import audit, bring_back
+from billow.gas.corpuscular.audit import audit, bring_back, count_parked
 from billow.gas.corpuscular.balance import settle, thermal_energy
 from billow.gas.corpuscular.cells import Cells, sort_into_cells
 from billow.gas.corpuscular.collisions import collide, collision_time
@@ -271,7 +271,7 @@ class Corpuscular:
         take_out(gas, kinds, self._outlets, self.passages, bag, flock, pulled)
         if time >= gas.next_audit:
             gas.next_audit = time + AUDIT_INTERVAL
-            self._audit(gas, bag)
+            self._recover(gas, audit(_flock(gas.particles), *self._surface_now(bag)))
         self._draw_in(gas, kinds, bag)
         self._collide(gas, kinds, span)
         before = self.chambers.volumes(bag.surface.triangles, gas.positions)
@@ -336,7 +336,9 @@ class Corpuscular:
         if self.passages.rows:
             gas.passed += tally.through
         gas.energy_at_walls += tally.energy_to_walls
-        gas.parked += tally.parked
+        if tally.parked:
+            gas.parked += tally.parked
+            self._recover(gas, count_parked(flock, *self._surface_now(bag)))
         return flock
 
     def _lost(self, gas: CorpuscularState, bad: int) -> NumericalStop:
@@ -353,12 +355,15 @@ class Corpuscular:
             remedy="reduce run.dt_scale, or compare with gas.model = uniform-pressure",
         )
 
-    def _audit(self, gas: CorpuscularState, bag: Bag) -> None:
-        flock = _flock(gas.particles)
-        escaped = audit(flock, bag.surface.triangles, bag.positions, self.chambers.behind, self.chambers.ahead)
+    def _surface_now(self, bag: Bag) -> tuple[np.ndarray, ...]:
+        """Triangles, positions, and the chambers on both sides, as `depths` takes them."""
+        return bag.surface.triangles, bag.positions, self.chambers.behind, self.chambers.ahead
+
+    def _recover(self, gas: CorpuscularState, escaped: np.ndarray) -> None:
+        """Book and bring back who is not in its chamber; escaped: indices (n,)."""
         if len(escaped):
             gas.escaped += len(escaped)
-            bring_back(flock, escaped)
+            bring_back(_flock(gas.particles), escaped)
 
     def _draw_in(self, gas: CorpuscularState, kinds: ParticleKinds, bag: Bag) -> None:
         """Air from outside, where that has the higher pressure."""

@@ -40,6 +40,9 @@ STANDOFF = 1e-9
 MOST_HITS = 32
 """Hits per particle and step after which it is parked; a fold of angle a takes up to pi/a."""
 
+UNCOUNTED = -1
+"""Overlap of a particle that was put beside a wall: fabric may have come over that place meanwhile."""
+
 MOST_LOOKS = 100_000
 """Pieces into which the search may cut a path; only meaningless velocities need so many."""
 
@@ -64,7 +67,7 @@ class Flock:
     position: [m], (particles, 3). velocity: [m/s], (particles, 3). species: (particles,) int32. identity: (particles,)
     int64, names the particle in random numbers for ever. chamber: (particles,) int32, OUTSIDE once it has left.
     exit: (particles,) int32, the last opening it passed, -1 if none. overlap: (particles,) int32, layers of fabric
-    it has come in through from outside and not gone out through again.
+    it has come in through from outside and not gone out through again; UNCOUNTED after it was put beside a wall.
     """
 
     position: np.ndarray
@@ -252,6 +255,7 @@ def _fly(
                         counts, reach,
                     )  # fmt: skip
                     tally_out[chunk, 2] += 1
+                    lap = UNCOUNTED
                     break
                 if len(wall_speed) > 0:
                     felt = vx * nx + vy * ny + vz * nz - wall_speed[t]
