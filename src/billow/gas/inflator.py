@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -47,7 +48,7 @@ class Inflator:
     name: str = "inflator"
     chamber: int = 0
 
-    @property
+    @cached_property
     def cumulative(self) -> np.ndarray:
         """Mass delivered up to each flow_time [kg], exact for the piecewise linear flow."""
         steps = 0.5 * (self.mass_flow[1:] + self.mass_flow[:-1]) * np.diff(self.flow_time)
