@@ -208,12 +208,48 @@ def summary(case: Case, result: Result, cost: dict) -> dict:
         "highest_pressure_kPa": 1e-3 * gauge.max(),
         "largest_volume_l": 1e3 * h["volume [m^3]"].max(),
         "energy_residual_of_largest": result.ledger["energy_residual_of_largest"],
+        "escaped": result.ledger.get("leaked_particles", 0),
         **cost,
     }
     if VELOCITY[0] in h:
         row["highest_acceleration_m_s2"] = h[ACCELERATION[0]].max()
         row["last_velocity_m_s"] = h[VELOCITY[0]][-1]
     return row
+
+
+COLUMNS = {
+    "simulated": ("simulated_ms", "{:.1f} ms"),
+    "energy put in": ("energy_put_in_J", "{:,.1f} J"),
+    "highest pressure": ("highest_pressure_kPa", "{:.1f} kPa"),
+    "largest volume": ("largest_volume_l", "{:.1f} l"),
+    "outgoing mass": ("outgoing_mass_g", "{:.2f} g"),
+    "energy residual": ("energy_residual_of_largest", "{:.2%}"),
+    "particles put back": ("escaped", "{:.0f}"),
+    "hemisphere at the end": ("last_velocity_m_s", "{:.2f} m/s"),
+    "computing time": ("wall_seconds", "{:.0f} s"),
+    "processor time": ("processor_seconds", "{:.0f} s"),
+}
+
+
+def write_page(folder: Path) -> None:
+    """README.md of the folder, from the tables and figures there are."""
+    lines = [
+        "# Examples of the LS-DYNA paper, by uniform pressure and by particles", "",
+        "Written by `benchmarks/paper_examples.py`; cases in [examples/paper](../../examples/paper/README.md).",
+        "Computing times are of shared machines; the tables (`*.json`) hold threads and load of each run.",
+    ]  # fmt: skip
+    for example, shown in EXAMPLES.items():
+        path = folder / f"{example}.json"
+        if not path.exists():
+            continue
+        table = json.loads(path.read_text())
+        lines += ["", f"## {load(example, 'up').title}", "", f"| | {' | '.join(COLUMNS)} |"]
+        lines += [f"|---|{'---|' * len(COLUMNS)}"]
+        for model in shown["models"]:
+            cells = [text.format(table[model][key]) if key in table[model] else "" for key, text in COLUMNS.values()]
+            lines.append(f"| {MODELS[model]} | {' | '.join(cells)} |")
+        lines += ["", f"![shapes]({example}_shapes.png)", "", f"![curves]({example}_curves.png)"]
+    (folder / "README.md").write_text("\n".join(lines) + "\n")
 
 
 def main() -> None:
@@ -239,6 +275,7 @@ def main() -> None:
             draw_curves(results, shown["curves"]).savefig(arguments.out / f"{example}_curves.png")
         for model, row in table.items():
             print(example, model, " ".join(f"{k}={v}" for k, v in row.items()))
+    write_page(arguments.out)
 
 
 if __name__ == "__main__":

@@ -7,7 +7,7 @@ import pytest
 from flights import Scene, box, flock_of, inside_points, winding
 from test_flight_leaks import flat_round, sliver, zigzag
 
-from billow.gas.corpuscular.audit import audit, bring_back, count_parked
+from billow.gas.corpuscular.audit import audit, bring_back, house_parked
 from billow.gas.corpuscular.depth import depths
 from billow.gas.corpuscular.flight import UNCOUNTED
 from billow.geometry.bag_shapes import round_bag
@@ -132,14 +132,16 @@ def test_an_overlap_holds_its_share_of_the_gas():
     assert abs(inside - share) < spread
 
 
-def test_only_those_put_beside_a_wall_are_counted_anew():
+def test_only_those_put_beside_a_wall_are_counted_and_housed_anew():
     triangles, positions = bent_through_itself(1.12)
     points = inside_points(triangles, positions, 3000, np.random.default_rng(10), 1e-3)
     depth = np.round(winding(points, triangles, positions)).astype(int)
-    points[:3] += 10.0
+    points[[0, 2]] += 10.0
     flock = flock_of(points, np.zeros_like(points))
     flock.overlap[:1500:2] = UNCOUNTED
     flock.overlap[1::2] = 7
-    assert count_parked(flock, triangles, positions, *bag_sides(triangles)).tolist() == [0, 2]
+    house_parked(flock, triangles, positions, *bag_sides(triangles))
     assert np.array_equal(flock.overlap[4:1500:2], depth[4:1500:2] - 1)
+    assert (winding(flock.position[[0, 2]], triangles, positions) > 0.5).all()
+    assert (flock.position[1] == points[1]).all()
     assert (flock.overlap[1::2] == 7).all()

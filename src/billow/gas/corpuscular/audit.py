@@ -23,11 +23,11 @@ def audit(
     return _count(flock, np.arange(len(flock.chamber)), triangles, positions, behind, ahead)
 
 
-def count_parked(
+def house_parked(
     flock: Flock, triangles: np.ndarray, positions: np.ndarray, behind: np.ndarray, ahead: np.ndarray
-) -> np.ndarray:
-    """The same for those that flight has put beside a wall."""
-    return _count(flock, np.flatnonzero(flock.overlap == UNCOUNTED), triangles, positions, behind, ahead)
+) -> None:
+    """Count those anew that flight has put beside a wall; where fabric has come over that place, they go elsewhere."""
+    bring_back(flock, _count(flock, np.flatnonzero(flock.overlap == UNCOUNTED), triangles, positions, behind, ahead))
 
 
 def _count(flock, who, triangles, positions, behind, ahead):

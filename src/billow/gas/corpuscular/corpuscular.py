@@ -17,7 +17,7 @@ import numpy as np
 from billow.compiled import CHUNK, scalar
 from billow.errors import NumericalStop
 from billow.gas.ambient import Ambient, InitialGas
-from billow.gas.corpuscular.audit import audit, bring_back, count_parked
+from billow.gas.corpuscular.audit import audit, bring_back, house_parked
 from billow.gas.corpuscular.balance import settle, thermal_energy
 from billow.gas.corpuscular.cells import Cells, sort_into_cells
 from billow.gas.corpuscular.collisions import collide, collision_time
@@ -271,7 +271,7 @@ class Corpuscular:
         take_out(gas, kinds, self._outlets, self.passages, bag, flock, pulled)
         if time >= gas.next_audit:
             gas.next_audit = time + AUDIT_INTERVAL
-            self._recover(gas, audit(_flock(gas.particles), *self._surface_now(bag)))
+            self._audit(gas, bag)
         self._draw_in(gas, kinds, bag)
         self._collide(gas, kinds, span)
         before = self.chambers.volumes(bag.surface.triangles, gas.positions)
@@ -338,7 +338,7 @@ class Corpuscular:
         gas.energy_at_walls += tally.energy_to_walls
         if tally.parked:
             gas.parked += tally.parked
-            self._recover(gas, count_parked(flock, *self._surface_now(bag)))
+            house_parked(flock, *self._surface_now(bag))
         return flock
 
     def _lost(self, gas: CorpuscularState, bad: int) -> NumericalStop:
@@ -359,11 +359,13 @@ class Corpuscular:
         """Triangles, positions, and the chambers on both sides, as `depths` takes them."""
         return bag.surface.triangles, bag.positions, self.chambers.behind, self.chambers.ahead
 
-    def _recover(self, gas: CorpuscularState, escaped: np.ndarray) -> None:
-        """Book and bring back who is not in its chamber; escaped: indices (n,)."""
+    def _audit(self, gas: CorpuscularState, bag: Bag) -> None:
+        """Book and bring back who is not in its chamber."""
+        flock = _flock(gas.particles)
+        escaped = audit(flock, *self._surface_now(bag))
         if len(escaped):
             gas.escaped += len(escaped)
-            bring_back(_flock(gas.particles), escaped)
+            bring_back(flock, escaped)
 
     def _draw_in(self, gas: CorpuscularState, kinds: ParticleKinds, bag: Bag) -> None:
         """Air from outside, where that has the higher pressure."""
