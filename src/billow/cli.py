@@ -197,6 +197,7 @@ def train(
     runs: Annotated[int | None, typer.Option(min=2, help="Use only the first so many training runs.")] = None,
     epochs: Annotated[int | None, typer.Option(min=1, help="Epochs (default: the recipe's).")] = None,
     seed: Annotated[int, typer.Option(help="Seed of basis and networks.")] = 0,
+    memory: Annotated[float, typer.Option(min=0.1, help="GiB of snapshots held at once; more are streamed.")] = 4.0,
 ) -> None:
     """Learn a surrogate from the training runs of a study."""
     from billow.results.dataset import Dataset
@@ -208,8 +209,9 @@ def train(
     _say_left_out(console, dataset)
     with show_epochs(console, "training") as progress:
         surrogate = Surrogate.train(
-            dataset, recipe, modes, dataset.trusted[:runs], seed, epochs=epochs, progress=progress
-        )
+            dataset, recipe, modes, dataset.trusted[:runs], seed, epochs=epochs, progress=progress,
+            memory=int(memory * 2**30),
+        )  # fmt: skip
     path = surrogate.save(out or folder / "surrogate.safetensors")
     seconds = surrogate.training["pod_seconds"] + surrogate.training["network_seconds"]
     console.print(f"{path}: learned {len(surrogate.training['runs'])} runs in {seconds:.1f} s", markup=False)
@@ -222,6 +224,7 @@ def evaluate(
         Path | None, typer.Option("--surrogate", help="Surrogate file (default: FOLDER/surrogate.safetensors).")
     ] = None,
     out: Annotated[Path | None, typer.Option(help="Report folder (default: FOLDER/report).")] = None,
+    memory: Annotated[float, typer.Option(min=0.1, help="GiB of snapshots held at once; more are streamed.")] = 4.0,
 ) -> None:
     """Measure a surrogate on the unseen runs of its study and write report.html, metrics.json and figures."""
     from billow.results.dataset import Dataset
@@ -233,7 +236,7 @@ def evaluate(
     dataset = Dataset.open(folder)
     surrogate = Surrogate.load(surrogate_file or folder / "surrogate.safetensors")
     with steps(make_console()) as progress:
-        evaluation = measure(dataset, surrogate, progress=progress)
+        evaluation = measure(dataset, surrogate, memory=int(memory * 2**30), progress=progress)
     path = write_report(dataset, surrogate, evaluation, out or folder / "report")
     make_console().print(f"report: {path}", markup=False)
 

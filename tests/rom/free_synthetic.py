@@ -62,14 +62,16 @@ class FreeDataset:
         body = Impactor(np.full(3, radius), 3.0, np.array([0.0, 0.0, CLEARANCE + radius]), np.eye(3), MASS, np.zeros(3))
         shapes = self.reference + self._shape(pressure, self.steps)
         area, dt = node_area(self.reference, self.triangles), self.steps[1]
-        centre, velocity = np.zeros((2, len(self.steps), 3))
+        centre, velocity, force = np.zeros((3, len(self.steps), 3))
         centre[0] = body.centre
-        for k in range(len(self.steps) - 1):
-            a = 1e3 * pressure * area_vectors(shapes[k], area, body, centre[k])[0] / MASS
-            velocity[k + 1] = velocity[k] + dt * a
-            centre[k + 1] = centre[k] + dt * velocity[k] + 0.5 * dt**2 * a
+        for k in range(len(self.steps)):
+            if k:
+                a = force[k - 1] / MASS
+                velocity[k] = velocity[k - 1] + dt * a
+                centre[k] = centre[k - 1] + dt * velocity[k - 1] + 0.5 * dt**2 * a
+            force[k] = 1e3 * pressure * area_vectors(shapes[k], area, body, centre[k])[0]
         histories = {"time [s]": self.steps}
-        for name, unit, vector in (("centre", "m", centre), ("velocity", "m/s", velocity)):
+        for name, unit, vector in (("centre", "m", centre), ("velocity", "m/s", velocity), ("force", "N", force)):
             histories |= {f"head_{name}_{axis} [{unit}]": vector[:, k] for k, axis in enumerate("xyz")}
         return SimpleNamespace(histories=histories, case_toml=case(radius), record={}, folder="RUN")
 

@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import tracemalloc
 
 import numpy as np
 import pytest
 from synthetic import SyntheticDataset
 
 from billow.errors import InputError
-from billow.rom.baselines import MeanTrajectory, NearestRun, RadialBasis
+from billow.rom.baselines import baselines
 from billow.rom.evaluate import BASELINES, evaluate
 from billow.rom.metrics_file import write_metrics
 from billow.rom.rmse import Summary, accuracy, snapshot_rmse
-from billow.rom.snapshots import collect
+from billow.rom.snapshots import snapshot_bytes
 from billow.rom.surrogate import Surrogate
 from billow.rom.timing import Timing
 
@@ -76,15 +77,30 @@ def test_cut_model_of_the_sweep_agrees_with_direct_evaluation(evaluation, datase
 
 
 def test_baselines_reproduce_what_they_know(dataset, surrogate):
-    seen = collect(dataset, dataset.train)
     low, high = (np.array([getattr(p, side) for p in dataset.parameters]) for side in ("low", "high"))
     designs, truth = dataset.design(dataset.train), dataset.snapshots("displacement", dataset.train)
-    assert np.allclose(MeanTrajectory(seen).predict(designs[0]), truth.mean(axis=0), atol=1e-6)
+    mean, nearest, radial = baselines(dataset, dataset.train, surrogate.bases)
+    assert np.allclose(mean.predict(designs[0]), truth.mean(axis=0, dtype=float), atol=1e-7)
     nudged = designs[4] + 1e-3 * (high - low)
-    assert np.array_equal(NearestRun(seen, low, high).predict(nudged), truth[4])
+    assert np.array_equal(nearest.predict(nudged), truth[4])
     projected = (truth[4, :, :, 2] @ surrogate.bases[2].modes.T) @ surrogate.bases[2].modes
-    interpolated = RadialBasis(seen, surrogate.bases, low, high).predict(designs[4])
-    assert np.allclose(interpolated[:, :, 2], projected, atol=1e-4)  # [m]: it passes through the training runs
+    assert np.allclose(radial.predict(designs[4])[:, :, 2], projected, atol=1e-4)  # [m]: through the training runs
+
+
+def test_memory_stays_bounded_however_many_runs_there_are():
+    dataset = SyntheticDataset(train=150, test=10, times=30, nodes=1000)
+    surrogate = Surrogate.train(dataset, modes=6, epochs=2)
+    one, all_runs = (snapshot_bytes(dataset, dataset.train[:n]) for n in (1, 150))
+    memory = all_runs // 6
+    tracemalloc.start()
+    try:
+        evaluate(dataset, surrogate, sizes=(150,), modes=(4, 6), memory=memory)
+        _, peak = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    # Beside the blocks: a run, its errors in float64 and the fields of the ensemble's members, 16 runs in all.
+    assert peak < memory + 16 * one
+    assert memory + 16 * one < 0.3 * all_runs  # a test that holding all snapshots would not pass
 
 
 def test_break_even_counts_generation_and_training():

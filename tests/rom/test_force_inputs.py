@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import math
+import tracemalloc
 
 import numpy as np
 import pytest
 from synthetic import SyntheticDataset, deploy
 
 from billow.errors import InputError
+from billow.rom.force_basis import force_bases, ordinary
 from billow.rom.force_effect import force_effect
-from billow.rom.force_inputs import ForceInputs, previous, without_outliers
+from billow.rom.force_inputs import ForceInputs, previous
+from billow.rom.reduction import DEFAULT_MEMORY
+from billow.rom.snapshots import snapshot_bytes
 from billow.rom.surrogate import Surrogate
 
 
@@ -44,9 +48,8 @@ def pushed():
 def test_snapshots_whose_norm_is_an_outlier_leave():
     matrix = np.ones((4, 50), np.float32)
     matrix[:, 7] = 100.0
-    kept = without_outliers(matrix)
-    assert kept.shape == (4, 49)
-    assert kept.max() == 1.0
+    usual = ordinary(np.linalg.norm(matrix, axis=0))
+    assert np.flatnonzero(~usual).tolist() == [7]
     # mean +- 3 deviations of 50 norms 1, ..., 1, 100: one outlier always lies 7 deviations off.
 
 
@@ -64,6 +67,48 @@ def test_inputs_are_the_normal_cumulative_function_of_projections_of_the_time_be
     assert inputs[run, step, 0] == pytest.approx(0.5 * (1.0 + math.erf(standard / math.sqrt(2.0))), abs=1e-5)
     # Before the first time nothing touches.
     assert inputs[:, 0, 0] == pytest.approx(model.scaled(np.zeros((24, 1, 1)))[:, 0])
+
+
+class Struck(PushedDataset):
+    """Forces of several shapes, none along y, and one blow that is out of the ordinary."""
+
+    def snapshots(self, field, runs):
+        if field != "contact_force":
+            return super().snapshots(field, runs)
+        x, y = self.reference[:, 0], self.reference[:, 1]
+        shapes = np.stack([np.ones_like(x), x, y, x * y]).astype(float)
+        forces = np.zeros((len(runs), len(self.times), len(x), 3), np.float32)
+        for row, run in enumerate(runs):
+            weights = np.random.default_rng(int(run)).normal(1.0, 0.3, (2, len(self.times), 4)) * (8.0, 4.0, 2.0, 1.0)
+            forces[row, :, :, 0], forces[row, :, :, 2] = weights @ shapes
+        if "0004" in runs:
+            forces[list(runs).index("0004"), 5] *= 1000.0
+        return forces
+
+
+def test_forces_read_block_by_block_are_those_of_all_in_memory():
+    dataset = Struck(train=24, test=2, times=20, nodes=300)
+    runs, components = dataset.train, (0, 1, 2)
+    memory = snapshot_bytes(dataset, runs)
+    whole = force_bases(dataset, runs, 3, components, 0, DEFAULT_MEMORY)
+    tracemalloc.start()
+    streamed = force_bases(dataset, runs, 3, components, 0, memory)
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert peak < memory + 1e6  # sketches of 51 columns, 0.2 MB each; all at once take 1.7 times memory and more
+    assert np.array_equal(streamed[2], whole[2])
+    assert np.flatnonzero(~whole[2][0]).tolist() == [4 * 20 + 5]
+    assert whole[0][1] is streamed[0][1] is None  # along y nothing pushes
+    for component in (0, 2):
+        one, other = (found[0][component].modes.astype(float) for found in (whole, streamed))
+        # Rank four: sketches of 51 columns lose nothing, and modes agree but for float32.
+        assert other == pytest.approx(one, abs=1e-4)
+        known, again = (found[1][component] for found in (whole, streamed))
+        assert again == pytest.approx(known, abs=1e-4 * float(np.abs(known).max()))
+    inputs = [ForceInputs.learn(dataset, runs, 3, "z", 0, limit)[1] for limit in (DEFAULT_MEMORY, memory // 3)]
+    assert inputs[1] == pytest.approx(inputs[0], abs=1e-3)
+    with pytest.raises(InputError, match="E-CPL-001"):
+        ForceInputs.learn(dataset, runs, 3, "y", 0, memory // 3)
 
 
 def test_inputs_lie_between_0_and_1_whatever_the_force(pushed):

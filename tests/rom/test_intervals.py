@@ -50,7 +50,7 @@ def test_runs_are_held_out_whole_each_once_and_no_more_than_needed():
 def test_ninety_percent_of_unseen_values_are_covered(surrogate):
     # Forty unseen runs of the same formula; the goal of the project is 85 to 95 % for each component.
     unseen = SyntheticDataset(train=2, test=40, seed=7)
-    checks = {check.level: check for check in check_intervals(surrogate, collect(unseen, unseen.test))}
+    checks = {check.level: check for check in check_intervals(surrogate, unseen, unseen.test)}
     assert ((checks[0.9].covered > 0.85) & (checks[0.9].covered < 0.95)).all(), checks[0.9].covered
     widths = [checks[level].half_width for level in intervals.LEVELS]
     assert (np.diff(widths, axis=0) > 0).all()
@@ -61,7 +61,7 @@ def test_a_component_that_never_moves_is_covered():
     real = dataset.snapshots
     dataset.snapshots = lambda field, runs: real(field, runs) * np.array([1, 0, 1], np.float32)
     surrogate = Surrogate.train(dataset, modes=2, epochs=2)
-    for check in check_intervals(surrogate, collect(dataset, dataset.test)):
+    for check in check_intervals(surrogate, dataset, dataset.test):
         assert check.covered[1] == 1.0
         assert check.half_width[1] < 1e-6
     assert np.isfinite(surrogate.half_width(dataset.design(dataset.test))).all()

@@ -36,6 +36,7 @@ def test_designs_that_are_not_in_are_named():
     assert there.sizes[20] == tuple(TRAIN[:20])  # the other seven belong to no Latin hypercube
     assert any("N_DOE = 40 is left out: only 27 of its 40" in note for note in there.notes)
     assert any("3 of 5 unseen" in note for note in there.notes)
+    assert there.unseen == tuple(TEST[:3])
 
 
 def test_a_failed_run_leaves_its_design_standing():

@@ -12,6 +12,7 @@ from free_synthetic import FreeDataset
 from synthetic import SyntheticDataset
 
 from billow.rom import network
+from billow.rom.coupled_evaluation import TRUE_CONTACT, TRUE_INPUTS
 from billow.rom.paper import document, fits
 from billow.rom.paper.available import Available
 from billow.rom.paper.case_results import case_results
@@ -120,6 +121,16 @@ def test_free_obstacle_adds_the_coupled_model(tmp_path):
     assert {f"free-figure-{n}" for n in (7, 8, 9, 10, 12)} | {"free-coupled"} <= figures
     row = next(r for r in table(tmp_path, "free-coupled") if r[""] == "velocity")
     assert float(row["median"]) == pytest.approx(results.coupled_evaluation.median("velocity"), rel=1e-5)
+    found = results.coupled_evaluation
+    assert float(row["true contact force: worst"]) == pytest.approx(found.worst("velocity", TRUE_CONTACT), rel=1e-5)
+    assert float(row["true forces as inputs of the bag: median"]) == pytest.approx(
+        found.median("velocity", TRUE_INPUTS), rel=1e-5
+    )
+    by_run = table(tmp_path, "free-coupled-runs")
+    assert [r["run"] for r in by_run] == list(dataset.test)
+    assert [float(r["CFC 180: coupled"]) for r in by_run] == pytest.approx(
+        found.overall("acceleration CFC 180"), rel=1e-5
+    )
     assert "ISO/TS 18571" in text
     assert results.sizes[12].sweep_forces is not None
 

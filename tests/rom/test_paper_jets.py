@@ -56,9 +56,11 @@ def test_table_figure_and_words_hold_the_numbers():
     assert len(found.figure().axes) == 2
 
 
-def other_designs():
+def changed(**fields):
+    """A study like the others, but for some of its fields."""
     dataset = Plane(0.1)
-    dataset._design = {run: row + 1e-3 for run, row in dataset._design.items()}
+    for name, value in fields.items():
+        setattr(dataset, name, value(getattr(dataset, name)))
     return dataset
 
 
@@ -66,10 +68,14 @@ def other_designs():
     ("other", "parameter", "why"),
     [
         (Plane(0.1), "no such", "same parameters"),
+        (changed(parameters=lambda known: known[:5]), "jet", "same parameters"),
         (SyntheticDataset(train=12, test=2, times=6, nodes=80), "jet", "meshes"),
+        (changed(reference=lambda nodes: nodes + np.float32(1e-4)), "jet", "meshes"),
         (SyntheticDataset(train=12, test=2, times=7, nodes=90), "jet", "times"),
+        (changed(times=lambda times: 1.01 * times), "jet", "times"),
         (SyntheticDataset(train=3, test=2, times=6, nodes=90), "jet", "5 runs in common"),
-        (other_designs(), "jet", "different designs"),
+        (changed(train=lambda runs: runs[:5]), "jet", "7 runs in common, and 6 parameters need 8"),
+        (changed(_design=lambda rows: {run: row + 1e-3 for run, row in rows.items()}), "jet", "different designs"),
     ],
 )
 def test_studies_that_do_not_belong_together(other, parameter, why):
@@ -77,3 +83,12 @@ def test_studies_that_do_not_belong_together(other, parameter, why):
         compare_jets(Plane(0.2), other, NAMES, parameter)
     assert raised.value.code == "E-ROM-022"
     assert why in raised.value.why
+
+
+def test_the_fewest_runs_that_hold_a_plane_are_enough():
+    # Six parameters and a constant leave one run of eight over; unseen runs count like the others.
+    one, other = Plane(0.2), changed(train=lambda runs: runs[:6])
+    found = compare_jets(one, other, NAMES, "jet")
+    assert found.runs == (*one.train[:6], *one.test)
+    # Eight designs at random: the weights of the plane may add up to ten and more, of float32 rounding 2e-8 m.
+    assert found.effect[1] == pytest.approx(other.field, abs=1e-5)

@@ -1,7 +1,8 @@
 """What a surrogate has to beat: answers that need no network.
 
 Every baseline is made from training runs and asked like a surrogate: `predict(design)` gives the displacement
-[m], (times, nodes, 3) of one design (parameters,), at the trained times.
+[m], (times, nodes, 3) of one design (parameters,), at the trained times. `baselines` makes them all, and none of them
+holds more than one run.
 """
 
 from __future__ import annotations
@@ -10,37 +11,54 @@ import numpy as np
 from scipy.interpolate import RBFInterpolator
 
 from billow.rom.basis import Basis
-from billow.rom.snapshots import Snapshots
+from billow.rom.snapshots import read_run
+
+
+def baselines(dataset, runs: tuple[str, ...], bases: tuple[Basis, ...]) -> tuple:
+    """`MeanTrajectory`, `NearestRun` and `RadialBasis` of some runs, which are read once, one after the other.
+
+    bases: the reduced bases of x, y and z. Raises InputError E-ROM-009 if a run holds a value that is not finite.
+    """
+    total, trajectories = 0.0, []
+    for run in runs:
+        shape = read_run(dataset, run)
+        total = total + shape.astype(float)
+        trajectories.append(np.stack([shape[:, :, c] @ basis.modes.T for c, basis in enumerate(bases)], axis=1))
+    low, high = (np.array([getattr(p, side) for p in dataset.parameters], float) for side in ("low", "high"))
+    return (
+        MeanTrajectory((total / len(runs)).astype(np.float32)),
+        NearestRun(dataset, runs, low, high),
+        RadialBasis(np.stack(trajectories), dataset.design(runs), bases, low, high),
+    )
 
 
 class MeanTrajectory:
-    """The same answer for every design: the mean of all training runs at each time."""
+    """The same answer for every design: the mean of all training runs at each time, [m], (times, nodes, 3)."""
 
     name = "mean trajectory"
 
-    def __init__(self, snapshots: Snapshots):
-        runs, times = len(snapshots.runs), len(snapshots.times)
-        by_run = snapshots.matrices.reshape(3, snapshots.nodes, runs, times)
-        self._mean = np.ascontiguousarray(by_run.mean(axis=2).transpose(2, 1, 0))
+    def __init__(self, mean: np.ndarray):
+        self._mean = mean
 
     def predict(self, design: np.ndarray) -> np.ndarray:
         return self._mean
 
 
 class NearestRun:
-    """The training run whose design is nearest, every parameter's range counting as one."""
+    """The training run whose design is nearest, every parameter's range counting as one; read when it is asked for.
+
+    low, high: (parameters,), the ranges
+    """
 
     name = "nearest run"
 
-    def __init__(self, snapshots: Snapshots, low: np.ndarray, high: np.ndarray):
-        self._snapshots, self._low, self._range = snapshots, low, high - low
-        self._designs = (snapshots.design - low) / self._range
+    def __init__(self, dataset, runs: tuple[str, ...], low: np.ndarray, high: np.ndarray):
+        self._dataset, self._runs, self._low, self._range = dataset, runs, low, high - low
+        self._designs = (dataset.design(runs) - low) / self._range
 
     def predict(self, design: np.ndarray) -> np.ndarray:
         distance = np.linalg.norm(self._designs - (design - self._low) / self._range, axis=1)
-        times = len(self._snapshots.times)
-        first = int(distance.argmin()) * times
-        return self._snapshots.matrices[:, :, first : first + times].transpose(2, 1, 0)
+        return read_run(self._dataset, self._runs[int(distance.argmin())])
 
 
 class RadialBasis:
@@ -48,19 +66,26 @@ class RadialBasis:
 
     Thin-plate splines with a linear part on designs in [-1, 1]; with too few runs for a linear part (parameters + 1),
     linear splines with a constant.
+
+    trajectories: [m], (runs, times, 3, modes), coefficients in `bases`; designs: (runs, parameters)
     """
 
     name = "radial basis functions"
 
-    def __init__(self, snapshots: Snapshots, bases: tuple[Basis, ...], low: np.ndarray, high: np.ndarray):
+    def __init__(
+        self,
+        trajectories: np.ndarray,
+        designs: np.ndarray,
+        bases: tuple[Basis, ...],
+        low: np.ndarray,
+        high: np.ndarray,
+    ):
         self._bases, self._low, self._range = bases, low, high - low
-        coefficients = np.stack([b.coefficients(m) for b, m in zip(bases, snapshots.matrices, strict=True)])
-        trajectories = snapshots.by_run(coefficients)  # (runs, times, 3, modes)
         self._shape = trajectories.shape[1:]
-        runs, parameters = snapshots.design.shape
+        runs, parameters = designs.shape
         enough = runs > parameters
         self._interpolant = RBFInterpolator(
-            self._scaled(snapshots.design),
+            self._scaled(designs),
             trajectories.reshape(runs, -1),
             kernel="thin_plate_spline" if enough else "linear",
             degree=1 if enough else 0,

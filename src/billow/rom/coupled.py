@@ -67,17 +67,14 @@ class Coupled:
         design = np.asarray(dataset.design(runs), float)
         unfinished = cls(surrogate, impactor, None, times, gravity)
         starts = unfinished._starts
-        held = np.diff([*starts, len(times) - 1])[:, None]
         state, force = [], []
         for row, motion in zip(design, motions, strict=True):
             body, bag = impactor(row), unfinished._bag(row)
             moved = zip(bag, motion.centre[starts], motion.velocity[starts], strict=True)
             state.append([unfinished._state(nodes, body, *place) for nodes, *place in moved])
-            force.append(np.add.reduceat(filtered_force(motion, body.mass, gravity), starts) / held)
-        at = times[starts] + 0.5 * held[:, 0] * (times[1] - times[0])
-        law = learn_contact_law(
-            surrogate.regression.inputs, design, at, np.array(state), np.array(force), seed, progress
-        )
+            force.append(unfinished._held(filtered_force(motion, body.mass, gravity)))
+        at, inputs = unfinished._middles, surrogate.regression.inputs
+        law = learn_contact_law(inputs, design, at, np.array(state), np.array(force), seed, progress)
         return cls(surrogate, impactor, law, times, gravity)
 
     def __repr__(self) -> str:
@@ -92,29 +89,57 @@ class Coupled:
         """Read a file written by `save`. Errors as `read_coupled`."""
         return cls(**read_coupled(path))
 
-    def deploy(self, design, *, extrapolate: bool = False, pushed: np.ndarray | None = None) -> ImpactorMotion:
+    def deploy(
+        self, design, *, extrapolate: bool = False, pushed: np.ndarray | None = None, bag: np.ndarray | None = None
+    ) -> ImpactorMotion:
         """Motion of the impactor in one deployment.
 
         design: {name: value} or (parameters,)
         pushed: [m], (3,), the body starts displaced by this much from where the design puts it
+        bag: [m], (steps, nodes, 3), where the fabric is at `step_times`, default what the surrogate predicts
         Raises InputError E-ROM-001 and E-ROM-002, as `Surrogate.predict`.
         """
+        row = self._row(design, extrapolate)
+        body, middles = self.impactor(row), self._middles
+        bag = self._bag(row) if bag is None else bag
+
+        def force(step, centre, velocity):
+            state = self._state(bag[step], body, centre, velocity)
+            if not state[: 3 * len(REACHES)].any():  # fabric out of reach cannot push
+                return np.zeros(3)
+            return self.law(row, middles[step], state)
+
+        return self._move(body, body.centre if pushed is None else body.centre + pushed, force)
+
+    def replay(self, design, force: np.ndarray) -> ImpactorMotion:
+        """Motion of the impactor under a contact force that is known: what `deploy` would answer with a perfect law.
+
+        force: [N], (times - 1, 3), mean over each interval of `times`; it is held over the same steps as in `deploy`
+        Arguments and errors otherwise as `deploy`.
+        """
+        body, held = self.impactor(self._row(design, extrapolate=False)), self._held(force)
+        return self._move(body, body.centre, lambda step, centre, velocity: held[step])
+
+    @property
+    def step_times(self) -> np.ndarray:
+        """Times from which a force is held, within the surrogate's trained ones: [s], (steps,)."""
+        trained = self.surrogate.times
+        return np.clip(self.times[self._starts], trained[0], trained[-1])
+
+    def _row(self, design, extrapolate):
         rows, _ = design_rows(design, self.surrogate.parameters)
         if not extrapolate:
             check_design(rows, self.surrogate.parameters)
-        row = rows[0]
-        body = self.impactor(row)
+        return rows[0]
+
+    def _move(self, body: Impactor, start, force_of) -> ImpactorMotion:
+        """Motion from `start` [m], (3,), under force_of(step, centre, velocity) -> [N], (3,), held over each step."""
         centre, velocity = np.empty((2, len(self.times), 3))
-        centre[0] = body.centre if pushed is None else body.centre + pushed
-        velocity[0] = body.velocity
-        for k, nodes in zip(self._starts, self._bag(row), strict=True):
+        centre[0], velocity[0] = start, body.velocity
+        for step, k in enumerate(self._starts):
             held = slice(k + 1, k + EVERY + 1)
             after = (self.times[held] - self.times[k])[:, None]
-            state = self._state(nodes, body, centre[k], velocity[k])
-            acceleration = self.gravity
-            if state[: 3 * len(REACHES)].any():  # fabric out of reach cannot push
-                middle = self.times[k] + 0.5 * float(after[-1, 0])
-                acceleration = acceleration + self.law(row, middle, state) / body.mass
+            acceleration = self.gravity + force_of(step, centre[k], velocity[k]) / body.mass
             centre[held] = centre[k] + after * (velocity[k] + 0.5 * after * acceleration)
             velocity[held] = velocity[k] + after * acceleration
         return ImpactorMotion(self.times, centre, velocity)
@@ -128,11 +153,23 @@ class Coupled:
         """Index of each time from which a force is held."""
         return np.arange(0, len(self.times) - 1, EVERY)
 
+    @property
+    def _middles(self):
+        """Middle of each step: [s], (steps,)."""
+        return self.times[self._starts] + 0.5 * self._intervals * (self.times[1] - self.times[0])
+
+    @property
+    def _intervals(self):
+        """Intervals of the histories in each step: (steps,)."""
+        return np.diff([*self._starts, len(self.times) - 1])
+
+    def _held(self, force):
+        """Mean over each step: (times - 1, 3) -> (steps, 3)."""
+        return np.add.reduceat(force, self._starts) / self._intervals[:, None]
+
     def _bag(self, row):
-        """Nodes at the times `_starts`: [m], (starts, nodes, 3)."""
-        trained = self.surrogate.times
-        times = np.clip(self.times[self._starts], trained[0], trained[-1])
-        return self.surrogate.reference + self.surrogate.predict(row, times, extrapolate=True)
+        """Nodes at `step_times`: [m], (steps, nodes, 3)."""
+        return self.surrogate.reference + self.surrogate.predict(row, self.step_times, extrapolate=True)
 
     def _state(self, nodes, body: Impactor, centre, velocity):
         """What the law sees: area vectors [m^2] and velocity [m/s], (3 * reaches + 3,)."""

@@ -9,12 +9,13 @@ import numpy as np
 
 from billow.errors import InputError
 from billow.results.dataset_files import Parameter, mesh_sha256, same_times
-from billow.rom.baselines import MeanTrajectory, NearestRun, RadialBasis
+from billow.rom.baselines import MeanTrajectory, NearestRun, RadialBasis, baselines
 from billow.rom.interval_check import IntervalCheck, check_intervals
 from billow.rom.learning_curve import LearningCurve, fit
 from billow.rom.projection import project
+from billow.rom.reduction import DEFAULT_MEMORY
 from billow.rom.rmse import Summary, snapshot_rmse
-from billow.rom.snapshots import Snapshots, collect
+from billow.rom.snapshots import read_run
 from billow.rom.standing import neighbour_distances, to_unit
 from billow.rom.surrogate import Surrogate
 from billow.rom.timing import Timing, measure
@@ -107,6 +108,7 @@ def evaluate(
     *,
     sizes: tuple[int, ...] | None = None,
     modes: tuple[int, ...] = SWEEP_MODES,
+    memory: int = DEFAULT_MEMORY,
     progress: Callable[[int, int, str], None] | None = None,
 ) -> Evaluation:
     """Ask a surrogate for every unseen run of its dataset and compare.
@@ -116,6 +118,7 @@ def evaluate(
         `paper`, whose training takes hours
     modes: numbers of modes to report for each size. One model is trained with the largest and cut: the basis of fewer
         modes is the start of the basis of more, and every coefficient has its own output
+    memory: [byte] for the models of `sizes`, as `Surrogate.train`; all else reads one run at a time
     progress: called as progress(done, total, what) before each piece of work
 
     Raises InputError E-ROM-012 if surrogate and dataset do not belong together, E-ROM-015 without unseen runs, and the
@@ -128,17 +131,16 @@ def evaluate(
     announce = _Announcer(progress, 3 + len(sizes))
 
     announce(f"comparing with {len(dataset.test)} unseen runs")
-    unseen = collect(dataset, dataset.test)
-    errors = _surrogate_errors(surrogate, unseen)
-    spread = surrogate.spread(unseen.design) if surrogate.regression.members > 1 else None
-    intervals = check_intervals(surrogate, unseen)
+    unseen = np.asarray(dataset.design(dataset.test), float)
+    errors = _surrogate_errors(dataset, surrogate)
+    spread = surrogate.spread(unseen) if surrogate.regression.members > 1 else None
+    intervals = check_intervals(surrogate, dataset, tuple(dataset.test))
     announce("comparing with baselines")
-    seen = collect(dataset, runs)
-    errors |= _baseline_errors(surrogate, seen, unseen)
+    errors |= _baseline_errors(dataset, surrogate, runs)
     sweep = []
     for size in sizes:
         announce(f"training on {size} runs")
-        sweep.append(_sweep(dataset, surrogate, runs[:size], modes, unseen))
+        sweep.append(_sweep(dataset, surrogate, runs[:size], modes, memory))
     announce("measuring times")
     return Evaluation(
         title=surrogate.title,
@@ -152,14 +154,14 @@ def evaluate(
         train=runs,
         test=tuple(dataset.test),
         missing=dict(getattr(dataset, "missing", {})),
-        design=unseen.design,
+        design=unseen,
         errors=errors,
         spread=spread,
         intervals=intervals,
         sweep=tuple(sweep),
         singular_values=np.stack([basis.singular_values for basis in surrogate.bases]),
         energy=np.stack([basis.energy_fraction for basis in surrogate.bases]),
-        coverage=_coverage(surrogate.parameters, seen.design, unseen.design),
+        coverage=_coverage(surrogate.parameters, np.asarray(dataset.design(runs), float), unseen),
         timing=measure(dataset, surrogate),
         ledgers=_ledgers(dataset, (*runs, *dataset.test)),
         training=surrogate.training,
@@ -205,10 +207,10 @@ def _require_match(dataset, surrogate):
     )
 
 
-def _surrogate_errors(surrogate, unseen: Snapshots) -> dict[str, np.ndarray]:
+def _surrogate_errors(dataset, surrogate) -> dict[str, np.ndarray]:
     errors = {name: [] for name in ("surrogate", "truncation", "regression")}
-    for run, design in enumerate(unseen.design):
-        truth = _run(unseen, run)
+    for run, design in zip(dataset.test, dataset.design(dataset.test), strict=True):
+        truth = read_run(dataset, run)
         known = np.stack([truth[:, :, c] @ basis.modes.T for c, basis in enumerate(surrogate.bases)], axis=1)
         best = np.stack([known[:, c] @ basis.modes for c, basis in enumerate(surrogate.bases)], axis=-1)
         learned = surrogate.coefficients(design)
@@ -218,30 +220,23 @@ def _surrogate_errors(surrogate, unseen: Snapshots) -> dict[str, np.ndarray]:
     return {name: np.array(values) for name, values in errors.items()}
 
 
-def _baseline_errors(surrogate, seen: Snapshots, unseen: Snapshots) -> dict[str, np.ndarray]:
-    low, high = (np.array([getattr(p, side) for p in surrogate.parameters]) for side in ("low", "high"))
-    baselines = (MeanTrajectory(seen), NearestRun(seen, low, high), RadialBasis(seen, surrogate.bases, low, high))
-    return {
-        baseline.name: np.array(
-            [snapshot_rmse(baseline.predict(design), _run(unseen, run)) for run, design in enumerate(unseen.design)]
-        )
-        for baseline in baselines
-    }
+def _baseline_errors(dataset, surrogate, runs) -> dict[str, np.ndarray]:
+    simple = baselines(dataset, runs, surrogate.bases)
+    errors = {baseline.name: [] for baseline in simple}
+    for run, design in zip(dataset.test, dataset.design(dataset.test), strict=True):
+        truth = read_run(dataset, run)
+        for baseline in simple:
+            errors[baseline.name].append(snapshot_rmse(baseline.predict(design), truth))
+    return {name: np.array(values) for name, values in errors.items()}
 
 
-def _run(snapshots: Snapshots, run: int) -> np.ndarray:
-    """(times, nodes, 3) of one run."""
-    times = len(snapshots.times)
-    return snapshots.matrices[:, :, run * times : (run + 1) * times].transpose(2, 1, 0)
-
-
-def _sweep(dataset, surrogate, runs, modes, unseen: Snapshots) -> SweepModel:
+def _sweep(dataset, surrogate, runs, modes, memory) -> SweepModel:
     possible = min(surrogate.nodes, len(runs) * len(surrogate.times))
     modes = tuple(count for count in modes if count <= possible)
     seed, epochs = surrogate.training["seed"], surrogate.training["epochs"]
-    model = Surrogate.train(dataset, surrogate.recipe, max(modes), runs, seed, epochs, calibrate=False)
-    learned = model.coefficients(unseen.design)
-    seen = project((_run(unseen, run) for run in range(len(unseen.runs))), model.bases)
+    model = Surrogate.train(dataset, surrogate.recipe, max(modes), runs, seed, epochs, calibrate=False, memory=memory)
+    learned = model.coefficients(dataset.design(dataset.test))
+    seen = project((read_run(dataset, run) for run in dataset.test), model.bases)
     lost = [seen.truncation(count) for count in modes]
     total = [np.hypot(floor, seen.regression(learned, count)) for floor, count in zip(lost, modes, strict=True)]
     return SweepModel(

@@ -3,7 +3,8 @@
 A contact force is a field over the whole bag, so it is reduced first. For each chosen component, over all training
 snapshots (paper, Methods):
 
-1. the Euclidean norm of each snapshot is a sample of a distribution; those outside mean +- `OUTLIERS` deviations leave
+1. the Euclidean norm of each snapshot is a sample of a distribution; those outside mean +- 3 deviations
+   leave (`force_basis`)
 2. the POD of the rest gives M force modes (paper equation 4)
 3. each coefficient's mean and deviation over the rest give a normal distribution, whose cumulative function brings the
    coefficient into [0, 1]
@@ -20,11 +21,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from billow.errors import InputError
-from billow.rom.basis import pod
-from billow.rom.snapshots import COMPONENTS, collect
-
-OUTLIERS = 3.0
-"""The paper's n_std: [-]. The paper gives no value."""
+from billow.rom.force_basis import force_bases
+from billow.rom.reduction import DEFAULT_MEMORY
+from billow.rom.snapshots import COMPONENTS
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,32 +46,33 @@ class ForceInputs:
         return self.mean.size
 
     @classmethod
-    def learn(cls, dataset, runs, modes: int, components: str, seed: int) -> tuple[ForceInputs, np.ndarray]:
+    def learn(
+        cls, dataset, runs, modes: int, components: str, seed: int, memory: int = DEFAULT_MEMORY
+    ) -> tuple[ForceInputs, np.ndarray]:
         """Force modes from the recorded forces of `runs`, and the inputs of these runs: [-], (runs, times, width).
 
-        modes: M of each component; components: letters, such as "z" or "xyz"
+        modes: M of each component; components: letters, such as "z" or "xyz"; memory: [byte], as `force_bases`
         Raises InputError E-CPL-001 for components that do not exist or never felt a force, E-ROM-007 for a number of
         modes that cannot be made, E-ROM-009 for forces that are not finite.
         """
         chosen = tuple(COMPONENTS.index(letter) for letter in components if letter in COMPONENTS)
         if not chosen or len(set(chosen)) != len(components):
             raise _no_component(components, "components are x, y and z, each at most once")
-        snapshots = collect(dataset, runs, "contact_force", chosen)
-        bases, means, deviations, inputs = [], [], [], []
-        for c, matrix in zip(chosen, snapshots.matrices, strict=True):
-            kept = without_outliers(matrix)
-            if not np.any(kept):
-                raise _no_component(COMPONENTS[c], "no training run felt a force in it")
-            basis = pod(kept, modes, seed)
-            coefficients = basis.coefficients(kept).astype(float)
-            bases.append(basis.modes)
-            means.append(coefficients.mean(axis=1))
-            # A mode that the rank of the data does not reach has coefficients of rounding only.
-            deviations.append(np.maximum(coefficients.std(axis=1), 1e-6 * basis.singular_values[0]))
-            inputs.append(basis.coefficients(matrix))
-        found = cls(chosen, np.stack(bases), np.array(means), np.array(deviations))
-        known = snapshots.by_run(np.stack(inputs))
-        return found, found.scaled(previous(known))
+        bases, coefficients, usual = force_bases(dataset, tuple(runs), modes, chosen, seed, memory)
+        if None in bases:
+            raise _no_component(COMPONENTS[chosen[bases.index(None)]], "no training run felt a force in it")
+        learned = [known[:, kept].astype(float) for known, kept in zip(coefficients, usual, strict=True)]
+        # A mode that the rank of the data does not reach has coefficients of rounding only.
+        least = [1e-6 * basis.singular_values[0] for basis in bases]
+        found = cls(
+            chosen,
+            np.stack([basis.modes for basis in bases]),
+            np.array([known.mean(axis=1) for known in learned]),
+            np.array([np.maximum(known.std(axis=1), low) for known, low in zip(learned, least, strict=True)]),
+        )
+        # (components, modes, runs * times) -> (runs, times, components, modes)
+        by_run = np.stack(coefficients).reshape(len(chosen), modes, len(runs), -1).transpose(2, 3, 0, 1)
+        return found, found.scaled(previous(by_run))
 
     def __call__(self, forces: np.ndarray) -> np.ndarray:
         """Inputs from nodal forces: [N], (..., nodes, 3) -> [-], (..., width) float32.
@@ -94,12 +94,6 @@ def previous(series: np.ndarray) -> np.ndarray:
     shifted = np.zeros_like(series)
     shifted[:, 1:] = series[:, :-1]
     return shifted
-
-
-def without_outliers(matrix: np.ndarray) -> np.ndarray:
-    """Snapshots whose norm lies within mean +- `OUTLIERS` deviations of all norms: (nodes, columns) of the same."""
-    norms = np.linalg.norm(matrix, axis=0)
-    return matrix[:, np.abs(norms - norms.mean()) <= OUTLIERS * norms.std()]
 
 
 def _no_component(components: str, why: str) -> InputError:

@@ -1,4 +1,4 @@
-"""How an obstacle moved: from a run's histories, or from a coupled model."""
+"""How an obstacle moved and what pushed it: from a run's histories, or from a coupled model."""
 
 from __future__ import annotations
 
@@ -46,3 +46,11 @@ def filtered_force(motion: ImpactorMotion, mass: float, gravity: np.ndarray) -> 
     """Contact force on a body from how it moved, filtered to `FORCE_CLASS`: [N], (times - 1, 3). mass: [kg]; gravity:
     [m/s^2], (3,)."""
     return mass * (motion.acceleration(FORCE_CLASS)[1] - gravity)
+
+
+def recorded_force(result, name: str) -> np.ndarray:
+    """Contact force on the free obstacle `name` as the solver recorded it, filtered to `FORCE_CLASS`: [N],
+    (times - 1, 3), mean of the two ends of each interval of the histories."""
+    force = np.stack([result.histories[f"{name}_force_{axis} [N]"] for axis in "xyz"], axis=1)
+    times = result.histories["time [s]"]
+    return channel_filter(0.5 * (times[1:] + times[:-1]), 0.5 * (force[1:] + force[:-1]), FORCE_CLASS)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from billow.rom.snapshots import Snapshots
+from billow.rom.snapshots import read_run
 
 
 @dataclass(frozen=True)
@@ -28,8 +28,9 @@ class IntervalCheck:
         return self.by_run.min(axis=0)
 
 
-def check_intervals(surrogate, unseen: Snapshots) -> tuple[IntervalCheck, ...]:
-    """One check for each calibrated level; empty without intervals.
+def check_intervals(surrogate, dataset, runs: tuple[str, ...]) -> tuple[IntervalCheck, ...]:
+    """One check for each calibrated level on `runs` of a dataset, read one after the other, twice; empty without
+    intervals.
 
     A value counts if it can move at all: nodes that are held have no error, would be covered by any interval, and are
     left out.
@@ -37,20 +38,20 @@ def check_intervals(surrogate, unseen: Snapshots) -> tuple[IntervalCheck, ...]:
     if surrogate.intervals is None:
         return ()
     levels = surrogate.intervals.levels
-    covered = np.zeros((len(levels), len(unseen.runs), 3))
+    covered = np.zeros((len(levels), len(runs), 3))
     width = np.zeros((len(levels), 3))
-    moving = [np.any(component != 0.0, axis=1) for component in unseen.matrices]
-    moving = [nodes if nodes.any() else ~nodes for nodes in moving]  # a component that never moves counts as it is
-    times = len(unseen.times)
-    for run, design in enumerate(unseen.design):
-        truth = unseen.matrices[:, :, run * times : (run + 1) * times].transpose(2, 1, 0)
-        error = np.abs(surrogate.predict(design, extrapolate=True) - truth)
-        for row, level in enumerate(levels):
+    moved = np.zeros((surrogate.nodes, 3), bool)
+    for run in runs:
+        moved |= np.any(read_run(dataset, run) != 0.0, axis=0)
+    moved |= ~moved.any(axis=0)  # a component that never moves counts as it is
+    for row, (run, design) in enumerate(zip(runs, dataset.design(runs), strict=True)):
+        error = np.abs(surrogate.predict(design, extrapolate=True) - read_run(dataset, run))
+        for place, level in enumerate(levels):
             half = surrogate.half_width(design, level=level, extrapolate=True)
-            for component, nodes in enumerate(moving):
-                covered[row, run, component] = (error[:, nodes, component] <= half[:, nodes, component]).mean()
-                width[row, component] += half[:, nodes, component].mean() / len(unseen.runs)
+            for component, nodes in enumerate(moved.T):
+                covered[place, row, component] = (error[:, nodes, component] <= half[:, nodes, component]).mean()
+                width[place, component] += half[:, nodes, component].mean() / len(runs)
     return tuple(
-        IntervalCheck(float(level), covered[row].mean(axis=0), covered[row], width[row])
-        for row, level in enumerate(levels)
+        IntervalCheck(float(level), covered[place].mean(axis=0), covered[place], width[place])
+        for place, level in enumerate(levels)
     )

@@ -89,14 +89,20 @@ def collect(dataset, runs, field: str = "displacement", components: tuple[int, .
     nodes, count = len(dataset.reference), len(times)
     matrices = np.empty((len(components), nodes, len(runs) * count), np.float32)
     for column, run in enumerate(runs):
-        shape = dataset.snapshots(field, [run])[0]  # (times, nodes, 3)
-        if not np.isfinite(shape).all():
-            raise InputError(
-                "E-ROM-009",
-                f"run {run} holds a {field} that is not finite",
-                where=f"run {run}, time index {int(np.argmin(np.isfinite(shape).all((1, 2))))}",
-                why="a basis made from it would be meaningless",
-                remedy=f"delete the folder of run {run} and repeat the study, which runs what is missing",
-            )
+        shape = read_run(dataset, run, field)
         matrices[:, :, column * count : (column + 1) * count] = shape.transpose(2, 1, 0)[list(components)]
     return Snapshots(matrices, np.asarray(dataset.design(runs), float), times, runs)
+
+
+def read_run(dataset, run: str, field: str = "displacement") -> np.ndarray:
+    """One run: (times, nodes, 3) float32. InputError E-ROM-009 if it holds a value that is not finite."""
+    shape = dataset.snapshots(field, [run])[0]
+    if not np.isfinite(shape).all():
+        raise InputError(
+            "E-ROM-009",
+            f"run {run} holds a {field} that is not finite",
+            where=f"run {run}, time index {int(np.argmin(np.isfinite(shape).all((1, 2))))}",
+            why="a basis made from it would be meaningless",
+            remedy=f"delete the folder of run {run} and repeat the study, which runs what is missing",
+        )
+    return shape

@@ -55,7 +55,7 @@ def learn(dataset, runs: tuple[str, ...], plan: Plan, progress: Progress | None 
     reduction = reduce_runs(dataset, runs, plan.modes, plan.seed, plan.memory, plan.client)
     forces = None
     if plan.force_modes:
-        forces = ForceInputs.learn(dataset, runs, plan.force_modes, plan.force_components, plan.seed)
+        forces = ForceInputs.learn(dataset, runs, plan.force_modes, plan.force_components, plan.seed, plan.memory)
     return learn_networks(dataset, reduction, plan, forces, progress), reduction
 
 

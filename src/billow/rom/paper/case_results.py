@@ -19,9 +19,10 @@ from billow.rom.paper.inference import Inference, measure_inference
 from billow.rom.paper.kept import Kept, fingerprint
 from billow.rom.paper.published import EPOCHS, MODES, PublishedCase
 from billow.rom.paper.recipe import RecipeFit, paper_recipe
-from billow.rom.paper.reductions import Reduced, force_inputs, reduced
+from billow.rom.paper.reductions import FORCE_COMPONENTS, FORCE_MODES, Reduced, force_inputs, reduced
 from billow.rom.reduction import DEFAULT_MEMORY
 from billow.rom.surrogate import Surrogate
+from billow.rom.training import Plan, learn_networks
 
 SEEDS = (0, 1)
 """Of the pairs of fits with and without forces: what differs less than they do is no difference."""
@@ -98,7 +99,7 @@ def case_results(
     Errors as `Surrogate.train` and `evaluate`; E-CPL-001 if no training run felt a force.
     """
     fits_each = 1 + 2 * len(SEEDS) + case.forces
-    announce = _Announcer(progress, len(there.sizes) * (fits_each + 2) + 3 + 2 * case.forces + (recipe is not None))
+    announce = _Announcer(progress, len(there.sizes) * (fits_each + 2) + 3 + 3 * case.forces + (recipe is not None))
     sizes, last = {}, None
     for size, runs in there.sizes.items():
         sizes[size], last = _size(case, dataset, there, size, runs, kept, memory, announce)
@@ -116,8 +117,10 @@ def case_results(
     if case.forces:
         said = announce("coupled model")
         coupled = _coupled(dataset, surrogate, there, kept, said)
+        said = announce(f"surrogate with true forces, N_DOE = {there.largest}")
+        informed = _with_forces(dataset, there, last, surrogate.modes, kept, memory, said)
         announce("coupled model on unseen runs")
-        coupled_evaluation = evaluate_coupled(dataset, coupled)
+        coupled_evaluation = evaluate_coupled(dataset, coupled, with_forces=informed)
     return CaseResults(
         case, dataset, there.notes, sizes, surrogate, evaluation, inference, coupled, coupled_evaluation, recipe_fit
     )
@@ -135,7 +138,7 @@ def _size(case, dataset, there, size, runs, kept, memory, announce) -> tuple[Siz
     announce(f"bases, N_DOE = {size}")
     made = reduced(dataset, runs, there.unseen, counts[-1], kept, memory)
     announce(f"force inputs, N_DOE = {size}")
-    known = force_inputs(dataset, runs, there.unseen, made, kept)
+    known = force_inputs(dataset, runs, there.unseen, made, kept, memory)
     modes = (_modes(dataset, there),)
 
     def trained(counts, seed, forces):
@@ -166,6 +169,18 @@ def _coupled(dataset, surrogate, there, kept, said) -> Coupled:
     if not path.is_file():
         Coupled.train(dataset, surrogate, progress=said).save(path)
     return Coupled.load(path)
+
+
+def _with_forces(dataset, there, made: Reduced, modes, kept, memory, said) -> Surrogate:
+    """A surrogate of the largest design that sees the contact forces of the time before."""
+    runs = there.sizes[there.largest]
+    known = force_inputs(dataset, runs, there.unseen, made, kept, memory)
+    path = kept.path("surrogate-with-forces", {"of": made.made_of, "modes": modes, "force_modes": known.model.width})
+    if not path.is_file():
+        plan = Plan("shared", modes, SEEDS[0], None, FORCE_MODES, FORCE_COMPONENTS, memory)
+        given = known.model, known.seen
+        Surrogate(**learn_networks(dataset, made.reduction.cut(modes), plan, given, said)).save(path)
+    return Surrogate.load(path)
 
 
 class _Announcer:

@@ -155,7 +155,8 @@ def _parts(results: CaseResults) -> list[Picture | Table]:
     if results.coupled_evaluation is not None:
         caption = "Nothing of the deployment is known in advance. Two unseen runs."
         draw = partial(figures.coupled_motion, results)
-        parts += [by_name["coupled"], picture("coupled", "The coupled model's impactor", caption, draw)]
+        shown = picture("coupled", "The coupled model's impactor", caption, draw)
+        parts += [by_name["coupled"], shown, by_name["coupled-runs"]]
     return parts
 
 

@@ -181,7 +181,7 @@ def recipes(results: CaseResults) -> Figure:
 def coupled_motion(results: CaseResults) -> Figure:
     """The impactor of two unseen runs, one in the middle of the ratings of acceleration and the worst."""
     found, coupled = results.coupled_evaluation, results.coupled
-    overall = [rating.overall for rating in found.ratings[f"acceleration CFC {SHOWN_CLASS}"]]
+    overall = found.overall(f"acceleration CFC {SHOWN_CLASS}")
     order = np.argsort(overall)
     chosen = (("typical", order[len(order) // 2]), ("worst", order[0]))
     figure = Figure(figsize=(9.0, 5.6), layout="constrained")

@@ -76,14 +76,14 @@ def _reduce(dataset, runs, test, modes, memory) -> Piece:
     return arrays, {"reduction": {name: getattr(reduction, name) for name in said}}
 
 
-def force_inputs(dataset, runs, test, reduced: Reduced, kept: Kept) -> Forces:
+def force_inputs(dataset, runs, test, reduced: Reduced, kept: Kept, memory: int) -> Forces:
     """Inputs from the contact forces of training and unseen runs, as the paper makes them; the unseen runs' are true,
-    known only because these runs have been made. Errors as `ForceInputs.learn`."""
+    known only because these runs have been made. memory: [byte], as `force_bases`. Errors as `ForceInputs.learn`."""
     inputs = {"of": reduced.made_of, "modes": FORCE_MODES, "components": FORCE_COMPONENTS, "seed": SEED}
 
     def make() -> Piece:
         begun = time.process_time()
-        model, seen = ForceInputs.learn(dataset, runs, FORCE_MODES, FORCE_COMPONENTS, SEED)
+        model, seen = ForceInputs.learn(dataset, runs, FORCE_MODES, FORCE_COMPONENTS, SEED, memory)
         unseen = [model(previous(dataset.snapshots("contact_force", [run])))[0] for run in test]
         arrays = {"modes": model.modes, "mean": model.mean, "deviation": model.deviation}
         arrays |= {"components": np.array(model.components), "seen": seen, "unseen": np.stack(unseen)}

@@ -6,6 +6,7 @@ import numpy as np
 
 from billow.rom.evaluate import BASELINES
 from billow.rom.paper.case_results import SEEDS, CaseResults
+from billow.rom.paper.coupled_tables import rating_by_run, rating_table
 from billow.rom.paper.published import EPOCHS, MODES, PublishedCase
 from billow.rom.paper.reductions import FORCE_COMPONENTS, FORCE_MODES
 from billow.rom.paper.table import Table
@@ -31,7 +32,7 @@ def tables(results: CaseResults) -> list[Table]:
     if results.recipe is not None:
         made.append(recipe_table(results))
     if results.coupled_evaluation is not None:
-        made.append(rating_table(results))
+        made += [rating_table(results), rating_by_run(results)]
     return made
 
 
@@ -239,23 +240,6 @@ def recipe_table(results: CaseResults) -> Table:
         f"paper's networks learn {recipe.component} alone; all three components would take them three times as long, "
         f"{3 * recipe.cpu_seconds / ours_all:,.0f} times ours.{short}",
         ("recipe", "trained", "mean [mm]", "p10 [mm]", "p90 [mm]", "max [mm]", _of_length(results), "training [CPU s]"),
-        tuple(rows),
-    )
-
-
-def rating_table(results: CaseResults) -> Table:
-    """The coupled model's impactor against the solver's."""
-    found = results.coupled_evaluation
-    rows = [
-        (q, found.median(q), found.worst(q), found.median(q, typical=True), found.worst(q, typical=True))
-        for q in found.ratings
-    ]
-    return Table(
-        f"{results.case.name}-coupled",
-        "The coupled model's impactor",
-        f"ISO/TS 18571 rating against the solver, {len(found.runs)} unseen runs, along z. Nothing of the deployment is "
-        "known in advance. Mean motion: that of the training runs, which ignores the design.",
-        ("", "median", "worst", "mean motion, median", "mean motion, worst"),
         tuple(rows),
     )
 
