@@ -249,6 +249,10 @@ def write_page(folder: Path) -> None:
             cells = [text.format(table[model][key]) if key in table[model] else "" for key, text in COLUMNS.values()]
             lines.append(f"| {MODELS[model]} | {' | '.join(cells)} |")
         lines += ["", f"![shapes]({example}_shapes.png)", "", f"![curves]({example}_curves.png)"]
+    if (folder / "convergence").exists():
+        lines += ["", "## How many particles are enough", "", "What `billow converge` found for the case in"]
+        lines += ["[convergence](convergence/case.toml):", ""]
+        lines += [f"![{name}](convergence/{name}.png)" for name in ("errors", "curves")]
     (folder / "README.md").write_text("\n".join(lines) + "\n")
 
 
