@@ -145,3 +145,18 @@ def test_only_those_put_beside_a_wall_are_counted_and_housed_anew():
     assert (winding(flock.position[[0, 2]], triangles, positions) > 0.5).all()
     assert (flock.position[1] == points[1]).all()
     assert (flock.overlap[1::2] == 7).all()
+
+
+def test_flight_leaves_those_uncounted_that_it_puts_beside_a_wall():
+    """In a bag a hundredth of a millimetre thick, everybody hits a wall more often than flight follows."""
+    bag = round_bag(0.35, 6, 1e-5)
+    triangles = bag.surface.triangles
+    points = inside_points(triangles, bag.positions, 200, np.random.default_rng(11), 4e-6)
+    flock = flock_of(points, np.tile([0.0, 10.0, 400.0], (len(points), 1)))
+    scene = Scene(triangles, bag.positions, flock)
+    parked = scene.advance(1e-5).parked
+    assert parked > 0
+    assert (flock.overlap == UNCOUNTED).sum() == parked
+    house_parked(flock, triangles, scene.positions, *bag_sides(triangles))
+    assert not flock.overlap.any()
+    assert (winding(flock.position, triangles, scene.positions) > 0.5).all()

@@ -51,7 +51,7 @@ class Particles:
     def make_room(self, more: int) -> None:
         """Room for so many more particles; the arrays move when they have to grow."""
         needed = self.count + more
-        self.overlap[self.count :] = 0
+        self.overlap[self.count : needed] = 0
         if needed <= self.capacity:
             return
         capacity = max(needed, self.capacity + self.capacity // 4)
