@@ -162,12 +162,13 @@ class SelfContact:
         """Pairs within reach; those whose nodes are over their triangles go on."""
         n = len(positions)
         grid = SearchGrid.build(self.triangles[self.solid], positions, positions, self.reach)
-        towards = np.repeat(area_vectors(self.triangles, positions), 3, axis=0)
+        towards = area_vectors(self.triangles, positions)
+        at_corners = np.repeat(towards, 3, axis=0)
         corner_node = self.triangles.ravel()
-        normals = np.column_stack([np.bincount(corner_node, towards[:, axis], n) for axis in range(3)])
+        normals = np.column_stack([np.bincount(corner_node, at_corners[:, axis], n) for axis in range(3)])
         arguments = (
             n, grid.cells_of(positions), grid.first, grid.listed, self.solid, self.triangles, self.own_corner,
-            positions, normals, self.reach, pairs.start, pairs.triangle, pairs.side,
+            positions, towards, normals, self.reach, pairs.start, pairs.triangle, pairs.side,
             pairs.gap, pairs.near,
         )  # fmt: skip
         start = np.zeros(n + 1, np.int64)
@@ -218,7 +219,7 @@ def _adjacent(triangles, one, other):
 
 @kernel
 def _find(
-    n, cells, first, listed, solid, triangles, own_corner, positions, normals, reach, old_start,
+    n, cells, first, listed, solid, triangles, own_corner, positions, towards, normals, reach, old_start,
     old_triangle, old_side, old_gap, old_near, start_out, triangle_out, spring_out, write,
 ):  # fmt: skip
     for p in prange(n):
@@ -228,7 +229,11 @@ def _find(
         count = 0
         for k in range(first[cells[p]], first[cells[p] + 1]):
             t = solid[listed[k]]
-            height, wb, wc, nx, ny, nz = over_triangle(
+            # Layers that can touch face each other; those that turn the same way have fabric in between.
+            facing = normals[p, 0] * towards[t, 0] + normals[p, 1] * towards[t, 1] + normals[p, 2] * towards[t, 2] < 0.0
+            if not facing and old_start[p] == old_start[p + 1]:
+                continue
+            height, wb, wc, _, _, _ = over_triangle(
                 positions[p, 0], positions[p, 1], positions[p, 2], triangles[t, 0], triangles[t, 1], triangles[t, 2],
                 positions,
             )  # fmt: skip
@@ -240,8 +245,7 @@ def _find(
             for j in range(old_start[p], old_start[p + 1]):
                 if old_triangle[j] == t:
                     side, gap, near = old_side[j], old_gap[j], old_near[j]
-            # Layers that can touch face each other; those that turn the same way have fabric in between.
-            if side == 0.0 and normals[p, 0] * nx + normals[p, 1] * ny + normals[p, 2] * nz >= 0.0:
+            if not facing and side == 0.0:
                 continue
             if write:
                 triangle_out[found + count] = t

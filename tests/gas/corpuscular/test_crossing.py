@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from flights import box, winding
 
 from billow.compiled import kernel
-from billow.gas.corpuscular.crossing import INWARD, NEVER, OUTWARD, crossing, piece_normal
-from billow.gas.corpuscular.walls import Walls
+from billow.gas.corpuscular.crossing import BOTH, INWARD, NEVER, OUTWARD, crossing, piece_normal
+from billow.gas.corpuscular.walls import SWEPT_NUMBERS, Walls, may_cross, sweep
 
 PIECES = (((0, 0), (1, 0), (2, 0), (2, 1)), ((0, 0), (1, 0), (1, 1), (2, 1)), ((0, 0), (0, 1), (1, 1), (2, 1)))
 """Corners of each piece: which node, at which end of the step."""
@@ -29,6 +30,20 @@ def _cross_all(n, nodes, orientation, start, end, x0, x1, sides_out, met_out):
                     sides_out[p] += 1 if way == OUTWARD else -1
                     met_out[p, 0], met_out[p, 1], met_out[p, 2] = t, piece, when
                     after = when + 1e-12
+
+
+@kernel
+def _compare_all(n, nodes, orientation, start, end, swept, x0, x1, may_out, does_out):
+    for p in range(n):
+        for t in range(len(nodes)):
+            may_out[p, t] = may_cross(
+                swept, t, x0[p, 0], x0[p, 1], x0[p, 2], x1[p, 0], x1[p, 1], x1[p, 2], 1e-9
+            )  # fmt: skip
+            when, _, _, _, _, _ = crossing(
+                nodes, orientation, t, start, end, x0[p, 0], x0[p, 1], x0[p, 2], x1[p, 0], x1[p, 1], x1[p, 2], BOTH,
+                -1.0,
+            )  # fmt: skip
+            does_out[p, t] = when != NEVER
 
 
 def moving_box(rng, strength):
@@ -64,6 +79,28 @@ def test_lines_through_nodes_and_edges_are_seen():
     for drift in (np.zeros(3), np.array([0.25, -0.5, 3.0])):
         sides, _ = cross(walls, start, start + drift, x0, x0 + 1.5 * (targets - 0.5) + drift)
         assert (sides > 0).all()
+
+
+@pytest.mark.parametrize("strength", [0.0, 0.01, 0.06, 1.0])
+def test_early_rejection_keeps_every_crossing(strength):
+    """Also of lines through nodes and edges of violently torn triangles; and it rejects most of what is not crossed."""
+    rng = np.random.default_rng(3)
+    triangles, walls, start, end = moving_box(rng, strength)
+    x0, x1 = rng.uniform(-0.4, 1.4, (2, 1500, 3))
+    when = rng.uniform(size=(500, 1))
+    pair = triangles[rng.integers(len(triangles), size=500)][:, :2]
+    share = rng.choice([0.0, 0.5, 1.0], size=(500, 1))
+    one, other = ((1.0 - when) * start[node] + when * end[node] for node in pair.T)
+    met = share * one + (1.0 - share) * other  # on an edge, or a node
+    x1[:500] = x0[:500] + (met - x0[:500]) / when
+    swept = np.empty((len(triangles), SWEPT_NUMBERS))
+    sweep.serial(len(triangles), walls.nodes, walls.orientation, start, end, swept)
+    may, does = np.zeros((2, len(x0), len(triangles)), np.bool_)
+    _compare_all.serial(len(x0), walls.nodes, walls.orientation, start, end, swept, x0, x1, may, does)
+    assert does.sum() > 1000
+    assert not (does & ~may).any()
+    if strength <= 0.01:  # what fabric does in a step
+        assert may.sum() < 1.2 * does.sum()
 
 
 def test_normal_and_travel_are_those_of_the_piece():

@@ -31,7 +31,7 @@ from billow.gas.corpuscular.crossing import BOTH, INWARD, NEVER, OUTWARD, crossi
 from billow.gas.corpuscular.impact_bank import HITS_PER_CHUNK, Hits, ImpactBank
 from billow.gas.corpuscular.random_numbers import stream, uniform
 from billow.gas.corpuscular.sight import beside_wall
-from billow.gas.corpuscular.walls import SWEPT_NUMBERS, Walls, sweep, wall_velocity
+from billow.gas.corpuscular.walls import SWEPT_NUMBERS, Walls, may_cross, sweep, wall_velocity
 from billow.geometry.search_grid import SearchGrid, clipped_cell
 
 STANDOFF = 1e-9
@@ -181,8 +181,7 @@ def _fly(
                 looks = int(extent) + 1 if extent < MOST_LOOKS else MOST_LOOKS
                 part = 1.0 / looks
                 dx, dy, dz = part * way_x, part * way_y, part * way_z
-                abs_x, abs_y, abs_z = abs(dx), abs(dy), abs(dz)
-                slack = 2.0 * STANDOFF * (abs_x + abs_y + abs_z)
+                room_x, room_y, room_z = abs(dx) + 2.0 * STANDOFF, abs(dy) + 2.0 * STANDOFF, abs(dz) + 2.0 * STANDOFF
                 for look in range(looks):
                     mx, my, mz = px + (look + 0.5) * dx, py + (look + 0.5) * dy, pz + (look + 0.5) * dz
                     cell_x = clipped_cell(mx, ox, per_cell, nx_cells)
@@ -191,31 +190,18 @@ def _fly(
                     place = np.uint64((cell_x * ny_cells + cell_y) * nz_cells + cell_z)
                     for entry in range(first[place], first[place + np.uint64(1)]):
                         s = listed[np.uint64(entry)]
-                        # The piece as a segment against the triangle's box (separating axes; Ericson, "Real-time
-                        # collision detection", 2005, section 5.3.3), with both doubled. Bitwise or: one branch that
-                        # is nearly always taken instead of six that are not.
-                        ex, ey, ez = swept[s, 3] - swept[s, 0], swept[s, 4] - swept[s, 1], swept[s, 5] - swept[s, 2]
-                        rx = 2.0 * mx - (swept[s, 3] + swept[s, 0])
-                        ry = 2.0 * my - (swept[s, 4] + swept[s, 1])
-                        rz = 2.0 * mz - (swept[s, 5] + swept[s, 2])
+                        # The piece's box against that of the triangle, both doubled. One maximum: as three conditions
+                        # joined by "or" they compile to branches nobody can predict, and cost twice the flight.
                         if (
-                            (abs(rx) > ex + abs_x + 2.0 * STANDOFF)
-                            | (abs(ry) > ey + abs_y + 2.0 * STANDOFF)
-                            | (abs(rz) > ez + abs_z + 2.0 * STANDOFF)
+                            max(
+                                abs(2.0 * mx - swept[s, 0]) - swept[s, 3] - room_x,
+                                abs(2.0 * my - swept[s, 1]) - swept[s, 4] - room_y,
+                                abs(2.0 * mz - swept[s, 2]) - swept[s, 5] - room_z,
+                            )
+                            > 0.0
                         ):
                             continue
-                        if (
-                            (abs(ry * dz - rz * dy) > ey * abs_z + ez * abs_y + slack)
-                            | (abs(rz * dx - rx * dz) > ez * abs_x + ex * abs_z + slack)
-                            | (abs(rx * dy - ry * dx) > ex * abs_y + ey * abs_x + slack)
-                        ):
-                            continue
-                        nx, ny, nz = swept[s, 6], swept[s, 7], swept[s, 8]
-                        before = nx * x0 + ny * y0 + nz * z0 - swept[s, 9]
-                        later = nx * x1 + ny * y1 + nz * z1
-                        if before < -STANDOFF and later < swept[s, 10] - STANDOFF:
-                            continue  # behind the plane from start to end
-                        if before > STANDOFF and later > swept[s, 11] + STANDOFF:
+                        if not may_cross(swept, s, x0, y0, z0, x1, y1, z1, STANDOFF):
                             continue
                         if (behind[s] != home and ahead[s] != home) or s == skip:
                             continue

@@ -10,8 +10,15 @@ from numba import prange
 
 from billow.compiled import kernel, scalar
 
-SWEPT_NUMBERS = 12
+SWEPT_NUMBERS = 23
 """Numbers per triangle that `sweep` fills in."""
+
+FLATTEST = 1e-6
+"""Twice a triangle's area over its longest edge squared, below which its weights drown in rounding error."""
+
+WEIGHT_SLACK = 1e-6
+"""Of the tests against edges; rounding errors stay below 1e-6 of it for coordinates of metres and edges of millimetres
+at `FLATTEST`."""
 
 
 @dataclass(frozen=True)
@@ -47,15 +54,16 @@ class Walls:
 
 @kernel
 def sweep(n, nodes, orientation, start, end, swept_out):
-    """Per triangle: box of its motion (low x y z, high x y z); unit normal at the start, height of its plane, lowest
-    and highest end of a corner above that plane."""
+    """Per triangle, what `may_cross` needs: low + high and high - low of the box of its motion (x y z each); unit
+    normal at the start, height of its plane, lowest and highest end of a corner above that plane; gradient and offset
+    of the weights of its first two nodes at the start, lowest end of any corner in all three."""
     for t in prange(n):
         i, j, k = nodes[t, 0], nodes[t, 1], nodes[t, 2]
         for axis in range(3):
             a, b, c = start[i, axis], start[j, axis], start[k, axis]
             d, e, f = end[i, axis], end[j, axis], end[k, axis]
-            swept_out[t, axis] = min(a, b, c, d, e, f)
-            swept_out[t, 3 + axis] = max(a, b, c, d, e, f)
+            low, high = min(a, b, c, d, e, f), max(a, b, c, d, e, f)
+            swept_out[t, axis], swept_out[t, 3 + axis] = low + high, high - low
         ux, uy, uz = start[j, 0] - start[i, 0], start[j, 1] - start[i, 1], start[j, 2] - start[i, 2]
         wx, wy, wz = start[k, 0] - start[i, 0], start[k, 1] - start[i, 1], start[k, 2] - start[i, 2]
         nx, ny, nz = uy * wz - uz * wy, uz * wx - ux * wz, ux * wy - uy * wx
@@ -68,6 +76,65 @@ def sweep(n, nodes, orientation, start, end, swept_out):
         c = nx * end[k, 0] + ny * end[k, 1] + nz * end[k, 2]
         swept_out[t, 6], swept_out[t, 7], swept_out[t, 8], swept_out[t, 9] = nx, ny, nz, height
         swept_out[t, 10], swept_out[t, 11] = min(a, b, c), max(a, b, c)
+        # Gradients of the weights of j and of i: the edge opposite, turned by a right angle in the plane.
+        longest = max(ux * ux + uy * uy + uz * uz, wx * wx + wy * wy + wz * wz)
+        turn = orientation[t] / length if length > FLATTEST * longest else 0.0
+        jx, jy, jz = turn * (wy * nz - wz * ny), turn * (wz * nx - wx * nz), turn * (wx * ny - wy * nx)
+        kx, ky, kz = turn * (ny * uz - nz * uy), turn * (nz * ux - nx * uz), turn * (nx * uy - ny * ux)
+        ix, iy, iz = -jx - kx, -jy - ky, -jz - kz
+        of_i = 1.0 - (ix * start[i, 0] + iy * start[i, 1] + iz * start[i, 2])
+        of_j = 0.0 - (jx * start[i, 0] + jy * start[i, 1] + jz * start[i, 2])
+        low_i = low_j = low_k = 1.0
+        for corner in (i, j, k):
+            x, y, z = end[corner, 0], end[corner, 1], end[corner, 2]
+            at_i, at_j = ix * x + iy * y + iz * z + of_i, jx * x + jy * y + jz * z + of_j
+            low_i, low_j, low_k = min(low_i, at_i), min(low_j, at_j), min(low_k, 1.0 - at_i - at_j)
+        swept_out[t, 12], swept_out[t, 13], swept_out[t, 14], swept_out[t, 15] = ix, iy, iz, of_i
+        swept_out[t, 16], swept_out[t, 17], swept_out[t, 18], swept_out[t, 19] = jx, jy, jz, of_j
+        swept_out[t, 20], swept_out[t, 21], swept_out[t, 22] = low_i, low_j, low_k
+
+
+@scalar
+def may_cross(swept, t, x0, y0, z0, x1, y1, z1, standoff):
+    """Whether the line from (x0, y0, z0) at the start of a step to (x1, y1, z1) at its end may cross triangle t.
+
+    Never false where `crossing` finds something: at any time the triangle lies in the hull of its corners, these lie
+    between lines in time from their extremes at the start to those at the end, and tests have slack: standoff [m] in
+    height, WEIGHT_SLACK in weights. First the time between the planes of the lowest and of the highest corner, then
+    the three edges at the ends of that time.
+    """
+    nx, ny, nz, height = swept[t, 6], swept[t, 7], swept[t, 8], swept[t, 9]
+    before = nx * x0 + ny * y0 + nz * z0 - height
+    later = nx * x1 + ny * y1 + nz * z1
+    above_low, above_high = later - swept[t, 10], later - swept[t, 11]
+    early, late = 0.0, 1.0
+    if before < -standoff:
+        if above_low < -standoff:
+            return False
+        early = (-standoff - before) / (above_low - before)
+    elif above_low < -standoff:
+        late = (before + standoff) / (before - above_low)
+    if before > standoff:
+        if above_high > standoff:
+            return False
+        early = (before - standoff) / (before - above_high)
+    elif above_high > standoff:
+        late = min(late, (standoff - before) / (above_high - before))
+    ax, ay, az, a = swept[t, 12], swept[t, 13], swept[t, 14], swept[t, 15]
+    bx, by, bz, b = swept[t, 16], swept[t, 17], swept[t, 18], swept[t, 19]
+    a0, a1 = ax * x0 + ay * y0 + az * z0 + a, ax * x1 + ay * y1 + az * z1 + a
+    b0, b1 = bx * x0 + by * y0 + bz * z0 + b, bx * x1 + by * y1 + bz * z1 + b
+    c0, c1 = 1.0 - a0 - b0, 1.0 - a1 - b1
+    # Growth of each weight in the step, above that of the lowest corner (which has none at the start).
+    a1, b1, c1 = a1 - swept[t, 20] - a0, b1 - swept[t, 21] - b0, c1 - swept[t, 22] - c0
+    return (
+        min(
+            max(a0 + early * a1, a0 + late * a1),
+            max(b0 + early * b1, b0 + late * b1),
+            max(c0 + early * c1, c0 + late * c1),
+        )
+        >= -WEIGHT_SLACK
+    )
 
 
 @scalar
