@@ -13,7 +13,8 @@ from billow.case import schema, schema_gas
 from billow.case.build_passages import build_passages, chamber_of, flat_area
 from billow.errors import InputError
 from billow.gas.ambient import Ambient, InitialGas
-from billow.gas.corpuscular.corpuscular import Corpuscular, Source
+from billow.gas.corpuscular.corpuscular import Corpuscular
+from billow.gas.corpuscular.setup import Source
 from billow.gas.gas_model import GasModel
 from billow.gas.inflator import Inflator, JetRing
 from billow.gas.jets import Jets

@@ -12,7 +12,8 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from billow.gas.ambient import Ambient, InitialGas
-from billow.gas.corpuscular.corpuscular import Corpuscular, Source
+from billow.gas.corpuscular.corpuscular import Corpuscular
+from billow.gas.corpuscular.setup import Source
 from billow.gas.corpuscular.state import CorpuscularState
 from billow.gas.inflator import Inflator, JetRing
 from billow.gas.jets import Jets

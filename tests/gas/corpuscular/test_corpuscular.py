@@ -12,6 +12,7 @@ from billow.case.schema import Case
 from billow.errors import NumericalStop
 from billow.gas.ambient import Ambient, InitialGas
 from billow.gas.corpuscular.corpuscular import Corpuscular
+from billow.gas.corpuscular.inflow import blow
 from billow.gas.corpuscular.internal_energy import ParticleKinds
 from billow.gas.gas_model import Bag
 from billow.gas.outflow import ORIFICE, orifice_flux
@@ -138,7 +139,7 @@ def test_particles_leave_along_the_axis_of_a_mouth_that_was_tilted():
         state = gas.start(Bag(shape.surface, shape.positions, np.zeros_like(positions)))
         state.positions[...] = positions
         kinds = ParticleKinds(gas.table, state.molecules)
-        gas._blow(state, kinds, Bag(shape.surface, positions, np.zeros_like(positions)), 2e-3)
+        blow(gas, state, kinds, Bag(shape.surface, positions, np.zeros_like(positions)), 2e-3)
         impulse.append(state.impulse)
     upright, tilted = impulse
     assert upright[2] > 0.9 * np.linalg.norm(upright) > 0.0

@@ -9,45 +9,34 @@ particles, every two are merged into one.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
-from billow.compiled import CHUNK, scalar
+from billow.compiled import CHUNK
 from billow.errors import NumericalStop
-from billow.gas.ambient import Ambient, InitialGas
+from billow.gas.ambient import InitialGas
 from billow.gas.corpuscular.audit import audit, bring_back, house_parked
 from billow.gas.corpuscular.balance import settle, thermal_energy
+from billow.gas.corpuscular.books import close_books, content, sums_of, take_stock, totals
 from billow.gas.corpuscular.cells import Cells, sort_into_cells
 from billow.gas.corpuscular.collisions import collide, collision_time
-from billow.gas.corpuscular.drawn_in import draw_in
-from billow.gas.corpuscular.flight import Flock, Walls, fly
+from billow.gas.corpuscular.flight import Flock, fly
 from billow.gas.corpuscular.impact_bank import Hits, ImpactBank
+from billow.gas.corpuscular.inflow import blow, coming, draw_air_in, injectors
 from billow.gas.corpuscular.initial_air import fill_with_air
-from billow.gas.corpuscular.injection import Injector, Nozzles
 from billow.gas.corpuscular.internal_energy import ParticleKinds
 from billow.gas.corpuscular.leaving import pull_out, take_out
 from billow.gas.corpuscular.merging import Remainder, merge, merges_ahead
-from billow.gas.corpuscular.outlets import NO_PASSAGE, Outlets
-from billow.gas.corpuscular.particles import Particles, ParticleSums, sum_particles
-from billow.gas.corpuscular.random_numbers import stream, uniform
+from billow.gas.corpuscular.outlets import NO_PASSAGE
+from billow.gas.corpuscular.particles import Particles
 from billow.gas.corpuscular.readings import Inside, on_faces, read_boxes, read_points
+from billow.gas.corpuscular.setup import Setup
 from billow.gas.corpuscular.state import CorpuscularState
-from billow.gas.corpuscular.wall_load import Patches, Squares, WallLoad, wall_speed
-from billow.gas.gas_model import Bag, ChamberTotals, GasTotals
-from billow.gas.inflator import Inflator
-from billow.gas.jets import Jets
-from billow.gas.mixture import (
-    mixture_cp,
-    mixture_enthalpy,
-    mixture_gas_constant,
-    mixture_temperature,
-)
-from billow.gas.passages import FABRIC, NO_PASSAGES, Passages
-from billow.geometry.chambers import OUTSIDE, Chambers
+from billow.gas.corpuscular.wall_load import Patches, WallLoad, wall_speed
+from billow.gas.gas_model import Bag, GasTotals
+from billow.geometry.chambers import OUTSIDE
 from billow.geometry.search_grid import SearchGrid
-from billow.geometry.surface import Surface, area_vectors
+from billow.geometry.surface import area_vectors
 
 SMOOTHING = 0.2e-3
 """Time constant [s] of wall pressure and incident flow (physics notes, section 2)."""
@@ -71,9 +60,6 @@ between opposite walls. The last keeps a flat bag's gas from answering its walls
 SOUND_CROSSES = 1.0
 """Gaps that sound crosses in a step of the structure, at most."""
 
-FAINTEST = 1e-6
-"""Pressure [Pa] a jet blows against, at least: into a vacuum it is choked."""
-
 LARGEST_LEAD = 1.1
 """Change of a chamber's volume by which its pressure is led, at most: half a gas step does not change it more."""
 
@@ -81,100 +67,8 @@ MOST_STEPS = 8
 """Of the structure within one gas step."""
 
 
-BIRTH_TIME = 0x4249_5254
-"""Names the random numbers that say when in a step a particle is born."""
-
-
-@dataclass(frozen=True)
-class Source:
-    """An inflator in its mouth, and the ring of its holes."""
-
-    inflator: Inflator
-    jets: Jets
-
-
-@dataclass(frozen=True)
-class Corpuscular:
-    """Parameters of the gas; see the classes they belong to.
-
-    table: (species, 16), species.thermo_table. surface: of the bag, its chambers and kinds of parts. reference: flat
-    corner coordinates [m], (triangles, 3, 2). particles: as many as there are at most (to 2 %); at the start at least
-    half of them, unless there is hardly any gas. initial: ambient air by default. seed: of the random numbers.
-    """
-
-    table: np.ndarray
-    species_names: tuple[str, ...]
-    sources: tuple[Source, ...]
-    ambient: Ambient
-    surface: Surface
-    reference: np.ndarray
-    passages: Passages = NO_PASSAGES
-    initial: InitialGas | None = None
-    particles: int = 100_000
-    seed: int = 1
-
-    # --- what never changes ----------------------------------------------------------------------------------------
-
-    @property
-    def chambers(self) -> Chambers:
-        return self.surface.chambers
-
-    @property
-    def _room(self) -> int:
-        """Particles there may be; more than `particles`, lest the last ones to come, one too many, cause a merge."""
-        return self.particles + self.particles // 50 + 64
-
-    @property
-    def inflators(self) -> tuple[Inflator, ...]:
-        return tuple(source.inflator for source in self.sources)
-
-    @cached_property
-    def _walls(self) -> Walls:
-        return Walls.build(self.surface.triangles, self.chambers.behind, self.chambers.ahead)
-
-    @cached_property
-    def _outlets(self) -> Outlets:
-        return Outlets.build(self.table, self.passages, self.ambient, self.surface.triangles)
-
-    @cached_property
-    def _solid(self) -> np.ndarray:
-        """(triangles,) bool: whether there is anything to push on."""
-        return np.array([kind in ("fabric", "mouth") for kind in self.surface.part_kinds])[self.surface.part]
-
-    @cached_property
-    def _ambient_load(self) -> np.ndarray:
-        """Ambient pressure against the normal of each triangle [Pa], (triangles,): on fabric and mouth from outside."""
-        behind, ahead = self.chambers.behind, self.chambers.ahead
-        side = (ahead == OUTSIDE) * 1.0 - (behind == OUTSIDE) * 1.0
-        return np.where(self._solid, side * self.ambient.pressure, 0.0)
-
-    @cached_property
-    def _flat_area(self) -> np.ndarray:
-        """Of each triangle of the flat cut [m^2], (triangles,)."""
-        edges = self.reference[:, 1:] - self.reference[:, :1]
-        return 0.5 * np.abs(edges[:, 0, 0] * edges[:, 1, 1] - edges[:, 0, 1] * edges[:, 1, 0])
-
-    @cached_property
-    def _edge(self) -> float:
-        """Mean edge of the mesh [m], as if all triangles were equilateral."""
-        return math.sqrt(4.0 / math.sqrt(3.0) * float(self._flat_area.mean()))
-
-    @cached_property
-    def _squares(self) -> Squares:
-        return Squares.of(self.reference.mean(axis=1), self.surface.part, self._edge)
-
-    def _injectors(self, kinds: ParticleKinds, positions: np.ndarray) -> list[Injector]:
-        injectors = []
-        for source in self.sources:
-            holes, frames, (axis, _, _) = source.jets.nozzles(positions)
-            ring = source.jets.ring
-            centre = positions[source.jets.mouth_nodes].mean(axis=0)
-            nozzles = Nozzles(
-                holes - centre, frames[:, 0], np.full(ring.count, source.inflator.chamber, np.int32),
-                0.5 * ring.hole_diameter, ring.cone, axis, ring.spin,
-            )  # fmt: skip
-            injectors.append(Injector(kinds, source.inflator, nozzles))
-        return injectors
+class Corpuscular(Setup):
+    """The gas model (`billow.gas.gas_model.GasModel`); its parameters are those of `Setup`."""
 
     # --- the contract ----------------------------------------------------------------------------------------------
 
@@ -190,7 +84,7 @@ class Corpuscular:
             total = total + inflator.cumulative[-1] * inflator.mass_fractions
         merges = merges_ahead(self.table, at_start, total)
         kinds = ParticleKinds.sharing(self.table, total, self.particles * 2**merges)
-        particles = Particles.room_for(self._room)
+        particles = Particles.room_for(self.room)
         fill_with_air(
             particles, kinds, initial.mass_fractions[0], float(initial.pressure[0]), float(initial.temperature[0]),
             volume, bag.surface.triangles, bag.positions, self.chambers.behind, self.chambers.ahead, self.seed,
@@ -202,7 +96,7 @@ class Corpuscular:
             cells=Cells.of(chambers),
             bank=ImpactBank.empty(triangles),
             load=WallLoad.none(triangles),
-            deliveries=tuple(i.start() for i in self._injectors(kinds, bag.positions)),
+            deliveries=tuple(i.start() for i in injectors(self, kinds, bag.positions)),
             remainder=Remainder.none(chambers, species),
             positions=bag.positions.copy(),
             pass_probability=np.zeros(triangles),
@@ -225,7 +119,7 @@ class Corpuscular:
             start_masses=np.zeros(species),
             start_momentum=np.zeros(3),
         )
-        self._take_stock(gas, kinds)
+        take_stock(self, gas, kinds)
         gas.start_masses = gas.masses.sum(axis=0)
         gas.start_energy, gas.start_volume = gas.particle_energy, float(volume.sum())
         # Gas at rest strikes every wall as its pressure says; n c/4 molecules a second and area.
@@ -250,7 +144,7 @@ class Corpuscular:
                 self._gas_step(gas, bag, time + dt, dt)
             gas.steps_to_go -= 1
         gas.energy_waiting = gas.load.push(
-            self._solid, self._ambient_load, self._lead(gas), bag.surface.triangles, bag.positions, bag.velocities, dt,
+            self.solid, self.ambient_load, self._lead(gas), bag.surface.triangles, bag.positions, bag.velocities, dt,
             corner_force,
         )  # fmt: skip
 
@@ -265,31 +159,31 @@ class Corpuscular:
         span = time - gas.gas_time
         kinds = self._merge(gas, time)
         self._settle(gas, kinds)
-        born = self._blow(gas, kinds, bag, span)
+        born = blow(self, gas, kinds, bag, span)
         flock = self._fly(gas, kinds, bag, span, born)
-        pulled = pull_out(gas, kinds, self._outlets, self.passages, bag, flock, span)
-        take_out(gas, kinds, self._outlets, self.passages, bag, flock, pulled)
+        pulled = pull_out(gas, kinds, self.outlets, self.passages, bag, flock, span)
+        take_out(gas, kinds, self.outlets, self.passages, bag, flock, pulled)
         if time >= gas.next_audit:
             gas.next_audit = time + AUDIT_INTERVAL
             self._audit(gas, bag)
-        self._draw_in(gas, kinds, bag)
+        draw_air_in(self, gas, kinds, bag)
         self._collide(gas, kinds, span)
         before = self.chambers.volumes(bag.surface.triangles, gas.positions)
         gas.volume_struck = 0.5 * (before + gas.volume)
         gas.positions[...] = bag.positions
         gas.gas_time = time
         gas.gas_step += 1
-        self._take_stock(gas, kinds)
+        take_stock(self, gas, kinds)
         self._press(gas, bag, span)
-        self._close_books(gas, kinds)
+        close_books(self, gas, kinds)
         gas.steps_to_go = self._steps(gas, kinds, dt)
 
     # --- parts of a gas step ---------------------------------------------------------------------------------------
 
     def _merge(self, gas: CorpuscularState, time: float) -> ParticleKinds:
         """Merge particles until those coming up to `time` [s] have room; returns what particles are from now on."""
-        kinds = ParticleKinds(self.table, gas.molecules)
-        while gas.particles.count + self._coming(gas, kinds, time) > self._room:
+        kinds = self.kinds(gas)
+        while gas.particles.count + coming(self, gas, kinds, time) > self.room:
             sort_into_cells(gas.cells, gas.particles, self.seed, gas.gas_step)
             gas.pool += merge(gas.particles, kinds, gas.cells, gas.remainder, self.seed, gas.merges)
             for delivery in gas.deliveries:
@@ -297,16 +191,12 @@ class Corpuscular:
             gas.sums = None
             gas.merges += 1
             gas.molecules *= 2.0
-            kinds = ParticleKinds(self.table, gas.molecules)
+            kinds = self.kinds(gas)
         return kinds
-
-    def _coming(self, gas: CorpuscularState, kinds: ParticleKinds, time: float) -> float:
-        """Particles that inflators blow, and passages draw in, up to `time` [s]."""
-        return float(((self._pending(gas, kinds, time) + gas.owed.sum(axis=0)) / kinds.mass).sum())
 
     def _settle(self, gas: CorpuscularState, kinds: ParticleKinds) -> None:
         """Return what the walls did not take, and what is pooled."""
-        sums = self._sums(gas, kinds)
+        sums = sums_of(self, gas, kinds)
         thermal = thermal_energy(sums, kinds.mass)
         back = (gas.in_bank - gas.energy_waiting) * thermal / max(thermal.sum(), 1e-300)
         given = settle(gas.particles, sums, kinds.mass, gas.pool + back)
@@ -328,8 +218,8 @@ class Corpuscular:
             gas.patches = Patches.of(gas.patch)
         speed = wall_speed(gas.patches, triangles, gas.positions, bag.positions, span)
         tally = fly(
-            flock, kinds.mass, self._walls, gas.grid, gas.positions, bag.positions, span, gas.pass_probability, 0.0,
-            self.seed, gas.gas_step, gas.hits, gas.bank, born, self._outlets.passage, speed,
+            flock, kinds.mass, self.walls, gas.grid, gas.positions, bag.positions, span, gas.pass_probability, 0.0,
+            self.seed, gas.gas_step, gas.hits, gas.bank, born, self.outlets.passage, speed,
         )  # fmt: skip
         if tally.bad >= 0:
             raise self._lost(gas, tally.bad)
@@ -367,53 +257,6 @@ class Corpuscular:
             gas.escaped += len(escaped)
             bring_back(flock, escaped)
 
-    def _draw_in(self, gas: CorpuscularState, kinds: ParticleKinds, bag: Bag) -> None:
-        """Air from outside, where that has the higher pressure."""
-        ambient = self.ambient
-        for k, row in enumerate(self.passages.rows):
-            number = np.floor(gas.owed[k] / kinds.mass).astype(np.int64)
-            if not number.any():
-                continue
-            mass = number * kinds.mass
-            chamber, inward = (row.behind, -1.0) if row.ahead == OUTSIDE else (row.ahead, 1.0)
-            energy, impulse = draw_in(
-                gas.particles, kinds, number, ambient.temperature, chamber, bag.surface.triangles[row.triangles],
-                bag.positions, inward, self.seed,
-            )  # fmt: skip
-            enthalpy = mixture_enthalpy(self.table, mass, ambient.temperature)
-            gas.owed[k] -= mass
-            gas.drawn += mass
-            gas.enthalpy_in += enthalpy
-            gas.pool[chamber] += enthalpy - energy
-            gas.impulse += impulse
-
-    def _blow(self, gas: CorpuscularState, kinds: ParticleKinds, bag: Bag, span: float) -> np.ndarray | None:
-        """Newborn particles from the inflators; returns at which fraction of the step each particle starts to fly."""
-        first = gas.particles.count
-        for source, injector, delivery in zip(
-            self.sources, self._injectors(kinds, gas.positions), gas.deliveries, strict=True
-        ):
-            mouth, one = source.jets.mouth_nodes, gas.particles.count
-            offered = delivery.offered
-            start, end = gas.positions[mouth].mean(axis=0), bag.positions[mouth].mean(axis=0)
-            birth = injector.blow(
-                delivery, gas.particles, gas.gas_time, span, start, (end - start) / span,
-                max(float(gas.pressure[source.inflator.chamber]), FAINTEST), 0.0, self.seed,
-            )  # fmt: skip
-            gas.enthalpy_in += delivery.offered - offered + birth.carried_energy
-            gas.impulse += birth.impulse
-            when = self._birth_times(gas, one)
-            gas.particles.position[one : gas.particles.count] += when[:, None] * (end - start)
-        if gas.particles.count == first:
-            return None
-        return np.concatenate([np.zeros(first), self._birth_times(gas, first)])
-
-    def _birth_times(self, gas: CorpuscularState, first: int) -> np.ndarray:
-        """Fractions of the step at which the particles from `first` on are born, (newborns,)."""
-        times = np.empty(gas.particles.count - first)
-        _draw_uniform(gas.particles.identity[first : gas.particles.count], self.seed + BIRTH_TIME, times)
-        return times
-
     def _collide(self, gas: CorpuscularState, kinds: ParticleKinds, span: float) -> None:
         """Collisions of the time since the last ones, as soon as it is worth the sorting."""
         gas.since_collisions += span
@@ -439,22 +282,6 @@ class Corpuscular:
         gas.cells.cell[:n] = gas.cells.cell[order]
         gas.cells.order[:n] = np.arange(n, dtype=np.int32)
 
-    def _take_stock(self, gas: CorpuscularState, kinds: ParticleKinds) -> None:
-        """Masses, energy, pressure and temperature from the particles."""
-        gas.sums = sums = sum_particles(gas.particles, kinds.mass, self.chambers.count)
-        gas.masses = sums.particles * kinds.mass
-        gas.particle_energy = sums.energy
-        weight = np.maximum(gas.masses.sum(axis=1), 1e-300)
-        drift = 0.5 * np.sum(sums.momentum**2, axis=1) / weight
-        gas.pressure = 2.0 / 3.0 * (sums.flight_energy - drift) / gas.volume  # LS-DYNA paper, equation 8
-        thermal = thermal_energy(sums, kinds.mass)
-        for c in range(self.chambers.count):
-            if thermal[c] > 0.0:
-                masses, guess = gas.masses[c], gas.temperature[c]
-                gas.temperature[c] = mixture_temperature(self.table, masses, thermal[c], guess)
-                capacity = mixture_cp(self.table, masses, gas.temperature[c])
-                gas.gamma[c] = capacity / (capacity - mixture_gas_constant(self.table, masses))
-
     def _press(self, gas: CorpuscularState, bag: Bag, span: float) -> None:
         """Hand the impulses of this step to the fabric, and set the outlets for the next one."""
         normals = area_vectors(bag.surface.triangles, bag.positions)
@@ -468,7 +295,7 @@ class Corpuscular:
         if gas.gas_time >= gas.next_patches:
             gas.next_patches = gas.gas_time + PATCH_INTERVAL
             struck = gas.bank.mass_flux.sum(axis=1) * area
-            gas.patch = self._squares.patches(struck * (gas.particles.count / max(struck.sum(), 1e-300)))
+            gas.patch = self.squares.patches(struck * (gas.particles.count / max(struck.sum(), 1e-300)))
             gas.patches = None
         if gas.patches is None:
             gas.patches = Patches.of(gas.patch)
@@ -478,7 +305,7 @@ class Corpuscular:
         if not self.passages.rows:
             return
         particle_mass = gas.masses.sum(axis=1) / np.maximum(gas.sums.particles.sum(axis=1), 1)
-        drawn, blocked, gas.wanted = self._outlets.regulate(
+        drawn, blocked, gas.wanted = self.outlets.regulate(
             gas.pass_probability, gas.is_open, gas.short,
             self.passages.measure(bag.surface.triangles, bag.positions, bag.touched), area, gas.bank.pressure,
             gas.bank.mass_flux, gas.pressure, gas.masses, gas.temperature,
@@ -493,7 +320,7 @@ class Corpuscular:
         if speed == 0.0:
             return 1
         cell = float(gas.cells.size[gas.cells.size > 0.0].min())
-        way = min(CELLS_PER_STEP * cell, EDGES_PER_STEP * self._edge, GAPS_PER_STEP * self._gap(gas))
+        way = min(CELLS_PER_STEP * cell, EDGES_PER_STEP * self.edge, GAPS_PER_STEP * self._gap(gas))
         return max(1, min(MOST_STEPS, int(way / (speed * dt))))
 
     def _speed(self, gas: CorpuscularState) -> float:
@@ -501,45 +328,9 @@ class Corpuscular:
         mass = gas.masses.sum()
         return math.sqrt(2.0 * gas.sums.flight_energy.sum() / mass) if mass > 0.0 else 0.0
 
-    def _pending(self, gas: CorpuscularState, kinds: ParticleKinds, time: float) -> np.ndarray:
-        """Delivered by inflators up to `time` [s], but no particle yet [kg], (species,)."""
-        pending = np.zeros(len(kinds.mass))
-        for source, delivery in zip(self.sources, gas.deliveries, strict=True):
-            inflator = source.inflator
-            pending += inflator.delivered(time) * inflator.mass_fractions - delivery.mass(kinds)
-        return pending
-
-    def _mass(self, gas: CorpuscularState, kinds: ParticleKinds) -> np.ndarray:
-        """In particles, and what is not yet one or no longer [kg], (species,)."""
-        return gas.masses.sum(axis=0) + self._pending(gas, kinds, gas.gas_time) + gas.remainder.mass(kinds)
-
-    def _energy(self, gas: CorpuscularState) -> float:
-        """Of particles, of what is not yet one or no longer, of the bank, and what is owed [J]."""
-        pending = sum(delivery.pending_energy for delivery in gas.deliveries) + gas.remainder.energy
-        return gas.particle_energy + pending + gas.in_bank + float(gas.pool.sum())
-
-    def _close_books(self, gas: CorpuscularState, kinds: ParticleKinds) -> None:
-        """Hold mass, energy and momentum of the state against the books; keep the largest relative errors."""
-        injected = sum(i.delivered(gas.gas_time) * i.mass_fractions for i in self.inflators)
-        came = gas.start_masses + injected + gas.drawn
-        gap = self._mass(gas, kinds) + gas.left.sum(axis=0) - came
-        gas.mass_error = max(gas.mass_error, float(np.abs(gap).max() / came.sum()))
-        booked = gas.start_energy + gas.enthalpy_in - gas.enthalpy_out - gas.load.work
-        scale = gas.start_energy + gas.enthalpy_in
-        gas.energy_error = max(gas.energy_error, abs(self._energy(gas) - booked) / scale)
-        momentum = gas.sums.momentum.sum(axis=0) + gas.remainder.momentum + gas.load.held.sum(axis=0) + gas.load.given
-        gap = momentum - gas.start_momentum - gas.impulse
-        scale = math.sqrt(2.0 * gas.sums.flight_energy.sum() * gas.masses.sum())
-        gas.momentum_error = max(gas.momentum_error, float(np.abs(gap).max() / scale))
-
-    def _sums(self, gas: CorpuscularState, kinds: ParticleKinds) -> ParticleSums:
-        if gas.sums is None:  # a state just restored
-            gas.sums = sum_particles(gas.particles, kinds.mass, self.chambers.count)
-        return gas.sums
-
     def _gap(self, gas: CorpuscularState) -> float:
         """Mean distance of opposite walls [m]."""
-        return 2.0 * float(gas.volume.sum() / self._flat_area.sum())
+        return 2.0 * float(gas.volume.sum() / self.flat_area.sum())
 
     def stable_dt(self, gas: CorpuscularState) -> float:
         """The gap over the speed of sound: between light walls gas is a stiff spring that answers half a step late."""
@@ -558,29 +349,13 @@ class Corpuscular:
         gas.load.force.fill(0.0)
         nothing = np.zeros(len(triangles))
         no_force = np.zeros((len(triangles), 3, 3))
-        gas.load.push(self._solid, nothing, nothing, triangles, bag.positions, bag.velocities, dt, no_force)
+        gas.load.push(self.solid, nothing, nothing, triangles, bag.positions, bag.velocities, dt, no_force)
         before = area_vectors(triangles, bag.positions - dt * bag.velocities)
         rate = np.sum(before * bag.velocities[triangles].mean(axis=1), axis=1)
-        gas.load.ambient_work += 0.5 * dt * float(self._ambient_load @ rate)
+        gas.load.ambient_work += 0.5 * dt * float(self.ambient_load @ rate)
 
     def content(self, gas: CorpuscularState) -> tuple[np.ndarray, np.ndarray]:
-        """Mass [kg] (chambers, species) and energy [J] (chambers,) that the books find in each chamber.
-
-        With the particles goes what is not yet one or no longer, what is owed, and what walls were given and did not
-        pass on.
-        """
-        kinds = ParticleKinds(self.table, gas.molecules)
-        sums = self._sums(gas, kinds)
-        thermal = thermal_energy(sums, kinds.mass)
-        energy = sums.flight_energy + sums.internal_energy + gas.pool
-        energy += (gas.in_bank + gas.remainder.energy) * thermal / max(thermal.sum(), 1e-300)
-        masses = gas.masses + gas.remainder.number * kinds.mass
-        for source, delivery in zip(self.sources, gas.deliveries, strict=True):
-            inflator = source.inflator
-            delivered = inflator.delivered(gas.gas_time) * inflator.mass_fractions
-            masses[inflator.chamber] += delivered - delivery.mass(kinds)
-            energy[inflator.chamber] += delivery.pending_energy
-        return masses, energy
+        return content(self, gas)
 
     def dismiss(self, gas: CorpuscularState) -> None:
         """Let the particles go, and what they needed; the books stay."""
@@ -590,64 +365,18 @@ class Corpuscular:
     # --- what users see --------------------------------------------------------------------------------------------
 
     def totals(self, gas: CorpuscularState) -> GasTotals:
-        kinds = ParticleKinds(self.table, gas.molecules)
-        left = gas.left.sum(axis=1)
-        vented_by, leaked_by, passed = {}, {}, {}
-        for k, row in enumerate(self.passages.rows):
-            if row.behind != OUTSIDE and row.ahead != OUTSIDE:
-                passed[row.name] = float(gas.passed[k])
-            elif row.kind == FABRIC:
-                leaked_by[row.name] = float(left[k])
-            else:
-                vented_by[row.name] = float(left[k])
-        single = self.chambers.count == 1
-        volume = float(gas.volume.sum())
-        mass = gas.masses.sum(axis=1)
-        share = mass / max(mass.sum(), 1e-300)
-        return GasTotals(
-            pressure=float(gas.pressure @ gas.volume) / volume,
-            temperature=float(gas.temperature @ share) if mass.any() else self.ambient.temperature,
-            volume=volume,
-            mass_by_species=self._mass(gas, kinds),
-            energy=self._energy(gas),
-            injected=float(sum(i.delivered(gas.gas_time) for i in self.inflators)),
-            vented=sum(vented_by.values()),
-            leaked=sum(leaked_by.values()),
-            drawn_in=float(gas.drawn.sum()),
-            enthalpy_in=gas.enthalpy_in,
-            enthalpy_out=gas.enthalpy_out,
-            work=gas.load.work,
-            ambient_work=gas.load.ambient_work,
-            jet_work=0.0,
-            jet_impulse_in=0.0,
-            jet_impulse_out=0.0,
-            mass_error=gas.mass_error,
-            energy_error=gas.energy_error,
-            blocked_area=gas.blocked_area,
-            vented_by=vented_by,
-            leaked_by=leaked_by,
-            passed=passed,
-            chambers=() if single else self._each(gas, kinds),
-            escaped=gas.escaped,
-        )
-
-    def _each(self, gas: CorpuscularState, kinds: ParticleKinds) -> tuple[ChamberTotals, ...]:
-        sums = self._sums(gas, kinds)
-        energy = sums.flight_energy + sums.internal_energy
-        mass = gas.masses.sum(axis=1) + gas.remainder.number @ kinds.mass
-        columns = (gas.pressure, gas.temperature, gas.volume, mass, energy)
-        return tuple(map(ChamberTotals, self.chambers.names, *(column.tolist() for column in columns)))
+        return totals(self, gas)
 
     def fields(self, gas: CorpuscularState) -> dict[str, np.ndarray]:
         behind, ahead = self.chambers.behind, self.chambers.ahead
         inner = np.where(behind == OUTSIDE, self.ambient.pressure, gas.bank.pressure[:, 0])
         outer = np.where(ahead == OUTSIDE, self.ambient.pressure, gas.bank.pressure[:, 1])
         bag = self.inside(gas)
-        boxes = read_boxes(gas.particles, ParticleKinds(self.table, gas.molecules), bag)
+        boxes = read_boxes(gas.particles, self.kinds(gas), bag)
         return {"pressure": inner - outer} | on_faces(boxes, bag, gas.temperature)
 
     def cells(self, gas: CorpuscularState) -> dict[str, np.ndarray]:
-        return read_boxes(gas.particles, ParticleKinds(self.table, gas.molecules), self.inside(gas)).arrays()
+        return read_boxes(gas.particles, self.kinds(gas), self.inside(gas)).arrays()
 
     def points(self, gas: CorpuscularState) -> dict[str, np.ndarray]:
         n, particles = gas.particles.count, gas.particles
@@ -660,7 +389,7 @@ class Corpuscular:
         }
 
     def at(self, gas: CorpuscularState, places: np.ndarray) -> dict[str, np.ndarray]:
-        kinds = ParticleKinds(self.table, gas.molecules)
+        kinds = self.kinds(gas)
         return read_points(places, gas.particles, kinds, self.inside(gas), self.ambient)
 
     def inside(self, gas: CorpuscularState) -> Inside:
@@ -675,9 +404,3 @@ def _flock(particles: Particles) -> Flock:
         particles.position[:n], particles.velocity[:n], particles.species[:n], particles.identity[:n],
         particles.chamber[:n], np.full(n, NO_PASSAGE, np.int32), particles.overlap[:n],
     )  # fmt: skip
-
-
-@scalar
-def _draw_uniform(identity, seed, drawn_out):
-    for p in range(len(identity)):
-        drawn_out[p] = uniform(stream(seed, 0, identity[p]), 0)

@@ -1,0 +1,102 @@
+"""What never changes of a corpuscular gas: species, inflators, walls, passages, how many particles there may be."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from billow.gas.ambient import Ambient, InitialGas
+from billow.gas.corpuscular.internal_energy import ParticleKinds
+from billow.gas.corpuscular.outlets import Outlets
+from billow.gas.corpuscular.state import CorpuscularState
+from billow.gas.corpuscular.wall_load import Squares
+from billow.gas.corpuscular.walls import Walls
+from billow.gas.inflator import Inflator
+from billow.gas.jets import Jets
+from billow.gas.passages import NO_PASSAGES, Passages
+from billow.geometry.chambers import OUTSIDE, Chambers
+from billow.geometry.surface import Surface
+
+
+@dataclass(frozen=True)
+class Source:
+    """An inflator in its mouth, and the ring of its holes."""
+
+    inflator: Inflator
+    jets: Jets
+
+
+@dataclass(frozen=True)
+class Setup:
+    """Parameters of the gas; see the classes they belong to.
+
+    table: (species, 16), species.thermo_table. surface: of the bag, its chambers and kinds of parts. reference: flat
+    corner coordinates [m], (triangles, 3, 2). particles: as many as there are at most (to 2 %); at the start at least
+    half of them, unless there is hardly any gas. initial: ambient air by default. seed: of the random numbers.
+    """
+
+    table: np.ndarray
+    species_names: tuple[str, ...]
+    sources: tuple[Source, ...]
+    ambient: Ambient
+    surface: Surface
+    reference: np.ndarray
+    passages: Passages = NO_PASSAGES
+    initial: InitialGas | None = None
+    particles: int = 100_000
+    seed: int = 1
+
+    @property
+    def chambers(self) -> Chambers:
+        return self.surface.chambers
+
+    @property
+    def room(self) -> int:
+        """Particles there may be; more than `particles`, lest the last ones to come, one too many, cause a merge."""
+        return self.particles + self.particles // 50 + 64
+
+    @property
+    def inflators(self) -> tuple[Inflator, ...]:
+        return tuple(source.inflator for source in self.sources)
+
+    @cached_property
+    def walls(self) -> Walls:
+        return Walls.build(self.surface.triangles, self.chambers.behind, self.chambers.ahead)
+
+    @cached_property
+    def outlets(self) -> Outlets:
+        return Outlets.build(self.table, self.passages, self.ambient, self.surface.triangles)
+
+    @cached_property
+    def solid(self) -> np.ndarray:
+        """(triangles,) bool: whether there is anything to push on."""
+        return np.array([kind in ("fabric", "mouth") for kind in self.surface.part_kinds])[self.surface.part]
+
+    @cached_property
+    def ambient_load(self) -> np.ndarray:
+        """Ambient pressure against the normal of each triangle [Pa], (triangles,): on fabric and mouth from outside."""
+        behind, ahead = self.chambers.behind, self.chambers.ahead
+        side = (ahead == OUTSIDE) * 1.0 - (behind == OUTSIDE) * 1.0
+        return np.where(self.solid, side * self.ambient.pressure, 0.0)
+
+    @cached_property
+    def flat_area(self) -> np.ndarray:
+        """Of each triangle of the flat cut [m^2], (triangles,)."""
+        edges = self.reference[:, 1:] - self.reference[:, :1]
+        return 0.5 * np.abs(edges[:, 0, 0] * edges[:, 1, 1] - edges[:, 0, 1] * edges[:, 1, 0])
+
+    @cached_property
+    def edge(self) -> float:
+        """Mean edge of the mesh [m], as if all triangles were equilateral."""
+        return math.sqrt(4.0 / math.sqrt(3.0) * float(self.flat_area.mean()))
+
+    @cached_property
+    def squares(self) -> Squares:
+        return Squares.of(self.reference.mean(axis=1), self.surface.part, self.edge)
+
+    def kinds(self, gas: CorpuscularState) -> ParticleKinds:
+        """What particles of each species are at present."""
+        return ParticleKinds(self.table, gas.molecules)
