@@ -49,9 +49,9 @@ class SearchGrid:
 
         least_margin: [m].
         """
-        edge = math.sqrt(float(np.mean(np.sum((end[triangles[:, 1]] - end[triangles[:, 0]]) ** 2, axis=1))))
-        low = np.minimum(start.min(axis=0), end.min(axis=0))
-        high = np.maximum(start.max(axis=0), end.max(axis=0))
+        sides = end.take(triangles[:, 1], axis=0) - end.take(triangles[:, 0], axis=0)
+        edge = math.sqrt(float(np.mean(np.sum(sides**2, axis=1))))
+        low, high = np.minimum(start, end).min(axis=0), np.maximum(start, end).max(axis=0)
         cell = CELL_IN_EDGES * edge
         while True:
             margin = max(MARGIN_IN_CELLS * cell, least_margin)
@@ -62,11 +62,13 @@ class SearchGrid:
         # Half a cell of free space all around, so that rounding cannot put a triangle off the grid.
         origin = low - margin - 0.5 * (counts * cell - (high - low + 2.0 * margin))
         n = len(triangles)
+        spans = np.empty((n, 6), np.int32)
+        _find_spans(n, triangles, start, end, origin, cell, counts, margin, spans)
         first = np.zeros(int(np.prod(counts)) + 1, dtype=np.int32)
-        _count.serial(n, triangles, start, end, origin, cell, counts, margin, first)
+        _count.serial(n, spans, counts, first)
         np.cumsum(first, out=first)
         listed = np.empty(int(first[-1]), dtype=np.uint32)
-        _list.serial(n, triangles, start, end, origin, cell, counts, margin, first[:-1].copy(), listed)
+        _list.serial(n, spans, counts, first[:-1].copy(), listed)
         return cls(origin, cell, counts, first, listed, margin, end.copy(), margin)
 
     def follow(self, triangles: np.ndarray, start: np.ndarray, end: np.ndarray) -> SearchGrid:
@@ -111,39 +113,37 @@ def clipped_cell(value, origin, per_cell, count):
     return int(place)
 
 
-@scalar
-def _span(triangles, start, end, t, axis, origin, cell, count, margin):
-    """Range of cells along one axis that a moving triangle with its margin touches: (from, to), inclusive."""
-    a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
-    low = min(start[a, axis], start[b, axis], start[c, axis], end[a, axis], end[b, axis], end[c, axis]) - margin
-    high = max(start[a, axis], start[b, axis], start[c, axis], end[a, axis], end[b, axis], end[c, axis]) + margin
-    return clipped_cell(low, origin[axis], 1.0 / cell, count), clipped_cell(high, origin[axis], 1.0 / cell, count)
+@kernel
+def _find_spans(n, triangles, start, end, origin, cell, counts, margin, spans_out):
+    """Cells along x, y and z that each moving triangle with its margin touches: from, to (inclusive)."""
+    for t in prange(n):
+        a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
+        for k in range(3):
+            low = min(start[a, k], start[b, k], start[c, k], end[a, k], end[b, k], end[c, k]) - margin
+            high = max(start[a, k], start[b, k], start[c, k], end[a, k], end[b, k], end[c, k]) + margin
+            spans_out[t, 2 * k] = clipped_cell(low, origin[k], 1.0 / cell, counts[k])
+            spans_out[t, 2 * k + 1] = clipped_cell(high, origin[k], 1.0 / cell, counts[k])
 
 
 @kernel
-def _count(n, triangles, start, end, origin, cell, counts, margin, first_out):
+def _count(n, spans, counts, first_out):
     for t in range(n):
-        xa, xb = _span(triangles, start, end, t, 0, origin, cell, counts[0], margin)
-        ya, yb = _span(triangles, start, end, t, 1, origin, cell, counts[1], margin)
-        za, zb = _span(triangles, start, end, t, 2, origin, cell, counts[2], margin)
-        for x in range(xa, xb + 1):
-            for y in range(ya, yb + 1):
-                for z in range(za, zb + 1):
-                    first_out[(x * counts[1] + y) * counts[2] + z + 1] += 1
+        for x in range(spans[t, 0], spans[t, 1] + 1):
+            for y in range(spans[t, 2], spans[t, 3] + 1):
+                row = (x * counts[1] + y) * counts[2]
+                for z in range(spans[t, 4], spans[t, 5] + 1):
+                    first_out[row + z + 1] += 1
 
 
 @kernel
-def _list(n, triangles, start, end, origin, cell, counts, margin, next_free, listed_out):
+def _list(n, spans, counts, next_free, listed_out):
     for t in range(n):
-        xa, xb = _span(triangles, start, end, t, 0, origin, cell, counts[0], margin)
-        ya, yb = _span(triangles, start, end, t, 1, origin, cell, counts[1], margin)
-        za, zb = _span(triangles, start, end, t, 2, origin, cell, counts[2], margin)
-        for x in range(xa, xb + 1):
-            for y in range(ya, yb + 1):
-                for z in range(za, zb + 1):
-                    c = (x * counts[1] + y) * counts[2] + z
-                    listed_out[next_free[c]] = t
-                    next_free[c] += 1
+        for x in range(spans[t, 0], spans[t, 1] + 1):
+            for y in range(spans[t, 2], spans[t, 3] + 1):
+                row = (x * counts[1] + y) * counts[2]
+                for z in range(spans[t, 4], spans[t, 5] + 1):
+                    listed_out[next_free[row + z]] = t
+                    next_free[row + z] += 1
 
 
 @kernel

@@ -9,7 +9,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numba import prange
 
+from billow.compiled import kernel
 from billow.errors import InputError
 from billow.geometry.chambers import Chambers
 
@@ -85,8 +87,26 @@ class Surface:
 
 def area_vectors(triangles: np.ndarray, positions: np.ndarray) -> np.ndarray:
     """Area vector (normal times area) of each triangle: [m^2], (triangles, 3)."""
-    a, b, c = (positions[triangles[:, k]] for k in range(3))
-    return 0.5 * np.cross(b - a, c - a)
+    vectors = np.empty((len(triangles), 3))
+    # One type each, so that one kernel serves all.
+    triangles, positions = np.ascontiguousarray(triangles, np.uint32), np.ascontiguousarray(positions, np.float64)
+    _area_vectors(len(triangles), triangles, positions, vectors)
+    return vectors
+
+
+@kernel
+def _area_vectors(n, triangles, positions, vectors_out):
+    for t in prange(n):
+        a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
+        ux, uy, uz = (
+            positions[b, 0] - positions[a, 0], positions[b, 1] - positions[a, 1], positions[b, 2] - positions[a, 2],
+        )  # fmt: skip
+        vx, vy, vz = (
+            positions[c, 0] - positions[a, 0], positions[c, 1] - positions[a, 1], positions[c, 2] - positions[a, 2],
+        )  # fmt: skip
+        vectors_out[t, 0] = 0.5 * (uy * vz - uz * vy)
+        vectors_out[t, 1] = 0.5 * (uz * vx - ux * vz)
+        vectors_out[t, 2] = 0.5 * (ux * vy - uy * vx)
 
 
 def nodal_share(triangles: np.ndarray, per_triangle: np.ndarray, node_count: int) -> np.ndarray:

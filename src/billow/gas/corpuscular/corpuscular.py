@@ -276,9 +276,8 @@ class Corpuscular(Setup):
     def _put_in_order(self, gas: CorpuscularState) -> None:
         """Particles of a cell side by side in memory."""
         n = gas.particles.count
-        order = gas.cells.order[:n].copy()
-        for array in gas.particles.arrays():
-            array[:n] = array[order]
+        order = gas.cells.order[:n]
+        gas.particles.reorder(order)
         gas.cells.cell[:n] = gas.cells.cell[order]
         gas.cells.order[:n] = np.arange(n, dtype=np.int32)
 
