@@ -129,6 +129,56 @@ def test_a_constant_force_moves_the_body_on_a_parabola(coupled):
     assert motion.velocity[:, 2] == pytest.approx(a * t, abs=1e-12)
 
 
+def test_the_law_is_asked_in_the_middle_of_each_step(coupled):
+    asked = []
+
+    def law(design, time, state):
+        asked.append(time)
+        return np.zeros(3)
+
+    dataclasses.replace(coupled, law=law).deploy({"pressure": 20.0, "radius": 0.15}, pushed=np.array([0, 0, -0.05]))
+    dt = EVERY * (coupled.times[1] - coupled.times[0])
+    np.testing.assert_allclose(asked, (np.arange(len(asked)) + 0.5) * dt)
+    assert len(asked) == (len(coupled.times) - 1) // EVERY
+
+
+def test_a_body_that_moves_at_the_start_keeps_moving(coupled):
+    speed = np.array([0.3, 0.0, 2.0])
+    moving = lambda row: dataclasses.replace(coupled.impactor(row), velocity=speed)  # noqa: E731
+    motion = dataclasses.replace(coupled, impactor=moving).replay(
+        {"pressure": 20.0, "radius": 0.15}, np.zeros((len(coupled.times) - 1, 3))
+    )
+    np.testing.assert_allclose(motion.displacement, motion.times[:, None] * speed, atol=1e-12)
+
+
+def test_a_last_step_that_is_shorter_has_its_own_mean(coupled):
+    times = coupled.times[:-2]
+    assert (len(times) - 1) % EVERY
+    force = np.random.default_rng(3).normal(size=(len(times) - 1, 3))
+    motion = dataclasses.replace(coupled, times=times).replay({"pressure": 20.0, "radius": 0.15}, force)
+    np.testing.assert_allclose(motion.velocity[-1], force.sum(axis=0) * (times[1] - times[0]) / MASS, atol=1e-12)
+
+
+def test_the_force_that_is_learned_bears_the_body(free, coupled, monkeypatch):
+    """The same motion under gravity takes a force that is larger by the weight."""
+    learned = []
+    monkeypatch.setattr("billow.rom.coupled.learn_contact_law", lambda *told: learned.append(told[4]))
+
+    class Heavy:
+        def __getattr__(self, name):
+            return getattr(free, name)
+
+        def result(self, run):
+            found = free.result(run)
+            heavy = found.case_toml | {"run": {"gravity": [0.0, 0.0, -9.81]}}
+            return SimpleNamespace(histories=found.histories, case_toml=heavy, record={}, folder="RUN")
+
+    for dataset in (free, Heavy()):
+        Coupled.train(dataset, coupled.surrogate)
+    weight = np.broadcast_to([0.0, 0.0, 9.81 * MASS], learned[0].shape)
+    np.testing.assert_allclose(learned[1] - learned[0], weight, atol=1e-9)
+
+
 def test_nothing_pushes_a_body_out_of_reach(coupled):
     motion = coupled.deploy({"pressure": 20.0, "radius": 0.15}, pushed=np.array([0.0, 0.0, 20.0]))
     assert not motion.velocity.any()

@@ -11,7 +11,8 @@ import pytest
 from synthetic import SyntheticDataset
 
 from billow.errors import InputError
-from billow.rom.baselines import baselines
+from billow.rom.baselines import RadialBasis, baselines
+from billow.rom.basis import Basis
 from billow.rom.evaluate import BASELINES, evaluate
 from billow.rom.metrics_file import write_metrics
 from billow.rom.rmse import Summary, accuracy, snapshot_rmse
@@ -85,6 +86,26 @@ def test_baselines_reproduce_what_they_know(dataset, surrogate):
     assert np.array_equal(nearest.predict(nudged), truth[4])
     projected = (truth[4, :, :, 2] @ surrogate.bases[2].modes.T) @ surrogate.bases[2].modes
     assert np.allclose(radial.predict(designs[4])[:, :, 2], projected, atol=1e-4)  # [m]: through the training runs
+
+
+@pytest.mark.parametrize("runs", [2, 12])
+def test_radial_basis_functions_know_ranges_and_straight_lines(runs):
+    """Units of a parameter do not matter; what is linear in the design is met everywhere once there are enough runs."""
+    random = np.random.default_rng(4)
+    low, high = np.array([0.0, 100.0, -1.0]), np.array([1.0, 900.0, 1.0])
+    designs, asked = (low + random.uniform(size=(n, 3)) * (high - low) for n in (runs, 1))
+    slope = random.normal(size=(3, 2 * 3 * 1)) / (high - low)[:, None]
+    bases = tuple(Basis(np.eye(1, 4, k, dtype=np.float32), np.ones(1), 1.0) for k in range(3))
+    units = np.array([1.0, 1e-3, 1e6])
+    one, other = (
+        RadialBasis((designs @ slope).reshape(runs, 2, 3, 1), designs * unit, bases, low * unit, high * unit)
+        for unit in (1.0, units)
+    )
+    answer = one.predict(asked[0])
+    np.testing.assert_allclose(other.predict(asked[0] * units), answer, atol=1e-6 * np.abs(answer).max())
+    known = (asked @ slope if runs > 3 else designs[:1] @ slope).reshape(2, 3)
+    met = answer if runs > 3 else one.predict(designs[0])
+    np.testing.assert_allclose(np.stack([met[:, k, k] for k in range(3)], axis=1), known, rtol=1e-5)
 
 
 def test_memory_stays_bounded_however_many_runs_there_are():

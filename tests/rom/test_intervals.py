@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -65,6 +66,31 @@ def test_a_component_that_never_moves_is_covered():
         assert check.covered[1] == 1.0
         assert check.half_width[1] < 1e-6
     assert np.isfinite(surrogate.half_width(dataset.design(dataset.test))).all()
+
+
+def test_what_is_covered_counts_what_can_move_run_by_run():
+    """Three nodes, the first held: 0.05 m is inside +-0.1 m, 0.5 m is not."""
+    truth = {"one": [0.0, 0.05, 0.5], "two": [0.0, 0.05, 0.05]}
+    shape = (4, 3, 3)
+
+    class Known:
+        design = staticmethod(lambda runs: np.zeros((len(runs), 1)))
+        snapshots = staticmethod(
+            lambda field, runs: np.stack(
+                [np.broadcast_to(np.array(truth[r], np.float32)[:, None], shape) for r in runs]
+            )
+        )
+
+    class Zero:
+        nodes, intervals = 3, SimpleNamespace(levels=(0.5,))
+        predict = staticmethod(lambda design, **_: np.zeros(shape))
+        half_width = staticmethod(lambda design, **_: np.full(shape, 0.1))
+
+    (check,) = check_intervals(Zero, Known, ("one", "two"))
+    np.testing.assert_allclose(check.by_run, [[0.5] * 3, [1.0] * 3])
+    np.testing.assert_allclose(check.covered, 0.75)
+    np.testing.assert_allclose(check.worst_run, 0.5)
+    np.testing.assert_allclose(check.half_width, 0.1)
 
 
 def test_the_scale_is_spread_and_truncation_at_each_node(surrogate, dataset):
