@@ -130,13 +130,17 @@ def test_a_constant_force_moves_the_body_on_a_parabola(coupled):
 
 
 def test_the_law_is_asked_in_the_middle_of_each_step(coupled):
-    asked = []
+    asked, speeds = [], []
 
     def law(design, time, state):
         asked.append(time)
-        return np.zeros(3)
+        speeds.append(state[-3:])
+        return np.array([0.0, 0.0, 1.0])
 
-    dataclasses.replace(coupled, law=law).deploy({"pressure": 20.0, "radius": 0.15}, pushed=np.array([0, 0, -0.05]))
+    motion = dataclasses.replace(coupled, law=law).deploy(
+        {"pressure": 20.0, "radius": 0.15}, pushed=np.array([0.0, 0.0, -0.05])
+    )
+    np.testing.assert_allclose(speeds, motion.velocity[:-1:EVERY])
     dt = EVERY * (coupled.times[1] - coupled.times[0])
     np.testing.assert_allclose(asked, (np.arange(len(asked)) + 0.5) * dt)
     assert len(asked) == (len(coupled.times) - 1) // EVERY
@@ -177,6 +181,22 @@ def test_the_force_that_is_learned_bears_the_body(free, coupled, monkeypatch):
         Coupled.train(dataset, coupled.surrogate)
     weight = np.broadcast_to([0.0, 0.0, 9.81 * MASS], learned[0].shape)
     np.testing.assert_allclose(learned[1] - learned[0], weight, atol=1e-9)
+
+
+def test_runs_whose_histories_differ_in_their_times_are_refused(free, coupled):
+    class Ragged:
+        def __getattr__(self, name):
+            return getattr(free, name)
+
+        def result(self, run):
+            found = free.result(run)
+            if run != free.train[3]:
+                return found
+            histories = found.histories | {"time [s]": found.histories["time [s]"] * 1.01}
+            return SimpleNamespace(histories=histories, case_toml=found.case_toml, record={}, folder="RUN")
+
+    with pytest.raises(InputError, match=f"E-CPL-005(?s:.*){free.train[3]}"):
+        Coupled.train(Ragged(), coupled.surrogate)
 
 
 def test_nothing_pushes_a_body_out_of_reach(coupled):
