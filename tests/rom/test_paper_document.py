@@ -90,6 +90,16 @@ def test_a_fit_judged_by_coefficients_is_a_surrogate_judged_by_fields(small, loc
     assert size.sweep.counts[-1] == 16
 
 
+def test_pieces_of_another_recipe_do_not_pass_for_ours(small, locked, folder, monkeypatch):
+    def refuse(*_, **__):
+        raise AssertionError("trained again")
+
+    monkeypatch.setattr(fits, "learn_networks", refuse)
+    monkeypatch.setattr("billow.rom.network.HIDDEN_SHARED", (8, 8))
+    with pytest.raises(AssertionError, match="trained again"):
+        case_results(LOCKED, small, there(small, 6, 12), Kept(folder), recipe="z", recipe_epochs=30)
+
+
 def test_kept_pieces_are_not_made_again(small, locked, folder, monkeypatch):
     def refuse(*_, **__):
         raise AssertionError("trained again")

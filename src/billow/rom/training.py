@@ -135,6 +135,15 @@ def import_network():
     return network
 
 
+def shared_settings() -> dict:
+    """What the default recipe is at present, as plain JSON: what was learned by another one must not pass for it."""
+    network = import_network()
+    return {
+        "layers": [network.MEMBERS, *network.HIDDEN_SHARED],
+        "steps": [network.BATCH_SHARED, *network.EPOCHS_SHARED, network.STEPS_SHARED],
+    }
+
+
 def _input_scaling(dataset, recipe) -> InputScaling:
     if recipe not in ACTIVATIONS:
         raise InputError(

@@ -22,7 +22,7 @@ from billow.rom.paper.recipe import RecipeFit, paper_recipe
 from billow.rom.paper.reductions import FORCE_COMPONENTS, FORCE_MODES, Reduced, force_inputs, reduced
 from billow.rom.reduction import DEFAULT_MEMORY
 from billow.rom.surrogate import Surrogate
-from billow.rom.training import Plan, learn_networks
+from billow.rom.training import Plan, learn_networks, shared_settings
 
 SEEDS = (0, 1)
 """Of the pairs of fits with and without forces: what differs less than they do is no difference."""
@@ -157,7 +157,8 @@ def _size(case, dataset, there, size, runs, kept, memory, announce) -> tuple[Siz
 
 
 def _surrogate(dataset, runs, modes, kept, memory, said) -> Surrogate:
-    path = kept.path("surrogate", {"of": fingerprint(dataset, runs), "modes": modes, "memory": memory})
+    inputs = {"of": fingerprint(dataset, runs), "modes": modes, "memory": memory} | shared_settings()
+    path = kept.path("surrogate", inputs)
     if not path.is_file():
         Surrogate.train(dataset, modes=modes, runs=runs, memory=memory, progress=said).save(path)
     return Surrogate.load(path)
@@ -165,7 +166,7 @@ def _surrogate(dataset, runs, modes, kept, memory, said) -> Surrogate:
 
 def _coupled(dataset, surrogate, there, kept, said) -> Coupled:
     runs = there.sizes[there.largest]
-    path: Path = kept.path("coupled", {"of": fingerprint(dataset, runs), "modes": surrogate.modes})
+    path: Path = kept.path("coupled", {"of": fingerprint(dataset, runs), "modes": surrogate.modes} | shared_settings())
     if not path.is_file():
         Coupled.train(dataset, surrogate, progress=said).save(path)
     return Coupled.load(path)
@@ -175,7 +176,8 @@ def _with_forces(dataset, there, made: Reduced, modes, kept, memory, said) -> Su
     """A surrogate of the largest design that sees the contact forces of the time before."""
     runs = there.sizes[there.largest]
     known = force_inputs(dataset, runs, there.unseen, made, kept, memory)
-    path = kept.path("surrogate-with-forces", {"of": made.made_of, "modes": modes, "force_modes": known.model.width})
+    inputs = {"of": made.made_of, "modes": modes, "force_modes": known.model.width} | shared_settings()
+    path = kept.path("surrogate-with-forces", inputs)
     if not path.is_file():
         plan = Plan("shared", modes, SEEDS[0], None, FORCE_MODES, FORCE_COMPONENTS, memory)
         given = known.model, known.seen

@@ -12,7 +12,7 @@ from billow.rom.paper.reductions import Forces, Reduced
 from billow.rom.reduction import DEFAULT_MEMORY
 from billow.rom.rmse import Summary
 from billow.rom.surrogate import Surrogate
-from billow.rom.training import Plan, Progress, learn_networks
+from billow.rom.training import Plan, Progress, learn_networks, shared_settings
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +55,7 @@ def fit(
 
     forces: also an input, and then known of the unseen runs too. Errors as `Surrogate.train`.
     """
-    inputs = {"of": reduced.made_of, "counts": counts, "seed": seed, "forces": forces is not None}
+    inputs = {"of": reduced.made_of, "counts": counts, "seed": seed, "forces": forces is not None} | shared_settings()
     if forces is not None:
         inputs |= {"force_modes": forces.model.width}
 
