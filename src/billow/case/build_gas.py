@@ -189,7 +189,7 @@ def mount(case: schema.Case, inflator: schema_gas.Inflator, ring: JetRing, chamb
             remedy="set inflator.jets.count = 0 for a diffuse source, or name a chamber with a mouth in "
             "inflator.chamber",
         )
-    inwards = -area_vectors(surface.triangles[mouth].astype(np.int64), shape.positions).sum(axis=0)
+    inwards = -area_vectors(surface.triangles[mouth], shape.positions).sum(axis=0)
     nodes = np.unique(surface.triangles[mouth]).astype(np.int64)
     axis = inwards / np.linalg.norm(inwards)
     start = shape.positions[nodes]

@@ -26,7 +26,7 @@ def inverted_elements(model: Model, state: State) -> int:
     Fabric without compression folds through zero area while it crumples, and unfolds again: that is no fault. A
     triangle that still lies the wrong way round in an inflated bag is.
     """
-    normals = area_vectors(model.surface.triangles.astype(np.int64), state.positions)
+    normals = area_vectors(model.surface.triangles, state.positions)
     first, second = _neighbours(model.surface.triangles.astype(np.int64))
     agree = np.zeros(len(normals), dtype=bool)
     same = np.einsum("ij,ij->i", normals[first], normals[second]) > 0.0

@@ -176,7 +176,7 @@ class Corpuscular(Setup):
         take_stock(self, gas, kinds)
         self._press(gas, bag, span)
         close_books(self, gas, kinds)
-        gas.steps_to_go = self._steps(gas, kinds, dt)
+        gas.steps_to_go = self._steps(gas, dt)
 
     # --- parts of a gas step ---------------------------------------------------------------------------------------
 
@@ -313,7 +313,7 @@ class Corpuscular(Setup):
         gas.owed += drawn[:, None] * self.ambient.mass_fractions
         gas.blocked_area = float(blocked.sum())
 
-    def _steps(self, gas: CorpuscularState, kinds: ParticleKinds, dt: float) -> int:
+    def _steps(self, gas: CorpuscularState, dt: float) -> int:
         """Steps of the structure that the next gas step may take."""
         speed = self._speed(gas)
         if speed == 0.0:

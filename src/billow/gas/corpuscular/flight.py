@@ -191,7 +191,7 @@ def _fly(
                     for entry in range(first[place], first[place + np.uint64(1)]):
                         s = listed[np.uint64(entry)]
                         # The piece's box against that of the triangle, both doubled. One maximum: as three conditions
-                        # joined by "or" they compile to branches nobody can predict, and cost twice the flight.
+                        # joined by "or" they compile to branches nobody can predict, a third of the flight.
                         if (
                             max(
                                 abs(2.0 * mx - swept[s, 0]) - swept[s, 3] - room_x,
