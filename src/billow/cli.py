@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
 from billow import __version__
 from billow.commands import converge, couple, coupon, export, import_runs, injury, paper, suggest, tank
@@ -182,12 +181,6 @@ def study(
     raise typer.Exit(1 if summary.failed else 0)
 
 
-def _say_left_out(console: Console, dataset) -> None:
-    left_out = len(dataset.train) - len(dataset.trusted)
-    if left_out:
-        console.print(f"{left_out} of {len(dataset.train)} training runs left out: their verdict is not PASS")
-
-
 @app.command()
 def train(
     folder: Annotated[Path, typer.Argument(help="Study folder.")],
@@ -201,12 +194,15 @@ def train(
 ) -> None:
     """Learn a surrogate from the training runs of a study."""
     from billow.results.dataset import Dataset
+    from billow.rom.left_out import left_out
     from billow.rom.surrogate import Surrogate
     from billow.terminal import epochs as show_epochs
 
     console = make_console()
     dataset = Dataset.open(folder)
-    _say_left_out(console, dataset)
+    lost = left_out(dataset, dataset.trusted)
+    if lost.why:
+        console.print(f"{len(lost.why)} training runs are left out: {lost.reasons()}", markup=False)
     with show_epochs(console, "training") as progress:
         surrogate = Surrogate.train(
             dataset, recipe, modes, dataset.trusted[:runs], seed, epochs=epochs, progress=progress,

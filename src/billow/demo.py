@@ -114,6 +114,7 @@ def write_definition(folder: Path, train: int, test: int) -> Path:
 def run_demo(folder: Path, train: int, test: int, workers: int | None, console: Console) -> Path:
     """Simulate, learn, evaluate; returns the path of the report. Safe to interrupt and to start again."""
     from billow.rom.evaluate import evaluate
+    from billow.rom.left_out import left_out
     from billow.rom.report import write_report
     from billow.rom.surrogate import Surrogate
     from billow.study.progress import study_progress
@@ -127,8 +128,8 @@ def run_demo(folder: Path, train: int, test: int, workers: int | None, console: 
     with study_progress(console) as report:
         study.run(workers=workers, progress=report)
     dataset = study.dataset()
-    left_out = len(dataset.train) - len(dataset.trusted)
-    note = f" ({left_out} left out: their verdict is not PASS)" if left_out else ""
+    lost = left_out(dataset, dataset.trusted)
+    note = f" ({len(lost.why)} left out: {lost.reasons()})" if lost.why else ""
     console.print(f"2/3 learning from {len(dataset.trusted)} runs{note}")
     with epochs(console, "training") as progress:
         surrogate = Surrogate.train(dataset, progress=progress)

@@ -14,6 +14,8 @@ from billow.results.dataset_files import (
     write_design,
     write_split,
 )
+from billow.results.quality import SHORT, VERDICTS
+from billow.results.run_file import read_run_file, write_run_file
 
 PARAMETERS = (Parameter("amount", "Rise", "m", 0.0, 10.0), Parameter("idle", "Nothing", "-", 0.0, 1.0))
 DESIGN = {"0000": (1.0, 0.5), "0001": (2.0, 0.25), "0002": (3.0, 0.75), "0003": (4.0, 0.125)}
@@ -91,3 +93,30 @@ def test_unknown_names_and_damaged_files_get_a_clear_error(folder, tmp_path):
     (folder / "dataset.toml").unlink()
     with pytest.raises(InputError, match="E-RES-010"):
         Dataset.open(folder)
+
+
+def judged(folder, run, **verdicts):
+    """Give a run a verdict for each criterion."""
+    criteria = [{"name": name.replace("_", " "), "verdict": verdict} for name, verdict in verdicts.items()]
+    verdict = max(verdicts.values(), key=VERDICTS.index)
+    run_folder = folder / "runs" / run
+    write_run_file(run_folder, read_run_file(run_folder) | {"quality": {"verdict": verdict, "criteria": criteria}})
+
+
+def test_a_run_in_doubt_is_left_out_and_one_that_only_ends_early_is_not(folder):
+    judged(folder, "0000", **{SHORT: "REVIEW", "shooting_nodes": "PASS"})
+    judged(folder, "0001", **{SHORT: "REVIEW", "shooting_nodes": "REVIEW"})
+    judged(folder, "0002", shooting_nodes="PASS")
+    judged(folder, "0003", shooting_nodes="FAIL")
+    dataset = Dataset.open(folder)
+    assert dataset.trusted == ("0000", "0002")
+    assert dataset.left_out == {"0001": "REVIEW: shooting nodes"}  # 0003 is no training run
+    assert dataset.doubts("0001") == (SHORT, "shooting nodes")
+    assert dataset.doubts("0002") == ()
+
+
+def test_a_missing_training_run_is_left_out_and_its_design_known(folder):
+    (folder / "runs/0001").rename(folder / "elsewhere")
+    dataset = Dataset.open(folder)
+    assert dataset.left_out == {"0001": "not run yet"}
+    np.testing.assert_array_equal(dataset.design(["0001"]), [[2.0, 0.25]])

@@ -32,7 +32,7 @@ class FreeDataset:
         self.steps = np.arange(501) * 1e-4
         names = tuple(f"{run:04d}" for run in range(train + test))
         self.train, self.test, self.missing = names[:train], names[train:], {}
-        self.trusted = self.train
+        self.trusted, self.left_out = self.train, {}
         low, high = (np.array([getattr(p, side) for p in PARAMETERS]) for side in ("low", "high"))
         unit = [qmc.LatinHypercube(2, rng=5 + part).random(n) for part, n in enumerate((train, test))]
         self._design = dict(zip(names, low + np.vstack(unit) * (high - low), strict=True))

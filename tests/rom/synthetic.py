@@ -60,7 +60,7 @@ class SyntheticDataset:
         self.times = np.linspace(0.0, 0.04, times)
         names = tuple(f"{run:04d}" for run in range(train + test))
         self.train, self.test, self.missing = names[:train], names[train:], {}
-        self.trusted = self.train
+        self.trusted, self.left_out = self.train, {}
         low, high = (np.array([getattr(p, side) for p in PARAMETERS]) for side in ("low", "high"))
         unit = [qmc.LatinHypercube(6, rng=seed + part).random(n) for part, n in enumerate((train, test))]
         designs = low + np.vstack(unit) * (high - low)

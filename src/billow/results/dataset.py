@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from billow.errors import BillowError, InputError, IntegrityError
+from billow.results import quality
 from billow.results.dataset_files import (
     DatasetRecord,
     Parameter,
@@ -55,6 +56,7 @@ class Dataset:
         for run in (*split[0], *split[1]):
             self._look_up(run)
         self.train, self.test = (tuple(run for run in part if run in self._records) for part in split)
+        self._planned_train = tuple(run for run in split[0] if run in design)
 
     @classmethod
     def open(cls, folder: str | Path) -> Dataset:
@@ -87,8 +89,27 @@ class Dataset:
 
     @property
     def trusted(self) -> tuple[str, ...]:
-        """Training runs with the verdict PASS; runs made elsewhere carry no verdict and count as trusted."""
-        return tuple(run for run in self.train if self.verdict(run) in ("PASS", None))
+        """Training runs with nothing against what they hold: those that left_out does not name."""
+        return tuple(run for run in self.train if run not in self.left_out)
+
+    @cached_property
+    def left_out(self) -> dict[str, str]:
+        """Training runs of the design that nothing should be learned from -> why: missing ones, and those in doubt.
+
+        A run that only ends before 1.2 times its pressure peak is not in doubt (`quality.SHORT`): a surrogate answers
+        for the recorded times alone, and slow bags left out would bias it. Runs made elsewhere carry no verdict.
+        """
+        why = {}
+        for run in self._planned_train:
+            if run in self.missing:
+                why[run] = self.missing[run]
+            elif doubts := [name for name in self.doubts(run) if name != quality.SHORT]:
+                why[run] = f"{self.verdict(run)}: {', '.join(doubts)}"
+        return why
+
+    def doubts(self, run: str) -> tuple[str, ...]:
+        """Names of the criteria a run did not pass, none where it carries no verdict. InputError E-RES-014: unknown."""
+        return quality.doubts(self._records[self._known(run)].get("quality", {}))
 
     def verdict(self, run: str) -> str | None:
         """PASS, REVIEW or FAIL, or None where a run carries no verdict. InputError E-RES-014: unknown run."""
@@ -105,8 +126,14 @@ class Dataset:
         return self._mesh[1]
 
     def design(self, runs: Sequence[str]) -> np.ndarray:
-        """(runs, parameters) float64: design values, in each parameter's unit. InputError E-RES-014: unknown run."""
-        rows = [self._design[run] for run in map(self._known, runs)]
+        """(runs, parameters) float64: design values, in each parameter's unit, of missing runs too.
+
+        InputError E-RES-014: a run that the design does not have.
+        """
+        for run in runs:
+            if run not in self._design:
+                self._known(run)
+        rows = [self._design[run] for run in runs]
         return np.array(rows, dtype=np.float64).reshape(len(rows), len(self.parameters))
 
     def snapshots(self, field: str, runs: Sequence[str]) -> np.ndarray:

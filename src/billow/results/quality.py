@@ -12,6 +12,9 @@ import numpy as np
 
 VERDICTS = ("PASS", "REVIEW", "FAIL")
 
+SHORT = "time missing to 1.2 times the pressure peak"
+"""The criterion that says where a run ends, and nothing against what it holds until then."""
+
 
 @dataclass(frozen=True)
 class Criterion:
@@ -60,13 +63,18 @@ def judge(
         _line("particles found outside, of all", 100 * books["leaked_particles_share"], 0.01, 1.0, "%"),
         _line("plausibility warnings", books["plausibility_warnings"], 0, np.inf, "-"),
         _line("time asked for and not simulated", 1e3 * max(0.0, end_time - reached), 1e-9, 1e-6, "ms"),
-        _line("time missing to 1.2 times the pressure peak", 1e3 * max(0.0, 1.2 * peak - reached), 1e-9, np.inf, "ms"),
+        _line(SHORT, 1e3 * max(0.0, 1.2 * peak - reached), 1e-9, np.inf, "ms"),
     ]
 
 
 def overall(criteria: list[Criterion]) -> str:
     """The worst verdict."""
     return max((c.verdict for c in criteria), key=VERDICTS.index, default="PASS")
+
+
+def doubts(quality: Mapping) -> tuple[str, ...]:
+    """Names of the criteria that a run did not pass. quality: of its run.json; empty where it carries no verdict."""
+    return tuple(line["name"] for line in quality.get("criteria", ()) if line["verdict"] != "PASS")
 
 
 def _line(name: str, measured: float, passes: float, fails: float, unit: str) -> Criterion:

@@ -12,6 +12,7 @@ from billow.results.dataset_files import Parameter, mesh_sha256, same_times
 from billow.rom.baselines import MeanTrajectory, NearestRun, RadialBasis, baselines
 from billow.rom.interval_check import IntervalCheck, check_intervals
 from billow.rom.learning_curve import LearningCurve, fit
+from billow.rom.left_out import LeftOut, left_out
 from billow.rom.projection import project
 from billow.rom.reduction import DEFAULT_MEMORY
 from billow.rom.rmse import Summary, snapshot_rmse
@@ -65,6 +66,7 @@ class Evaluation:
     spread: [m], (runs, times, 3), disagreement of the ensemble; None without one
     intervals: how many unseen values the intervals of each level hold; empty without calibration
     sweep: against training runs and modes; singular_values: [m], (3, values); energy: [-], (3, modes), kept fraction
+    missing: runs of the design that are not there -> why; left_out: training runs that were not learned from
     ledgers: run -> balance errors from its record, of all runs that kept one
     """
 
@@ -79,6 +81,7 @@ class Evaluation:
     train: tuple[str, ...]
     test: tuple[str, ...]
     missing: dict[str, str]
+    left_out: LeftOut
     design: np.ndarray
     errors: dict[str, np.ndarray]
     spread: np.ndarray | None
@@ -153,7 +156,8 @@ def evaluate(
         times=surrogate.times,
         train=runs,
         test=tuple(dataset.test),
-        missing=dict(getattr(dataset, "missing", {})),
+        missing=dict(dataset.missing),
+        left_out=left_out(dataset, runs),
         design=unseen,
         errors=errors,
         spread=spread,

@@ -56,6 +56,7 @@ def weaknesses(evaluation: Evaluation) -> list[str]:
     """What a user should know before trusting the surrogate, most important first."""
     return [
         *_lost_comparisons(evaluation),
+        *_left_out(evaluation),
         _worst_run(evaluation),
         _worst_time(evaluation),
         _tail(evaluation),
@@ -66,7 +67,7 @@ def weaknesses(evaluation: Evaluation) -> list[str]:
         *_spread(evaluation),
         *_intervals(evaluation),
         *_few_unseen(evaluation),
-        *_missing(evaluation),
+        *_missing_unseen(evaluation),
     ]
 
 
@@ -223,12 +224,26 @@ def _few_unseen(evaluation):
         )
 
 
-def _missing(evaluation):
-    if evaluation.missing:
-        named = ", ".join(list(evaluation.missing)[:5]) + ", ..." * (len(evaluation.missing) > 5)
+def _left_out(evaluation):
+    lost = evaluation.left_out
+    if lost.why:
+        count, part = _runs(len(lost.why), "training"), _percent(lost.part, 1)
+        text = f"Not learned from: {count}, {part} of the design, because {lost.reasons()}."
+        if lost.leaning:
+            where = " and ".join(f"{label} is {side}" for label, side in lost.leaning.items())
+            text += f" They lie where {where}: the surrogate is biased, and may be blind exactly there."
+        elif lost.biased:
+            text += " What remains is not the design that was drawn: the surrogate may be biased."
+        yield text
+
+
+def _missing_unseen(evaluation):
+    unseen = [run for run in evaluation.missing if run not in evaluation.left_out.why]
+    if unseen:
+        named = ", ".join(unseen[:5]) + ", ..." * (len(unseen) > 5)
         yield (
-            f"{len(evaluation.missing)} runs of the design are missing ({named}). "
-            "If they failed for a reason of physics, the surrogate is blind exactly there."
+            f"{_runs(len(unseen), 'unseen')} of the design are missing ({named}). "
+            "If they failed for a reason of physics, the errors above leave out the hardest cases."
         )
 
 

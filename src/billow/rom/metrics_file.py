@@ -35,6 +35,8 @@ def metrics(evaluation: Evaluation) -> dict:
         "train": list(evaluation.train),
         "test": list(evaluation.test),
         "missing": evaluation.missing,
+        "left_out": evaluation.left_out.why,
+        "left_out_leaning": evaluation.left_out.leaning,
         "reference_length_m": evaluation.reference_length,
         "times_s": evaluation.times.tolist(),
         "rmse_m": {name: _by_component(evaluation, name) for name in ("surrogate", *BASELINES)},
