@@ -1,5 +1,7 @@
+import contextlib
 import json
 import os
+import socket
 
 import numpy as np
 import pytest
@@ -7,6 +9,17 @@ from fake_solver import Fails, simulate
 
 from billow.errors import InputError
 from billow.study import execute
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("error:Port")
+def test_studies_run_side_by_side(study):
+    with socket.socket() as taken:
+        with contextlib.suppress(OSError):  # another study on this machine has it already
+            taken.bind(("127.0.0.1", 8787))
+            taken.listen()
+        with execute.dask_client(1, None) as client:
+            assert client.submit(sum, [1, 2]).result() == 3
 
 
 @pytest.mark.slow

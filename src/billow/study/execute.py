@@ -86,7 +86,9 @@ def dask_client(workers: int, scheduler: str | None) -> Iterator:
                 threads_per_worker=1,
                 processes=True,
                 host="127.0.0.1",
-                dashboard_address=None,
+                # No dashboard; its server listens all the same: at a free port, so that studies can run side by side.
+                dashboard_address="127.0.0.1:0",
+                scheduler_kwargs={"dashboard": False},
                 memory_limit=0,  # runs are small; pausing one helps nobody
                 local_directory=scratch,
                 silence_logs=logging.CRITICAL,
