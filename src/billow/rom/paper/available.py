@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -65,9 +66,12 @@ def available(dataset, train: Sequence[str], test: Sequence[str], sizes: Sequenc
     lost = [f"{size - len(runs)} of {size}" for size, runs in whole.items() if len(runs) < size]
     if lost:
         notes.append(f"Training runs that are not there or failed are left out: {', '.join(lost)}.")
-    reviewed = sum(dataset.verdict(run) == "REVIEW" for run in whole[max(whole)])
+    used = whole[max(whole)]
+    reviewed = [run for run in used if dataset.verdict(run) == "REVIEW"]
     if reviewed:
-        notes.append(f"{reviewed} of the {len(whole[max(whole)])} training runs used carry the verdict REVIEW.")
+        doubts = Counter(name for run in reviewed for name in dataset.doubts(run))
+        named = ", ".join(f"{name} ({count})" for name, count in doubts.most_common())
+        notes.append(f"{len(reviewed)} of the {len(used)} training runs used carry the verdict REVIEW: {named}.")
     if len(dataset.test) < len(test):
         notes.append(f"{len(dataset.test)} of {len(test)} unseen runs are in.")
     return Available(whole, tuple(dataset.test), tuple(notes))
