@@ -33,6 +33,7 @@ GASES = {
     "uniform pressure in two chambers": {"bag": TWO_CHAMBERS, "inflator": {"jets": {"count": 0}}},
     "uniform pressure in two chambers with jets": {"bag": TWO_CHAMBERS, "inflator": {"jets": {"count": 4}}},
     "corpuscular": {"inflator": {"jets": {"count": 6, "angle": 40.0}}, "gas": PARTICLES},
+    "corpuscular that loses heat": {"inflator": {"jets": {"count": 0}}, "gas": PARTICLES | {"heat_transfer": 500.0}},
     "corpuscular in two chambers": {"bag": TWO_CHAMBERS, "inflator": {"jets": {"count": 4}}, "gas": PARTICLES},
     "corpuscular, then uniform": {"inflator": {"jets": {"count": 6, "angle": 40.0}}, "gas": UNTIL_HALF_WAY},
     "corpuscular in two chambers, then uniform": {

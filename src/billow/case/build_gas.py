@@ -72,10 +72,6 @@ def build_uniform_pressure(case: schema.Case, shape: BagShape) -> UniformPressur
     _require_volume(shape)
     gas, chambers = GasNames.of(case), shape.surface.chambers
     inflators = tuple(build_inflator(case, i, gas, shape) for i in case.inflators)
-    outer = (chambers.ahead == OUTSIDE) & np.isin(
-        np.arange(len(chambers.ahead)), shape.surface.triangles_of_kind("fabric")
-    )
-    area = np.bincount(chambers.behind[outer], flat_area(shape)[outer], chambers.count)
     return UniformPressure(
         table=thermo_table(list(gas.species)),
         species_names=gas.names,
@@ -87,7 +83,7 @@ def build_uniform_pressure(case: schema.Case, shape: BagShape) -> UniformPressur
             build_jets(case, i, inflator.chamber, shape) for i, inflator in zip(case.inflators, inflators, strict=True)
         ),
         initial=build_initial(case, gas, chambers.count),
-        heat_conductance=case.gas.heat_transfer * area,
+        heat_conductance=heat_conductance(case, shape),
     )
 
 
@@ -119,9 +115,19 @@ def build_corpuscular(case: schema.Case, shape: BagShape) -> Corpuscular:
         reference=shape.reference,
         passages=passages,
         initial=build_initial(case, gas, surface.chambers.count),
+        heat_conductance=heat_conductance(case, shape),
         particles=case.gas.particles,
         seed=case.gas.seed,
     )
+
+
+def heat_conductance(case: schema.Case, shape: BagShape) -> np.ndarray:
+    """Heat transfer coefficient times outer area of each chamber's fabric: [W/K], (chambers,)."""
+    chambers = shape.surface.chambers
+    outer = (chambers.ahead == OUTSIDE) & np.isin(
+        np.arange(len(chambers.ahead)), shape.surface.triangles_of_kind("fabric")
+    )
+    return case.gas.heat_transfer * np.bincount(chambers.behind[outer], flat_area(shape)[outer], chambers.count)
 
 
 def source_ring(inflator: schema_gas.Inflator, shape: BagShape) -> JetRing:

@@ -47,6 +47,7 @@ CASES: dict[str, Callable[[], Iterator[Measurement]]] = {
     "U3": chambers.stiff_chain,
     "U4": chambers.blown_through,
     "U5": chambers.cooling,
+    "U5p": particles.cooling,
     "V1": tank.filling,
     "V2": tank.cooling,
     "V3": tank.inverse,

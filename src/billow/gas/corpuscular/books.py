@@ -59,7 +59,7 @@ def close_books(setup: Setup, gas: CorpuscularState, kinds: ParticleKinds) -> No
     came = gas.start_masses + injected + gas.drawn
     gap = _mass(setup, gas, kinds) + gas.left.sum(axis=0) - came
     gas.mass_error = max(gas.mass_error, float(np.abs(gap).max() / came.sum()))
-    booked = gas.start_energy + gas.enthalpy_in - gas.enthalpy_out - gas.load.work
+    booked = gas.start_energy + gas.enthalpy_in - gas.enthalpy_out - gas.load.work - gas.heat_lost
     scale = gas.start_energy + gas.enthalpy_in
     gas.energy_error = max(gas.energy_error, abs(_energy(gas) - booked) / scale)
     momentum = gas.sums.momentum.sum(axis=0) + gas.remainder.momentum + gas.load.held.sum(axis=0) + gas.load.given
@@ -123,6 +123,7 @@ def totals(setup: Setup, gas: CorpuscularState) -> GasTotals:
         jet_impulse_out=0.0,
         mass_error=gas.mass_error,
         energy_error=gas.energy_error,
+        heat_lost=gas.heat_lost,
         blocked_area=gas.blocked_area,
         vented_by=vented_by,
         leaked_by=leaked_by,

@@ -21,6 +21,7 @@ from billow.gas.corpuscular.books import close_books, content, sums_of, take_sto
 from billow.gas.corpuscular.cells import Cells, sort_into_cells
 from billow.gas.corpuscular.collisions import collide, collision_time
 from billow.gas.corpuscular.flight import Flock, fly
+from billow.gas.corpuscular.heat_loss import lose_heat
 from billow.gas.corpuscular.impact_bank import Hits, ImpactBank
 from billow.gas.corpuscular.inflow import blow, coming, draw_air_in, injectors
 from billow.gas.corpuscular.initial_air import fill_with_air
@@ -158,6 +159,7 @@ class Corpuscular(Setup):
         """Bring the particles to `time` [s]; dt: of the structure's step."""
         span = time - gas.gas_time
         kinds = self._merge(gas, time)
+        lose_heat(self, gas, span)
         self._settle(gas, kinds)
         born = blow(self, gas, kinds, bag, span)
         flock = self._fly(gas, kinds, bag, span, born)

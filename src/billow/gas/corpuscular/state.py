@@ -65,6 +65,7 @@ class CorpuscularState:
     energy_waiting: float = 0.0
     enthalpy_in: float = 0.0
     enthalpy_out: float = 0.0
+    heat_lost: float = 0.0
     blocked_area: float = 0.0
     collision_time: float = 0.0
     merges: int = 0
