@@ -120,3 +120,10 @@ def test_a_missing_training_run_is_left_out_and_its_design_known(folder):
     dataset = Dataset.open(folder)
     assert dataset.left_out == {"0001": "not run yet"}
     np.testing.assert_array_equal(dataset.design(["0001"]), [[2.0, 0.25]])
+
+
+def test_a_run_that_the_design_does_not_have_is_missing_and_has_no_place_to_lean_to(folder):
+    write_split(folder, ["0000", "0001", "0002", "0009"], ["0003"])
+    dataset = Dataset.open(folder)
+    assert "design.csv does not" in dataset.missing["0009"]
+    assert dataset.left_out == {}

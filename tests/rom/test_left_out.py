@@ -41,9 +41,10 @@ def test_runs_that_fail_anywhere_do_not_lean():
     assert lost.biased  # 8 of 40 are many all the same
 
 
-def test_one_in_a_hundred_is_no_bias_and_two_runs_have_no_common_cause():
-    dataset = SyntheticDataset(train=100)
-    assert not left_out(without(dataset, by_jet(dataset)[:2]), dataset.trusted).biased
+def test_one_in_a_hundred_is_no_bias_unless_they_lean():
+    dataset = SyntheticDataset(train=200)
+    assert not left_out(without(dataset, by_jet(dataset)[:2]), dataset.trusted).biased  # two have nothing in common
+    assert not left_out(without(dataset, by_jet(dataset)[20:200:70]), dataset.trusted).biased
     assert left_out(without(dataset, by_jet(dataset)[:3]), dataset.trusted).biased
 
 
