@@ -35,8 +35,8 @@ class Setup:
 
     table: (species, 16), species.thermo_table. surface: of the bag, its chambers and kinds of parts. reference: flat
     corner coordinates [m], (triangles, 3, 2). particles: as many as there are at most (to 2 %); at the start at least
-    half of them, unless there is hardly any gas. initial: ambient air by default. heat_conductance: heat transfer
-    coefficient times outer area of each chamber [W/K], (chambers,); none by default. seed: of the random numbers.
+    half of them, unless there is hardly any gas. initial: ambient air by default. seed: of the random numbers.
+    heat_conductance: heat transfer coefficient times outer area of each chamber [W/K], (chambers,); none by default.
     """
 
     table: np.ndarray
@@ -47,9 +47,9 @@ class Setup:
     reference: np.ndarray
     passages: Passages = NO_PASSAGES
     initial: InitialGas | None = None
-    heat_conductance: np.ndarray | None = None
     particles: int = 100_000
     seed: int = 1
+    heat_conductance: np.ndarray | None = None
 
     @property
     def chambers(self) -> Chambers:
