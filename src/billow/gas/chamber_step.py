@@ -12,6 +12,7 @@ import numpy as np
 from billow.compiled import scalar
 from billow.gas.curve import interpolate
 from billow.gas.exchange import flows
+from billow.gas.heat_loss import heat_lost
 from billow.gas.inflator import delivered_mass
 from billow.gas.mixture import mixture_cp, mixture_enthalpy, mixture_gas_constant, mixture_temperature
 from billow.gas.passages import AHEAD, BEHIND, FABRIC, KIND
@@ -88,9 +89,7 @@ def advance_chambers(
         enthalpy[c] = mixture_enthalpy(table, fraction[c], t)
         if c < chambers:
             expected[c] = p[c] * (volume_old[c] / volume[c]) ** gamma[c]
-            # Heat goes by its own exponential law over the step, so that any coefficient is stable.
-            capacity = mass[c] * (cp - gas_constant)
-            heat = -capacity * (t - ambient_temperature) * np.expm1(-dt * heat_conductance[c] / capacity)
+            heat = heat_lost(mass[c] * (cp - gas_constant), t - ambient_temperature, heat_conductance[c], dt)
             energy[c] -= heat
             books[c, HEAT] += heat
 

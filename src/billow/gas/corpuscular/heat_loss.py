@@ -1,16 +1,14 @@
 """Heat that the gas of a chamber loses through its walls, by the law of uniform pressure.
 
-m cv dT/dt = -h A (T - T_ambient), solved over the gas step by its own exponential, so that any coefficient is stable.
 The chamber as a whole owes the loss, and its thermal energy pays (`balance`): a coefficient of the whole wall does not
 say where gas cools.
 """
 
 from __future__ import annotations
 
-import numpy as np
-
 from billow.gas.corpuscular.setup import Setup
 from billow.gas.corpuscular.state import CorpuscularState
+from billow.gas.heat_loss import heat_lost
 from billow.gas.mixture import mixture_cp, mixture_gas_constant
 
 
@@ -22,7 +20,6 @@ def lose_heat(setup: Setup, gas: CorpuscularState, span: float) -> None:
         masses, temperature = gas.masses[c], gas.temperature[c]
         if conductance > 0.0 and masses.any():
             capacity = mixture_cp(setup.table, masses, temperature) - mixture_gas_constant(setup.table, masses)
-            warmer = temperature - setup.ambient.temperature
-            heat = -capacity * warmer * np.expm1(-span * conductance / capacity)
+            heat = heat_lost(capacity, temperature - setup.ambient.temperature, conductance, span)
             gas.pool[c] -= heat
             gas.heat_lost += float(heat)

@@ -1,0 +1,16 @@
+"""Heat that a chamber's gas loses through its fabric: m cv dT/dt = -h A (T - T_ambient)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from billow.compiled import scalar
+
+
+@scalar
+def heat_lost(capacity, warmer, conductance, span):
+    """Heat [J] lost in `span` [s]: the equation's own exponential, so that any coefficient is stable.
+
+    capacity: m cv [J/K]; warmer: T - T_ambient at the start [K]; conductance: h A [W/K]
+    """
+    return -capacity * warmer * np.expm1(-span * conductance / capacity)
