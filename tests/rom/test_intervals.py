@@ -95,7 +95,7 @@ def test_what_is_covered_counts_what_can_move_run_by_run():
 
 def test_the_scale_is_spread_and_truncation_at_each_node(surrogate, dataset):
     row, lost = dataset.design(dataset.test)[0], (surrogate.intervals.lost_by_time, surrogate.intervals.lost_by_node)
-    members = surrogate.regression.by_member(row[None], surrogate.times)[:, 0].reshape(5, 20, 3, 8)
+    members = surrogate.regression.by_member(row[None], surrogate.times)[:, 0].reshape(-1, 20, 3, 8)
     fields = np.einsum("mtk,kn->mtn", members[:, :, 2], surrogate.bases[2].modes)
     outside = np.outer(lost[0][2], lost[1][2]) / lost[1][2].mean()
     expected = np.sqrt(fields.var(axis=0, ddof=1) + outside)

@@ -7,6 +7,7 @@ import pytest
 from synthetic import SyntheticDataset
 
 from billow.errors import InputError
+from billow.rom.network import MEMBERS
 from billow.rom.scaling import OutputScaling
 from billow.rom.surrogate import Surrogate
 
@@ -65,7 +66,7 @@ def test_prediction_is_coefficients_times_modes(surrogate, middle):
 def test_mean_of_members_is_the_answer_and_spread_their_deviation(surrogate, dataset):
     design = dataset.design(dataset.test)
     members = surrogate.regression.by_member(design, surrogate.times)
-    assert members.shape == (5, 6, 20, 24)
+    assert members.shape == (MEMBERS, 6, 20, 24)
     assert np.allclose(members.mean(axis=0).reshape(6, 20, 3, 8), surrogate.coefficients(design), atol=1e-5)
     fields = [np.einsum("rtk,kn->rtn", member[..., 16:], surrogate.bases[2].modes) for member in members]
     spread = np.sqrt(np.var(fields, axis=0).mean(axis=-1))

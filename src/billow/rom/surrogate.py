@@ -79,7 +79,7 @@ class Surrogate:
         recipe: "shared", one ensemble of networks for all coefficients, or "paper", one network for each coefficient
         modes: K, size of each component's basis; runs: names of the runs to learn from, default `dataset.trusted`,
             the training runs with the verdict PASS
-        epochs: default 30 to 120, fewer for more runs (`shared`), 15,000 (`paper`); progress(epoch, epochs, loss) is
+        epochs: default 30 to 200, fewer for more runs (`shared`), 15,000 (`paper`); progress(epoch, epochs, loss) is
             called after each
         force_modes: M, modes of each contact-force component whose coefficients of the time before become inputs (the
             paper's "Model Including Forces"), 0 for none; force_components: which, such as "z" or "xyz"
