@@ -20,6 +20,7 @@ from numba import prange
 from billow.compiled import CHUNK, kernel
 from billow.gas.curve import NO_CURVE, Curve, CurveTable
 from billow.geometry.chambers import OUTSIDE
+from billow.geometry.triangle import double_area_vector
 
 VENT, FABRIC, OPENING = range(3)
 """What a passage is, for the histories: a hole to the surroundings, porous fabric, a hole between two chambers."""
@@ -150,13 +151,7 @@ def _measure(n, triangles, members, chunk_start, positions, touched, areas_out):
         for m in range(chunk_start[chunk], chunk_start[chunk + 1]):
             i = members[m]
             a, b, c = triangles[i, 0], triangles[i, 1], triangles[i, 2]
-            ux, uy, uz = (
-                positions[b, 0] - positions[a, 0], positions[b, 1] - positions[a, 1], positions[b, 2] - positions[a, 2],
-            )  # fmt: skip
-            wx, wy, wz = (
-                positions[c, 0] - positions[a, 0], positions[c, 1] - positions[a, 1], positions[c, 2] - positions[a, 2],
-            )  # fmt: skip
-            nx, ny, nz = uy * wz - uz * wy, uz * wx - ux * wz, ux * wy - uy * wx
+            nx, ny, nz = double_area_vector(positions, a, b, c)
             area = 0.5 * np.sqrt(nx * nx + ny * ny + nz * nz)
             present += area
             blocked += area * (1.0 * touched[a] + touched[b] + touched[c]) / 3.0

@@ -9,6 +9,7 @@ import numpy as np
 from numba import prange
 
 from billow.compiled import kernel, scalar
+from billow.geometry.triangle import double_area_vector
 
 
 def add_pressure(triangles: np.ndarray, positions: np.ndarray, pressure: float, corner_force: np.ndarray) -> None:
@@ -43,16 +44,8 @@ def _add_pressures(n, triangles, positions, behind, ahead, gauge, corner_force):
 def _press(i, triangles, positions, pressure, corner_force):
     """The force of a pressure [Pa] on one triangle."""
     third = pressure / 6.0
-    a, b, c = triangles[i, 0], triangles[i, 1], triangles[i, 2]
-    ux, uy, uz = (
-        positions[b, 0] - positions[a, 0], positions[b, 1] - positions[a, 1], positions[b, 2] - positions[a, 2],
-    )  # fmt: skip
-    wx, wy, wz = (
-        positions[c, 0] - positions[a, 0], positions[c, 1] - positions[a, 1], positions[c, 2] - positions[a, 2],
-    )  # fmt: skip
-    fx = third * (uy * wz - uz * wy)
-    fy = third * (uz * wx - ux * wz)
-    fz = third * (ux * wy - uy * wx)
+    nx, ny, nz = double_area_vector(positions, triangles[i, 0], triangles[i, 1], triangles[i, 2])
+    fx, fy, fz = third * nx, third * ny, third * nz
     for k in range(3):
         corner_force[i, k, 0] += fx
         corner_force[i, k, 1] += fy

@@ -14,6 +14,7 @@ from numba import prange
 from billow.compiled import kernel
 from billow.errors import InputError
 from billow.geometry.chambers import Chambers
+from billow.geometry.triangle import double_area_vector
 
 PART_KINDS = ("fabric", "mouth", "vent", "opening")
 """What a triangle is: fabric, the inflator's mouth, a vent hole, or an opening between two chambers."""
@@ -97,16 +98,8 @@ def area_vectors(triangles: np.ndarray, positions: np.ndarray) -> np.ndarray:
 @kernel
 def _area_vectors(n, triangles, positions, vectors_out):
     for t in prange(n):
-        a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
-        ux, uy, uz = (
-            positions[b, 0] - positions[a, 0], positions[b, 1] - positions[a, 1], positions[b, 2] - positions[a, 2],
-        )  # fmt: skip
-        vx, vy, vz = (
-            positions[c, 0] - positions[a, 0], positions[c, 1] - positions[a, 1], positions[c, 2] - positions[a, 2],
-        )  # fmt: skip
-        vectors_out[t, 0] = 0.5 * (uy * vz - uz * vy)
-        vectors_out[t, 1] = 0.5 * (uz * vx - ux * vz)
-        vectors_out[t, 2] = 0.5 * (ux * vy - uy * vx)
+        nx, ny, nz = double_area_vector(positions, triangles[t, 0], triangles[t, 1], triangles[t, 2])
+        vectors_out[t, 0], vectors_out[t, 1], vectors_out[t, 2] = 0.5 * nx, 0.5 * ny, 0.5 * nz
 
 
 def nodal_share(triangles: np.ndarray, per_triangle: np.ndarray, node_count: int) -> np.ndarray:
