@@ -26,7 +26,7 @@ def momentum_error() -> tuple[float, float]:
     """
     case = impact_case().vary({"bag.vents.count": 0, "inflator.jets.count": 0, "obstacles.impactor.clearance": 0.03})
     shape = round_bag(0.35, 10, 0.02)
-    gas = build_gas(case, shape, 0.0)
+    gas = build_gas(case, shape)
     model = fabric_model(shape, build_fabric(case.fabric), gas, obstacles=(build_obstacle(case.obstacles[1]),))
     body = model.obstacles[0].body
     worst_pair = 0.0
