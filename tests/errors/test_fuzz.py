@@ -48,7 +48,8 @@ class Silent:
     [
         (lambda: {}["key"], "KeyError"),
         (lambda: _raise(InputError("E-CASE-001", "", where="w", why="y", remedy="t")), "what is empty"),
-        (lambda: _raise(InputError("E-CASE-001", "a", where="b", why="Traceback of c", remedy="d")), "insides"),
+        (lambda: _raise(InputError("E-CASE-001", "a", where="b", why="Traceback (most recent", remedy="d")), "insides"),
+        (lambda: _raise(InputError("E-CASE-001", "a", where="b", why="<a object at 0x7f>", remedy="d")), "insides"),
         (lambda: _raise(RecursionError()), "RecursionError"),
         (lambda: _raise(fuzz.TooSlow("x")), "TooSlow"),
     ],
