@@ -87,9 +87,36 @@ class Regression:
     def _hidden(self, design, times, further):
         """Last hidden layer: (networks, runs * times, neurons)."""
         activation = ACTIVATIONS[self.recipe]
-        hidden = self.inputs(design, times, further)
-        for weight, bias in zip(self.weights[:-1], self.biases[:-1], strict=True):
-            hidden = hidden @ weight  # one small product per network; the inputs are shared by broadcasting
+        hidden = activation(self._first(design, times, further))
+        for weight, bias in zip(self.weights[1:-1], self.biases[1:-1], strict=True):
+            hidden = hidden @ weight  # one small product per network
             hidden += bias
             hidden = activation(hidden)
         return hidden
+
+    def _first(self, design, times, further):
+        """First layer before its activation: (networks, runs * times, neurons).
+
+        It is linear, so that the shares of designs, times and further inputs are found apart and added: a product for
+        every design instead of one for every design and time, and that of the trained times once for all.
+        """
+        trained = np.array_equal(times, self.outputs.times)
+        of_time = self._of_trained_times if trained else self._of_times(times)
+        of_design = self.inputs.design(design).astype(np.float32) @ self._first_weights[0]
+        first = of_design[:, :, None] + of_time[:, None]  # (networks, runs, times, neurons)
+        if further is not None:
+            flat = np.asarray(further, np.float32).reshape(-1, self.inputs.further)
+            first += (flat @ self._first_weights[2]).reshape(first.shape)
+        return first.reshape(len(first), -1, first.shape[-1])
+
+    def _of_times(self, times):
+        return self.inputs.time(times).astype(np.float32) @ self._first_weights[1] + self.biases[0]
+
+    @cached_property
+    def _of_trained_times(self):
+        return self._of_times(self.outputs.times)
+
+    @cached_property
+    def _first_weights(self):
+        """Of design, time and further inputs: each (networks, inputs, neurons)."""
+        return np.split(self.weights[0], (len(self.inputs.low), self.inputs.width - self.inputs.further), axis=1)
