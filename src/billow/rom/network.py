@@ -45,8 +45,8 @@ row after training on 100, 48 and 24 of them (both cases together; four sets of 
 96^4, 3 members, 20,000 steps, at most 200 epochs  1.86  2.18  1.01  1.00  1.04
 Three members that learn longer cost about the same training and evaluate in 60 % of the time; spread ranks runs by
 error as well as that of five (Spearman 0.71 to 0.78 in z, five 0.72 to 0.77). Not taken: products of design and time
-features as inputs (5 % less error with 320 runs, half as much again with 24 and 48); a gate without exp (2 % more,
-half the time of an activation, a third more training)."""
+features as inputs (5 % less error with 320 runs, 1.4 to 2.1 times the error with 24 and 48); a gate without exp (2 %
+more error, half the time of an activation, a third more training)."""
 
 HIDDEN_PAPER = (25, 45, 15)
 RATE_PAPER = 3e-4
