@@ -26,7 +26,7 @@ from pathlib import Path
 import numpy as np
 
 from billow.results.dataset import Dataset
-from billow.rom.surrogate import Surrogate
+from billow.rom.surrogate.surrogate import Surrogate
 
 VERSION = "1.3.3"
 NODES, MODES, REPEATS, ROUNDS = 10_000, 12, 30, 3

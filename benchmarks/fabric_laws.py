@@ -16,14 +16,14 @@ os.environ.setdefault("NUMBA_NUM_THREADS", "1")
 import numpy as np
 
 from billow.case.build import build_model
-from billow.case.build_fabric import build_fabric
+from billow.case.fabric.build_fabric import build_fabric
 from billow.case.schema import Case
-from billow.demo import CASE
-from billow.dynamics.model import Model
-from billow.dynamics.run import Schedule, begin
-from billow.dynamics.step import advance, stable_dt
-from billow.fabric.fabric import SUMS
-from billow.fabric.membrane import Membrane
+from billow.cli.demo import CASE
+from billow.parts.fabric.fabric_law import SUMS
+from billow.parts.fabric.membrane import Membrane
+from billow.solver.model import Model
+from billow.solver.run import Schedule, begin
+from billow.solver.step import advance, stable_dt
 
 ELEMENT_SIZE = 0.0085  # m; 20,000 triangles of a driver bag 0.70 m across
 FROM, UNTIL = 0.020, 0.021  # s

@@ -22,16 +22,16 @@ import numpy as np
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 
-from billow.case.build_gas import GasNames
+from billow.base.errors import NumericalStop
+from billow.case.gas.build_gas import GasNames
 from billow.case.schema import Case
-from billow.errors import NumericalStop
-from billow.gas.mixture import mixture_enthalpy
-from billow.gas.species import AIR, thermo_table
 from billow.injury.filters import channel_filter
 from billow.injury.motion import mean_acceleration
+from billow.parts.gas.supply.mixture import mixture_enthalpy
+from billow.parts.gas.supply.species import AIR, thermo_table
 from billow.results.result import Result
-from billow.rom.figures import STYLE
-from billow.simulate import simulate
+from billow.rom.judge.figures import STYLE
+from billow.run.simulate import simulate
 
 ROOT = Path(__file__).parents[1]
 MODELS = {"up": "uniform pressure", "up_no_jets": "uniform pressure without jets", "particles": "particles"}

@@ -14,17 +14,17 @@ import time
 import numba
 import numpy as np
 
-from billow.gas.ambient import Ambient
-from billow.gas.corpuscular import corpuscular
-from billow.gas.corpuscular.audit import audit
-from billow.gas.corpuscular.corpuscular import Corpuscular
-from billow.gas.corpuscular.flight import Flock, fly
-from billow.gas.corpuscular.impact_bank import Hits, ImpactBank
-from billow.gas.corpuscular.walls import Walls
-from billow.gas.gas_model import Bag
-from billow.gas.species import AIR, SPECIES, thermo_table
 from billow.geometry.bag_shapes import round_bag
 from billow.geometry.search_grid import SearchGrid
+from billow.parts.gas.corpuscular import corpuscular
+from billow.parts.gas.corpuscular.audit import audit
+from billow.parts.gas.corpuscular.corpuscular import Corpuscular
+from billow.parts.gas.corpuscular.flight import Flock, fly
+from billow.parts.gas.corpuscular.impact_bank import Hits, ImpactBank
+from billow.parts.gas.corpuscular.walls import Walls
+from billow.parts.gas.gas_model import Bag
+from billow.parts.gas.supply.ambient import Ambient
+from billow.parts.gas.supply.species import AIR, SPECIES, thermo_table
 
 RADIUS, HALF_DEPTH, SPEED, MASS = 0.28, 0.16, 431.0, 2e-7
 SORT_EVERY = 4

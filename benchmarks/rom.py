@@ -21,9 +21,9 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 import numpy as np
 
 from billow.results.dataset_files import Parameter
-from billow.rom.reduction import DEFAULT_MEMORY, reduce_runs
-from billow.rom.snapshots import snapshot_bytes
-from billow.rom.surrogate import Surrogate
+from billow.rom.learn.reduction import DEFAULT_MEMORY, reduce_runs
+from billow.rom.learn.snapshots import snapshot_bytes
+from billow.rom.surrogate.surrogate import Surrogate
 
 NODES, TIMES, SHAPES = 10_082, 50, 60
 

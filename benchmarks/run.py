@@ -25,15 +25,15 @@ from fabric_laws import fabric_laws
 
 from billow.case.build import build_model, build_schedule
 from billow.case.schema import Case
-from billow.demo import CASE
-from billow.dynamics import forces, nodes
-from billow.dynamics.model import Model, State, start_state
-from billow.dynamics.run import run
-from billow.dynamics.step import advance, close_ledger, stable_dt
-from billow.gas.jets import UPDATE_INTERVAL, aim
-from billow.recorder import environment
+from billow.cli.demo import CASE
+from billow.parts.gas.supply.jets import UPDATE_INTERVAL, aim
 from billow.results.dataset import Dataset
-from billow.rom.surrogate import Surrogate
+from billow.rom.surrogate.surrogate import Surrogate
+from billow.run.recorder import environment
+from billow.solver import forces, nodes
+from billow.solver.model import Model, State, start_state
+from billow.solver.run import run
+from billow.solver.step import advance, close_ledger, stable_dt
 
 REPEATS = 200
 FULL_SIZE = 0.0085  # m; 20,000 triangles of a driver bag 0.70 m across
@@ -119,7 +119,7 @@ def full_run() -> dict[str, str]:
 def cold_compile() -> dict[str, str]:
     """First deployment on a machine: a short run with an empty kernel cache, minus the same run with a full one."""
     program = (
-        "import tomllib, sys, tempfile, billow; from billow.demo import CASE;"
+        "import tomllib, sys, tempfile, billow; from billow.cli.demo import CASE;"
         "case = billow.Case.from_dict(tomllib.loads(CASE)).vary("
         "{'bag.element_size': 0.05, 'run.end_time': 1e-3, 'run.frames': 1});"
         "billow.simulate(case, tempfile.mkdtemp() + '/run')"

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from billow.base.errors import BillowError, InputError, IntegrityError, NumericalStop, ResourceError
 from billow.error_catalogue import CATALOGUE, GROUPS
-from billow.errors import BillowError, InputError, IntegrityError, NumericalStop, ResourceError
 
 TARGET = Path(__file__).with_name("errors.md")
 

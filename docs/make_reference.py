@@ -10,10 +10,10 @@ import types
 import typing
 from pathlib import Path
 
+from billow.base.units import CONVERSIONS
 from billow.case import schema
 from billow.case.quantity import Strict, unit_of
-from billow.demo import CASE
-from billow.units import CONVERSIONS
+from billow.cli.demo import CASE
 
 TARGET = Path(__file__).with_name("case.md")
 

@@ -11,15 +11,15 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 import pytest
 from hypothesis import settings
 
-from billow.compiled import cache_folder
+from billow.base.compiled import cache_folder
 
 # Test processes side by side keep their kernels apart: numba's index of a kernel is not safe against two writers.
 os.environ["BILLOW_CACHE"] = str(cache_folder().parent / os.environ.get("PYTEST_XDIST_WORKER", ""))
 
 from billow.case.schema import Case
-from billow.interrupts import STOP_FILE, RunInterrupted
 from billow.results.result import Result
-from billow.simulate import resume, simulate
+from billow.run.interrupts import STOP_FILE, RunInterrupted
+from billow.run.simulate import resume, simulate
 
 # The same examples on every machine and every day: a test that fails, fails for everyone.
 settings.register_profile("billow", deadline=None, derandomize=True, database=None, max_examples=100)

@@ -6,11 +6,11 @@ import h5py
 import numpy as np
 import pytest
 
+from billow.base.errors import InputError
 from billow.case.build import build_model
 from billow.case.schema import Case
-from billow.dynamics.model import start_state
-from billow.errors import InputError
-from billow.simulate import simulate
+from billow.run.simulate import simulate
+from billow.solver.model import start_state
 
 SEEN = {
     "gas": {"model": "corpuscular", "particles": 5000},

@@ -6,13 +6,13 @@ from pathlib import Path
 
 import pytest
 
-from billow.case.build_bag import build_shape
-from billow.case.build_gas import GasNames
+from billow.case.bag.build_bag import build_shape
+from billow.case.gas.build_gas import GasNames
 from billow.case.schema import Case
-from billow.gas.mixture import mixture_enthalpy
-from billow.gas.species import AIR, thermo_table
+from billow.parts.gas.supply.mixture import mixture_enthalpy
+from billow.parts.gas.supply.species import AIR, thermo_table
 from billow.results.result import Result
-from billow.simulate import simulate
+from billow.run.simulate import simulate
 
 FOLDER = Path(__file__).parents[1] / "examples" / "paper"
 PAIRS = ("square_two_stage", "square_spinning_jet", "flat_driver")

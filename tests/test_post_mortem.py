@@ -7,13 +7,13 @@ import json
 import numpy as np
 import pytest
 
+from billow.base.errors import NumericalStop
 from billow.case.build import build_model
-from billow.checkpoint_file import read_checkpoint
-from billow.dynamics import run as time_loop
-from billow.errors import NumericalStop
-from billow.recorder import LAST_GOOD
 from billow.results.result import Result
-from billow.simulate import simulate
+from billow.run.checkpoint_file import read_checkpoint
+from billow.run.recorder import LAST_GOOD
+from billow.run.simulate import simulate
+from billow.solver import run as time_loop
 
 SICK_NODE, SICK_STEP = 100, 400
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from billow.checkpoint_file import SLOTS
-from billow.errors import InputError, IntegrityError
-from billow.interrupts import STOP_FILE, RunInterrupted
+from billow.base.errors import InputError, IntegrityError
 from billow.results.fingerprint import fingerprint
-from billow.simulate import resume, simulate
+from billow.run.checkpoint_file import SLOTS
+from billow.run.interrupts import STOP_FILE, RunInterrupted
+from billow.run.simulate import resume, simulate
 
 
 @pytest.fixture

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from billow.case.build import build_model
-from billow.dynamics.checkpoint import flatten, restore
-from billow.dynamics.model import start_state
 from billow.results.fingerprint import fingerprint
-from billow.simulate import simulate
+from billow.run.simulate import simulate
+from billow.solver.checkpoint import flatten, restore
+from billow.solver.model import start_state
 
 
 @pytest.fixture(scope="module")

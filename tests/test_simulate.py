@@ -9,11 +9,11 @@ import signal
 import numpy as np
 import pytest
 
+from billow.base.errors import InputError, NumericalStop, ResourceError
 from billow.case.schema import Case
-from billow.dynamics import run as run_module
-from billow.errors import InputError, NumericalStop, ResourceError
 from billow.results.result import Result
-from billow.simulate import simulate
+from billow.run.simulate import simulate
+from billow.solver import run as run_module
 
 BRIEF = {"bag": {"element_size": 0.05}, "run": {"end_time": 0.001, "frames": 4, "histories_per_frame": 2}}
 

@@ -6,15 +6,15 @@ import dataclasses
 
 import numpy as np
 
+from billow.apps.verification.scenes import fabric_model
 from billow.case.build import build_schedule
-from billow.case.build_fabric import build_fabric
-from billow.case.build_gas import build_gas
-from billow.case.build_obstacle import build_obstacle
-from billow.dynamics.model import State
-from billow.dynamics.run import run
-from billow.gas.no_gas import NoGas
+from billow.case.fabric.build_fabric import build_fabric
+from billow.case.gas.build_gas import build_gas
+from billow.case.obstacles.build_obstacle import build_obstacle
 from billow.geometry.bag_shapes import round_bag
-from billow.verification.scenes import fabric_model
+from billow.parts.gas.no_gas import NoGas
+from billow.solver.model import State
+from billow.solver.run import run
 from trust.scenes import Listener, impact, impact_case
 
 

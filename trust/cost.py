@@ -11,10 +11,10 @@ import numpy as np
 
 from billow.case.build import build_model, build_schedule
 from billow.case.schema import Case
-from billow.checkpoint_file import write_checkpoint
-from billow.dynamics import run as time_loop
-from billow.dynamics import step
-from billow.recorder import CHECKPOINT_SECONDS
+from billow.run.checkpoint_file import write_checkpoint
+from billow.run.recorder import CHECKPOINT_SECONDS
+from billow.solver import run as time_loop
+from billow.solver import step
 from trust.scenes import PLATE
 
 REPEATS = 7

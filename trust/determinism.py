@@ -16,10 +16,10 @@ from pathlib import Path
 
 import numba
 
-from billow import compiled
+from billow.base import compiled
 from billow.case.build import build_model, build_schedule
-from billow.checkpoint_file import read_checkpoint, write_checkpoint
-from billow.dynamics.run import run
+from billow.run.checkpoint_file import read_checkpoint, write_checkpoint
+from billow.solver.run import run
 from trust.scenes import Listener, impact, impact_case, state_sha256
 
 GASES = ("uniform-pressure", "none")

@@ -18,11 +18,11 @@ from typing import Any
 
 import tomli_w
 
+from billow.base.errors import BillowError, NumericalStop
 from billow.case.schema import Case
-from billow.check import describe
-from billow.errors import BillowError, NumericalStop
 from billow.results.result import Result
-from billow.simulate import simulate
+from billow.run.check import describe
+from billow.run.simulate import simulate
 from trust import injections as inject
 
 SOUND: dict[str, Any] = {

@@ -19,7 +19,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from random import Random
 
-from billow.errors import LONGEST_TEXT, BillowError
+from billow.base.errors import LONGEST_TEXT, BillowError
 from trust import fuzz_inputs
 from trust.payloads import security
 

@@ -18,19 +18,19 @@ import tomli_w
 from hypothesis import HealthCheck, Phase
 from hypothesis import strategies as st
 
-from billow import demo
 from billow.case.build import build_model
 from billow.case.schema import Case
-from billow.check import describe
-from billow.checkpoint_file import newest_checkpoint
-from billow.commands.options import parse_settings
+from billow.cli.main import demo
+from billow.cli.options import parse_settings
 from billow.results.dataset import Dataset
 from billow.results.journal import Journal
 from billow.results.result import Result
 from billow.results.run_file import write_run_file
 from billow.results.tensor_file import read_tensors, write_tensors
-from billow.rom.surrogate import Surrogate
-from billow.simulate import simulate
+from billow.rom.surrogate.surrogate import Surrogate
+from billow.run.check import describe
+from billow.run.checkpoint_file import newest_checkpoint
+from billow.run.simulate import simulate
 from billow.study.study import Study
 from trust.generated_cases import EXAMPLE, SETTINGS, case_dictionaries, curves
 from trust.injections import interrupted

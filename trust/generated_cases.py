@@ -11,9 +11,12 @@ from typing import Any
 
 from hypothesis import strategies as st
 
-from billow.case import schema, schema_bag, schema_gas, schema_obstacle
+from billow.base.units import CONVERSIONS
+from billow.case import schema
+from billow.case.bag import schema_bag
+from billow.case.gas import schema_gas
+from billow.case.obstacles import schema_obstacle
 from billow.case.quantity import Strict, unit_of
-from billow.units import CONVERSIONS
 
 EXAMPLE: dict[str, Any] = {
     "title": "Generated",

@@ -13,15 +13,15 @@ from unittest import mock
 
 import numpy as np
 
-from billow import recorder, simulate
 from billow.case import build
 from billow.case.schema import Case
-from billow.dynamics import run as time_loop
-from billow.dynamics.model import Model, State
 from billow.geometry.bag_shapes import BagShape
 from billow.geometry.surface import Surface
 from billow.results.journal import Journal
 from billow.results.result import Result
+from billow.run import recorder, simulate
+from billow.solver import run as time_loop
+from billow.solver.model import Model, State
 
 PEBBLE = {"shape": "super-ellipsoid", "name": "impactor", "radii": 0.02, "clearance": 0.05}
 

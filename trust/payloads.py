@@ -19,15 +19,15 @@ from random import Random
 
 import tomli_w
 
-from billow import demo
+from billow.base.errors import BillowError
 from billow.case.schema import Case
-from billow.check import describe
-from billow.commands.options import parse_settings
-from billow.errors import BillowError
-from billow.prediction import describe_surrogate
+from billow.cli.main import demo
+from billow.cli.options import parse_settings
 from billow.results.result import Result
-from billow.rom.surrogate import Surrogate
-from billow.simulate import simulate
+from billow.rom.surrogate.prediction import describe_surrogate
+from billow.rom.surrogate.surrogate import Surrogate
+from billow.run.check import describe
+from billow.run.simulate import simulate
 from billow.study.study import Study
 from trust.generated_cases import EXAMPLE
 from trust.mutations import damaged_file

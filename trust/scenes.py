@@ -10,9 +10,9 @@ import numpy as np
 
 from billow.case.build import build_model, build_schedule
 from billow.case.schema import Case
-from billow.dynamics.checkpoint import flatten
-from billow.dynamics.model import Model, State
-from billow.dynamics.run import Schedule
+from billow.solver.checkpoint import flatten
+from billow.solver.model import Model, State
+from billow.solver.run import Schedule
 
 PLATE = {"shape": "plate"}
 

@@ -118,7 +118,7 @@ def disturb(place: Path, train: int, test: int, kills: int, moments: random.Rand
 
 def start(place: Path, out: Path) -> subprocess.Popen:
     """The command of a study, in a process group of its own."""
-    command = [sys.executable, "-m", "billow.cli", "study", "study.toml", "--out", str(out), "--workers", "2"]
+    command = [sys.executable, "-m", "billow.cli.main", "study", "study.toml", "--out", str(out), "--workers", "2"]
     path = os.pathsep.join([str(Path(billow.__file__).parents[1]), os.environ.get("PYTHONPATH", "")])
     return subprocess.Popen(
         command,

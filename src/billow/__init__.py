@@ -13,12 +13,12 @@ __version__ = "0.1.0"
 
 _HOME = {
     "Case": "billow.case.schema",
-    "simulate": "billow.simulate",
+    "simulate": "billow.run.simulate",
     "Result": "billow.results.result",
     "Study": "billow.study.study",
     "Dataset": "billow.results.dataset",
-    "Surrogate": "billow.rom.surrogate",
-    "BillowError": "billow.errors",
+    "Surrogate": "billow.rom.surrogate.surrogate",
+    "BillowError": "billow.base.errors",
 }
 __all__ = list(_HOME)
 

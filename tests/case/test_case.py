@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from billow.base.errors import InputError
+from billow.base.units import CONVERSIONS, to_si
 from billow.case.schema import Case
-from billow.errors import InputError
-from billow.units import CONVERSIONS, to_si
 
 FULL = {
     "title": 'With "quotes", \\ and ü',

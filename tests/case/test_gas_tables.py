@@ -5,16 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from billow.case.build_bag import build_shape
-from billow.case.build_gas import build_gas
-from billow.case.build_passages import flat_area
+from billow.base.errors import InputError
+from billow.case.bag.build_bag import build_shape
+from billow.case.gas.build_gas import build_gas
+from billow.case.gas.build_passages import flat_area
 from billow.case.schema import Case
-from billow.errors import InputError
-from billow.gas.gas_model import Bag
-from billow.gas.mixture import mixture_enthalpy, species_cp
-from billow.gas.outflow import ORIFICE, PERMEABILITY, POROUS_MEDIUM
-from billow.gas.passages import FABRIC, OPENING, VENT
 from billow.geometry.chambers import OUTSIDE
+from billow.parts.gas.gas_model import Bag
+from billow.parts.gas.supply.mixture import mixture_enthalpy, species_cp
+from billow.parts.gas.supply.outflow import ORIFICE, PERMEABILITY, POROUS_MEDIUM
+from billow.parts.gas.supply.passages import FABRIC, OPENING, VENT
 
 SMALL = {"element_size": 0.05}
 TWO_CHAMBERS = {"shape": "rectangular", "chambers": 2, "element_size": 0.05, "vents": {"chambers": [2]}}

@@ -11,8 +11,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from billow.base.errors import InputError
 from billow.case.schema import Case
-from billow.errors import InputError
 
 # What is written, the code, the key it must name, the value it must show, and words of the expectation or the remedy.
 REFUSED = [

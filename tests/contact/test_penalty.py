@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from billow.contact.penalty import contact_force, normal_contact
+from billow.parts.bodies.penalty import contact_force, normal_contact
 
 MASS, STIFFNESS = 2e-5, 2e5
 OMEGA = np.sqrt(STIFFNESS / MASS)

@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from billow.contact.penalty import A_REFERENCE
-from billow.contact.rigid_contact import ContactState, ObstacleTable, Plate, SuperEllipsoid, SurfaceLaw, push
-from billow.geometry.super_ellipsoid import closest_point, radial_measure
-from billow.impactor.rigid_body import quaternion_about, rotation_matrix
+from billow.geometry.shapes.super_ellipsoid import closest_point, radial_measure
+from billow.parts.bodies.penalty import A_REFERENCE
+from billow.parts.bodies.rigid_body import quaternion_about, rotation_matrix
+from billow.parts.bodies.rigid_contact import ContactState, ObstacleTable, Plate, SuperEllipsoid, SurfaceLaw, push
 
 NODES = 200
 points = st.tuples(st.floats(-1, 1), st.floats(-1, 1), st.floats(-1, 1)).filter(lambda p: np.dot(p, p) > 1e-3)

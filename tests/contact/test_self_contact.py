@@ -6,16 +6,16 @@ import numba
 import numpy as np
 import pytest
 
-from billow.contact.self_contact import SelfContact
-from billow.dynamics.checkpoint import flatten
-from billow.dynamics.forces import evaluate_forces
-from billow.dynamics.model import Model, start_state
-from billow.dynamics.step import advance, close_ledger
-from billow.fabric.linear_law import LinearFabric
-from billow.fabric.membrane import Membrane
-from billow.fabric.straps import NO_STRAPS
-from billow.gas.no_gas import NoGas
 from billow.geometry.surface import Surface, nodal_share
+from billow.parts.fabric.linear_law import LinearFabric
+from billow.parts.fabric.membrane import Membrane
+from billow.parts.gas.no_gas import NoGas
+from billow.parts.self_contact import SelfContact
+from billow.parts.straps import NO_STRAPS
+from billow.solver.checkpoint import flatten
+from billow.solver.forces import evaluate_forces
+from billow.solver.model import Model, start_state
+from billow.solver.step import advance, close_ledger
 
 EDGE, NODES = 0.004, 14  # of a square sheet, along its side
 SHEET = NODES * NODES

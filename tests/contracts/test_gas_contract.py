@@ -1,4 +1,4 @@
-"""What every gas promises (billow.gas.gas_model), checked for every gas there is.
+"""What every gas promises (billow.parts.gas.gas_model), checked for every gas there is.
 
 A new gas model joins by a line in `GASES`. Bags are moved by hand, so that only the gas is tested.
 """
@@ -11,12 +11,12 @@ from dataclasses import asdict, dataclass
 import numpy as np
 import pytest
 
-from billow.case.build_bag import build_shape
-from billow.case.build_gas import build_gas
+from billow.case.bag.build_bag import build_shape
+from billow.case.gas.build_gas import build_gas
 from billow.case.schema import Case
-from billow.gas.gas_model import Bag
-from billow.gas.mixture import mixture_enthalpy, mixture_gas_constant
 from billow.geometry.surface import area_vectors
+from billow.parts.gas.gas_model import Bag
+from billow.parts.gas.supply.mixture import mixture_enthalpy, mixture_gas_constant
 
 DRIVER = {"diameter": 0.4, "vents": {"distance": 0.13, "diameter": 0.03}, "straps": {"count": 0}}
 TWO_CHAMBERS = {

@@ -8,11 +8,11 @@ import tomllib
 
 import pytest
 
+from billow.apps.converge import sweep as sweeps
+from billow.apps.converge.study import report, run_study
+from billow.apps.converge.sweep import Sweep
+from billow.base.errors import InputError, NumericalStop
 from billow.case.schema import Case
-from billow.converge import sweep as sweeps
-from billow.converge.study import report, run_study
-from billow.converge.sweep import Sweep
-from billow.errors import InputError, NumericalStop
 
 TINY = {
     "gas": {"model": "corpuscular"},

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from billow.converge.measures import Quantity, converge
+from billow.apps.converge.measures import Quantity, converge
 
 COUNTS = (1000, 4000, 16000, 64000)
 SEEDS = 40

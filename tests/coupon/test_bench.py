@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from billow.coupon.bench import run_test
-from billow.coupon.specimen import Biaxial, PictureFrame, Strip
-from billow.fabric.linear_law import LinearFabric
+from billow.apps.coupon.bench import run_test
+from billow.apps.coupon.specimen import Biaxial, PictureFrame, Strip
+from billow.parts.fabric.linear_law import LinearFabric
 
 FABRIC = LinearFabric(
     density=800.0, thickness=0.3e-3, young_warp=0.40e9, young_weft=0.35e9, poisson=0.0, shear=10e6,

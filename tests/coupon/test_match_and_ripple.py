@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from billow.coupon.rating import branches, match, ripple
+from billow.apps.coupon.rating import branches, match, ripple
 
 TIME = np.linspace(0.0, 1.0, 401)
 STRAIN = 0.1 * np.sin(np.pi * TIME)

@@ -7,16 +7,16 @@ import hashlib
 
 import numpy as np
 
-from billow.contact.rigid_contact import SuperEllipsoid, SurfaceLaw
-from billow.dynamics.model import Model, Obstacle
-from billow.fabric.linear_law import LinearFabric
-from billow.fabric.membrane import Membrane
-from billow.fabric.straps import NO_STRAPS
-from billow.gas.no_gas import NoGas
 from billow.geometry.bag_shapes import square_bag
-from billow.geometry.super_ellipsoid import principal_inertia
+from billow.geometry.shapes.super_ellipsoid import principal_inertia
 from billow.geometry.surface import nodal_share
-from billow.impactor.rigid_body import RigidBody, RigidState, quaternion_about
+from billow.parts.bodies.rigid_body import RigidBody, RigidState, quaternion_about
+from billow.parts.bodies.rigid_contact import SuperEllipsoid, SurfaceLaw
+from billow.parts.fabric.linear_law import LinearFabric
+from billow.parts.fabric.membrane import Membrane
+from billow.parts.gas.no_gas import NoGas
+from billow.parts.straps import NO_STRAPS
+from billow.solver.model import Model, Obstacle
 
 
 def free_model(*, slope=2e4, friction=0.3, damping=0.1, gravity=(0.0, 0.0, 0.0), apart=0.0) -> Model:

@@ -8,14 +8,14 @@ import warnings
 import numba
 from free_scene import Silent, fingerprint
 
-import billow.compiled
+import billow.base.compiled
 from billow.case.build import build_model
 from billow.case.schema import Case
-from billow.dynamics.run import Schedule, run
+from billow.solver.run import Schedule, run
 
 if __name__ == "__main__":
     warnings.simplefilter("ignore", numba.NumbaPerformanceWarning)
-    billow.compiled.PARALLEL_FROM = 0  # every kernel with the parallel compilation
+    billow.base.compiled.PARALLEL_FROM = 0  # every kernel with the parallel compilation
     case = Case.from_dict(
         {
             "bag": {"element_size": 0.035, "initial_gap": 0.04},

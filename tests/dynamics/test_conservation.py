@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from free_scene import Silent, free_model
 
-from billow.dynamics.run import Schedule, run
+from billow.solver.run import Schedule, run
 
 END = 0.004
 

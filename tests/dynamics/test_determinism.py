@@ -13,7 +13,7 @@ import pytest
 from free_scene import Silent, fingerprint, free_model
 
 from billow.case.build import build_model
-from billow.dynamics.run import Schedule, run
+from billow.solver.run import Schedule, run
 
 SCHEDULE = Schedule(0.009, 3, 2)  # past the moment when the bag reaches the impactor
 

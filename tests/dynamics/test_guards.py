@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from free_scene import Silent, free_model
 
+from billow.base.errors import InputError, NumericalStop
 from billow.case.build import build_model
 from billow.case.schema import Case
-from billow.dynamics.run import Schedule, run
-from billow.errors import InputError, NumericalStop
+from billow.solver.run import Schedule, run
 
 
 def stopped(model, spoil, at_step=20):

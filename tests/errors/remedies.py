@@ -9,8 +9,8 @@ from pathlib import Path
 import typer
 
 from billow.case import schema
-from billow.case.bags import BAGS
-from billow.cli import app
+from billow.case.bag.bags import BAGS
+from billow.cli.main import app
 from trust.generated_cases import fields
 
 ROOT = Path(__file__).parents[2]

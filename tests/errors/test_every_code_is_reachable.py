@@ -9,9 +9,9 @@ from codes_in_source import codes_in_source
 from remedies import unreal
 from triggers import TRIGGERS, Here, Told
 
+from billow.base.errors import BillowError
 from billow.case.plausibility import Warning
 from billow.error_catalogue import CATALOGUE
-from billow.errors import BillowError
 
 INSIDES = re.compile(r"Traceback|\bNone\b| object at 0x|<class ")
 

@@ -9,7 +9,7 @@ from random import Random
 import pytest
 
 import billow
-from billow.errors import LONGEST_TEXT, BillowError, InputError
+from billow.base.errors import LONGEST_TEXT, BillowError, InputError
 from trust import fuzz, payloads
 from trust.mutations import mutate_bytes
 

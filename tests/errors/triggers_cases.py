@@ -10,11 +10,11 @@ from collections.abc import Callable
 
 from here import Here, Told, dotted
 
-from billow import cli
 from billow.case.build import build_model
 from billow.case.plausibility import warnings
 from billow.case.schema import Case
-from billow.check import describe
+from billow.cli.main import main as cli
+from billow.run.check import describe
 from trust import injections as inject
 from trust.faults import SOUND, changed
 
@@ -59,7 +59,7 @@ def prediction_over_a_file(here: Here) -> Told:
 
 
 def bug_in_a_command(here: Here) -> Told:
-    here.patch.setattr("billow.check.describe", lambda case: 1 / 0)
+    here.patch.setattr("billow.run.check.describe", lambda case: 1 / 0)
     here.patch.setattr("tempfile.tempdir", str(here.place))
     told = command("check", str(here.bench.place / "case.toml"))
     assert "ZeroDivisionError" in next(here.place.glob("billow-report-*")).read_text()

@@ -6,9 +6,9 @@ from collections.abc import Callable
 
 from here import Here
 
+from billow.apps.converge.study import run_study
+from billow.apps.converge.sweep import Sweep, make_runs
 from billow.case.schema import Case
-from billow.converge.study import run_study
-from billow.converge.sweep import Sweep, make_runs
 from trust import injections as inject
 from trust.faults import SOUND
 

@@ -8,10 +8,10 @@ import numpy as np
 from here import Here
 from triggers_surrogates import ANSWERABLE
 
-from billow.rom.coupled import Coupled
-from billow.rom.force_inputs import ForceInputs
-from billow.rom.impactor_of_design import ImpactorOfDesign
-from billow.rom.surrogate import Surrogate
+from billow.rom.coupled.coupled_model import Coupled
+from billow.rom.coupled.impactor_of_design import ImpactorOfDesign
+from billow.rom.learn.force_inputs import ForceInputs
+from billow.rom.surrogate.surrogate import Surrogate
 
 
 def study_of(locked: bool) -> SimpleNamespace:

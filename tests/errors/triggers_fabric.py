@@ -6,11 +6,11 @@ from collections.abc import Callable
 
 from here import Here
 
+from billow.apps.coupon.comparison import read_test_data
 from billow.case.build import build_model
-from billow.case.build_fabric import build_fabric
-from billow.case.plausible_curves import curve_warnings
+from billow.case.fabric.build_fabric import build_fabric
+from billow.case.fabric.plausible_curves import curve_warnings
 from billow.case.schema import Case
-from billow.coupon.comparison import read_test_data
 
 SOUND = {"loading": {"strain": [0.0, 0.1], "stress": [0.0, 2e7]}}
 SHEAR = {"loading": {"angle": [0.0, 40.0], "stress": [0.0, 5e6]}}

@@ -9,8 +9,8 @@ import numpy as np
 from here import Here
 from triggers_cases import case
 
-from billow.case.build_bag import build_shape
-from billow.case.build_gas import build_gas
+from billow.case.bag.build_bag import build_shape
+from billow.case.gas.build_gas import build_gas
 from billow.case.schema import Case
 
 HOLE = {"name": "hole", "between": ["bag", "ambient"], "area": 1e-4}

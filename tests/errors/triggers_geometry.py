@@ -10,7 +10,7 @@ from here import Here
 from billow.case.build import build_model
 from billow.case.plausibility import warnings
 from billow.case.schema import Case
-from billow.check import describe
+from billow.run.check import describe
 from trust.faults import SOUND
 
 TETRAHEDRON = """# vtk DataFile Version 3.0

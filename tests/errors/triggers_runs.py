@@ -15,7 +15,7 @@ from billow.results.dataset import Dataset
 from billow.results.histories import read_histories
 from billow.results.result import Result
 from billow.results.vtkhdf import FabricFile
-from billow.simulate import resume, simulate
+from billow.run.simulate import resume, simulate
 from trust import injections as inject
 from trust.faults import SOUND, changed
 

@@ -11,15 +11,15 @@ from types import SimpleNamespace
 import numpy as np
 from here import Here
 
+from billow.reproductions.rom_paper.jets import compare_jets
 from billow.results.dataset_files import Parameter
-from billow.rom import basis, onnx_file, onnx_graph
-from billow.rom.evaluate import evaluate
-from billow.rom.intervals import Intervals
-from billow.rom.onnx_file import export_onnx
-from billow.rom.paper.jets import compare_jets
-from billow.rom.snapshots import collect
-from billow.rom.suggest import suggest
-from billow.rom.surrogate import Surrogate
+from billow.rom.judge.evaluate import evaluate
+from billow.rom.learn import basis
+from billow.rom.learn.snapshots import collect
+from billow.rom.learn.suggest import suggest
+from billow.rom.surrogate.intervals import Intervals
+from billow.rom.surrogate.onnx_file import export_onnx
+from billow.rom.surrogate.surrogate import Surrogate, onnx_file, onnx_graph
 from trust.small_surrogate import small_surrogate
 
 ANSWERABLE = {"permeability": 0.03, "temperature": 600.0}
@@ -54,8 +54,8 @@ def without(here: Here, package: str) -> None:
 
 def without_torch(here: Here):
     without(here, "torch")
-    here.patch.delitem(sys.modules, "billow.rom.network", raising=False)
-    here.patch.delattr("billow.rom.network", raising=False)
+    here.patch.delitem(sys.modules, "billow.rom.learn.network", raising=False)
+    here.patch.delattr("billow.rom.learn.network", raising=False)
     Surrogate.train(dataset())
 
 
@@ -71,7 +71,7 @@ def bad_factors(here: Here):
 
 
 def diverging(here: Here):
-    from billow.rom import network
+    from billow.rom.learn import network
 
     network.train_shared(np.ones((8, 3), np.float32), np.full((8, 2), np.nan, np.float32), epochs=1)
 

@@ -7,9 +7,9 @@ from collections.abc import Callable
 import numpy as np
 from here import Here
 
-from billow.tank.evaluate import evaluate, measured, warnings
-from billow.tank.forward import predict_case
-from billow.tank.tank_case import TankCase
+from billow.apps.tank.evaluate import evaluate, measured, warnings
+from billow.apps.tank.forward import predict_case
+from billow.apps.tank.tank_case import TankCase
 
 SOUND = {
     "tank": {"volume": 0.06},

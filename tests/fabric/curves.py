@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from billow.fabric.curve import Curve, TestedCurve
-from billow.fabric.curves_law import CurvesFabric
-from billow.fabric.curves_shear_law import CurvesShearFabric
+from billow.parts.fabric.curve import Curve, TestedCurve
+from billow.parts.fabric.curves_law import CurvesFabric
+from billow.parts.fabric.curves_shear_law import CurvesShearFabric
 
 STRAIN = (0.0, 0.01, 0.03, 0.06, 0.10, 0.20)
 WARP = (0.0, 1e6, 3.9e6, 12.5e6, 28e6, 80e6)

@@ -8,10 +8,10 @@ import dataclasses
 import numpy as np
 import pytest
 
-from billow.dynamics.run import Schedule, run
-from billow.fabric.birth import Birth, strain_energy
-from billow.verification.meshes import disc
-from billow.verification.scenes import Observer, fabric_model, isotropic
+from billow.apps.verification.meshes import disc
+from billow.apps.verification.scenes import Observer, fabric_model, isotropic
+from billow.parts.fabric.birth import Birth, strain_energy
+from billow.solver.run import Schedule, run
 
 STRETCH = np.array([[1.3, 0.1, 0.0], [0.1, 1.1, 0.0], [0.0, 0.0, 1.0]])
 

@@ -7,14 +7,14 @@ import tomllib
 import numpy as np
 import pytest
 
-from billow.case.build_fabric import build_fabric
+from billow.base.errors import InputError
+from billow.case.fabric.build_fabric import build_fabric
 from billow.case.schema import Case
-from billow.errors import InputError
-from billow.fabric.curve_check import cost_of_steepness, reach
-from billow.fabric.curve_file import read_curve_file
-from billow.fabric.curves_law import CurvesFabric
-from billow.fabric.curves_shear_law import CurvesShearFabric
-from billow.fabric.library import FILES, library_curves
+from billow.parts.fabric.curve_check import cost_of_steepness, reach
+from billow.parts.fabric.curve_file import read_curve_file
+from billow.parts.fabric.curves_law import CurvesFabric
+from billow.parts.fabric.curves_shear_law import CurvesShearFabric
+from billow.parts.fabric.library import FILES, library_curves
 
 YARN = {"loading": {"strain": [0.0, 0.1], "stress": [0.0, "20 MPa"]}}
 SHEAR = {"loading": {"angle": [0.0, 40.0], "stress": [0.0, "5 MPa"]}}

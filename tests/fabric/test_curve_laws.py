@@ -8,13 +8,13 @@ from curves import ANGLE, SHEAR, STRAIN, WARP, fabric, hollow
 from hypothesis import given
 from hypothesis import strategies as st
 
-from billow.fabric.curve import Curve
-from billow.fabric.curve_table import INTERVALS, Spring
-from billow.fabric.curves_law import CurvesFabric
-from billow.fabric.curves_shear_law import CurvesShearFabric
-from billow.fabric.fabric import ENERGY, HYSTERESIS, SUMS
-from billow.fabric.linear_law import LinearFabric, Liner
-from billow.fabric.membrane import Membrane
+from billow.parts.fabric.curve import Curve
+from billow.parts.fabric.curve_table import INTERVALS, Spring
+from billow.parts.fabric.curves_law import CurvesFabric
+from billow.parts.fabric.curves_shear_law import CurvesShearFabric
+from billow.parts.fabric.fabric_law import ENERGY, HYSTERESIS, SUMS
+from billow.parts.fabric.linear_law import LinearFabric, Liner
+from billow.parts.fabric.membrane import Membrane
 
 FLAT = np.array([[[0.0, 0.0], [1.0, 0.0], [0.3, 0.9]]])
 LAWS = pytest.mark.parametrize("law", [CurvesFabric, CurvesShearFabric])

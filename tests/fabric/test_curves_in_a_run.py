@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 from curves import OBLIQUE, fabric
 
+from billow.base.compiled import CHUNK
 from billow.case.build import build_model, build_schedule
 from billow.case.schema import Case
-from billow.compiled import CHUNK
-from billow.dynamics.checkpoint import flatten, restore
-from billow.dynamics.model import start_state
-from billow.dynamics.run import run
-from billow.fabric.curves_law import CurvesFabric, _curves_forces
-from billow.fabric.curves_shear_law import CurvesShearFabric, _curves_shear_forces
-from billow.fabric.fabric import SUMS
-from billow.fabric.membrane import Membrane
+from billow.parts.fabric.curves_law import CurvesFabric, _curves_forces
+from billow.parts.fabric.curves_shear_law import CurvesShearFabric, _curves_shear_forces
+from billow.parts.fabric.fabric_law import SUMS
+from billow.parts.fabric.membrane import Membrane
+from billow.solver.checkpoint import flatten, restore
+from billow.solver.model import start_state
+from billow.solver.run import run
 
 CASE = {
     "bag": {"element_size": 0.05},

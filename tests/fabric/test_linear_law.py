@@ -8,7 +8,7 @@ from cloth import FABRICS
 from hypothesis import given
 from hypothesis import strategies as st
 
-from billow.fabric.linear_law import KEEP, PRINCIPAL, YARN, linear_stress
+from billow.parts.fabric.linear_law import KEEP, PRINCIPAL, YARN, linear_stress
 
 RULES = pytest.mark.parametrize("rule", [KEEP, PRINCIPAL, YARN])
 strain = st.floats(-0.1, 0.1)

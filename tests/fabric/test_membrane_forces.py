@@ -8,9 +8,9 @@ from cloth import FABRICS, FLAT, TRIANGLES, forces, nodal, patch, shaken
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from billow.errors import InputError
-from billow.fabric.linear_law import KEEP, PRINCIPAL, YARN, LinearFabric
-from billow.fabric.membrane import Membrane
+from billow.base.errors import InputError
+from billow.parts.fabric.linear_law import KEEP, PRINCIPAL, YARN, LinearFabric
+from billow.parts.fabric.membrane import Membrane
 
 RULES = pytest.mark.parametrize("rule", [KEEP, PRINCIPAL, YARN])
 

@@ -9,12 +9,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from billow.case.build_straps import build_straps, strap_line
-from billow.case.schema_bag import StrapCloth
-from billow.dynamics.run import Schedule, run
-from billow.fabric.straps import ENERGY, LOST, TENSION, TORN, Straps, add_strap_forces
-from billow.verification.meshes import disc
-from billow.verification.scenes import Observer, fabric_model, isotropic
+from billow.apps.verification.meshes import disc
+from billow.apps.verification.scenes import Observer, fabric_model, isotropic
+from billow.case.bag.build_straps import build_straps, strap_line
+from billow.case.bag.schema_bag import StrapCloth
+from billow.parts.straps import ENERGY, LOST, TENSION, TORN, Straps, add_strap_forces
+from billow.solver.run import Schedule, run
 
 
 def strap(viscosity=0.0, failure=np.inf):

@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 
 from billow.case.schema import Case
-from billow.gas import passages, pressure_load
-from billow.gas.outflow import ORIFICE
-from billow.gas.passages import PRESENT_AREA, VENT, Passage, Passages
-from billow.interrupts import STOP_FILE, RunInterrupted
+from billow.parts.gas.supply import passages
+from billow.parts.gas.supply.outflow import ORIFICE
+from billow.parts.gas.supply.passages import PRESENT_AREA, VENT, Passage, Passages
+from billow.parts.gas.uniform import pressure_load
 from billow.results.fingerprint import fingerprint
-from billow.simulate import resume, simulate
+from billow.run.interrupts import STOP_FILE, RunInterrupted
+from billow.run.simulate import resume, simulate
 
 CASE = {
     "bag": {

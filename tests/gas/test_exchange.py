@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from billow.gas.outflow import GRAEFE, ORIFICE, PERMEABILITY, POROUS_MEDIUM, VELOCITY, orifice_flux
-from billow.gas.passages import FABRIC, OPENING, VENT, Passage
+from billow.apps.verification.chambers import AIR, GAMMA, boxes_in_a_row, joined_rooms, orifice, run
 from billow.geometry.chambers import OUTSIDE
-from billow.verification.chambers import AIR, GAMMA, boxes_in_a_row, joined_rooms, orifice, run
+from billow.parts.gas.supply.outflow import GRAEFE, ORIFICE, PERMEABILITY, POROUS_MEDIUM, VELOCITY, orifice_flux
+from billow.parts.gas.supply.passages import FABRIC, OPENING, VENT, Passage
 
 ROOMS = boxes_in_a_row((0.4, 0.2, 0.3))
 STRENGTH = {ORIFICE: 1.0, GRAEFE: 1.0, POROUS_MEDIUM: 1e-3, VELOCITY: 10.0, PERMEABILITY: 1.0}

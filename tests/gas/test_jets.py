@@ -9,14 +9,14 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from billow.gas.ambient import Ambient
-from billow.gas.gas_model import Bag
-from billow.gas.inflator import Inflator, JetRing
-from billow.gas.jets import Jets, add_jet_force, aim, power_of_last_force
-from billow.gas.species import SPECIES, thermo_table
-from billow.gas.uniform_pressure import UniformPressure, jet_speed
 from billow.geometry.chambers import Chambers
 from billow.geometry.surface import Surface, area_vectors, check_closed
+from billow.parts.gas.gas_model import Bag
+from billow.parts.gas.supply.ambient import Ambient
+from billow.parts.gas.supply.inflator import Inflator, JetRing
+from billow.parts.gas.supply.jets import Jets, add_jet_force, aim, power_of_last_force
+from billow.parts.gas.supply.species import SPECIES, thermo_table
+from billow.parts.gas.uniform.uniform_pressure import UniformPressure, jet_speed
 
 COUNT, LEAN = 6, np.radians(45.0)
 RING = JetRing(COUNT, ring_radius=0.04, hole_diameter=0.005, angle=LEAN)

@@ -7,15 +7,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from billow.errors import InputError
-from billow.gas.mixture import (
+from billow.base.errors import InputError
+from billow.parts.gas.supply.mixture import (
     mixture_enthalpy,
     mixture_gas_constant,
     mixture_temperature,
     species_cp,
     species_enthalpy,
 )
-from billow.gas.species import SPECIES, Species, find_species, mass_fractions, thermo_table
+from billow.parts.gas.supply.species import SPECIES, Species, find_species, mass_fractions, thermo_table
 
 NAMES = tuple(SPECIES)
 TABLE = thermo_table([SPECIES[name] for name in NAMES])

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from billow.gas.outflow import (
+from billow.parts.gas.supply.outflow import (
     GRAEFE,
     LINEAR_BELOW,
     ORIFICE,

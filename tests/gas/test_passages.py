@@ -9,13 +9,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from billow.gas.curve import Curve, CurveTable, curve_value
-from billow.gas.exchange import effective_area
-from billow.gas.outflow import ORIFICE
-from billow.gas.passages import ABSOLUTE, DIFFERENCE, FABRIC, PRESENT_AREA, VENT, Passage, Passages
+from billow.apps.verification.chambers import AIR, boxes_in_a_row, joined_rooms, run
 from billow.geometry.chambers import OUTSIDE
 from billow.geometry.surface import area_vectors
-from billow.verification.chambers import AIR, boxes_in_a_row, joined_rooms, run
+from billow.parts.gas.supply.curve import Curve, CurveTable, curve_value
+from billow.parts.gas.supply.outflow import ORIFICE
+from billow.parts.gas.supply.passages import ABSOLUTE, DIFFERENCE, FABRIC, PRESENT_AREA, VENT, Passage, Passages
+from billow.parts.gas.uniform.exchange import effective_area
 
 ROOM = boxes_in_a_row((0.4,))
 TRIANGLES, POSITIONS = ROOM.surface.triangles, ROOM.positions

@@ -7,15 +7,15 @@ import copy
 import numpy as np
 import pytest
 
-from billow.case.build_bag import build_shape
-from billow.case.build_gas import build_gas
+from billow.case.bag.build_bag import build_shape
+from billow.case.gas.build_gas import build_gas
 from billow.case.schema import Case
-from billow.check import describe
-from billow.dynamics.checkpoint import flatten, restore
-from billow.gas.corpuscular.corpuscular import Corpuscular
-from billow.gas.gas_model import Bag, LocalGas
-from billow.gas.mixture import mixture_enthalpy, mixture_gas_constant
-from billow.gas.switching import Switching
+from billow.parts.gas.corpuscular.corpuscular import Corpuscular
+from billow.parts.gas.gas_model import Bag, LocalGas
+from billow.parts.gas.supply.mixture import mixture_enthalpy, mixture_gas_constant
+from billow.parts.gas.switching import Switching
+from billow.run.check import describe
+from billow.solver.checkpoint import flatten, restore
 
 SWITCH, DT = 3e-3, 2e-5
 LAST = round(SWITCH / DT) - 1

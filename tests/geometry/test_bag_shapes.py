@@ -7,10 +7,10 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
+from billow.base.errors import InputError
+from billow.case.bag.build_bag import build_shape
 from billow.case.build import fabric_triangles, flat_area
-from billow.case.build_bag import build_shape
 from billow.case.schema import Case
-from billow.errors import InputError
 from billow.geometry.bag_shapes import round_bag, square_bag
 from billow.geometry.surface import area_vectors, check_closed
 

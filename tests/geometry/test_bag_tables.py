@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+from billow.base.errors import InputError
 from billow.case.schema import Case
-from billow.errors import InputError
 
 MESH = {"shape": "mesh", "start": "a.vtk", "parts": [{"name": "front"}]}
 

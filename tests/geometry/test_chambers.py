@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from billow.errors import InputError
+from billow.base.errors import InputError
 from billow.geometry.chambers import OUTSIDE, Chambers
 from billow.geometry.surface import Surface, check_closed
 

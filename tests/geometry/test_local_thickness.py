@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from billow.case.bag.build_bag import build_shape
 from billow.case.build import build_model, flat_area
-from billow.case.build_bag import build_shape
 from billow.case.schema import Case
 from billow.geometry.disc_mesh import rim_count
 from billow.geometry.local_thickness import covered_share, line_depth

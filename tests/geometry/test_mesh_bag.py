@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from mesh_files import pillow, write_vtk, write_vtkhdf
 
+from billow.base.errors import InputError
+from billow.case.bag.build_bag import build_shape
 from billow.case.build import build_model, flat_area
-from billow.case.build_bag import build_shape
 from billow.case.schema import Case
-from billow.errors import InputError
 from billow.geometry.flat_cut import flat_cut
 from billow.geometry.mesh_file import read_mesh
 from billow.geometry.quads import diagonals, split

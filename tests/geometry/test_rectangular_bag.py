@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from billow.base.errors import InputError
+from billow.case.bag.build_bag import build_shape
 from billow.case.build import flat_area
-from billow.case.build_bag import build_shape
 from billow.case.schema import Case
-from billow.errors import InputError
 from billow.geometry.chambers import OUTSIDE
 from billow.geometry.surface import area_vectors, check_closed
 

@@ -7,15 +7,15 @@ import dataclasses
 import numpy as np
 import pytest
 
+from billow.base.errors import InputError
+from billow.case.bag.build_bag import build_shape
+from billow.case.bag.plausible_mesh import start_panels
 from billow.case.build import build_model
-from billow.case.build_bag import build_shape
 from billow.case.plausibility import warnings
-from billow.case.plausible_mesh import start_panels
 from billow.case.schema import Case
-from billow.check import describe
-from billow.errors import InputError
 from billow.geometry.bag_shapes import square_bag
 from billow.geometry.reference_check import panels, require_unmirrored, signed_areas
+from billow.run.check import describe
 
 BAG = square_bag(0.4, 8, 1e-9)
 

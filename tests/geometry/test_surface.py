@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from billow.errors import InputError
+from billow.base.errors import InputError
 from billow.geometry.bag_shapes import square_bag
 from billow.geometry.surface import Surface, area_vectors, check_closed, nodal_share
 

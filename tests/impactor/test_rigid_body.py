@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from billow.geometry.super_ellipsoid import principal_inertia
-from billow.impactor.rigid_body import (
+from billow.geometry.shapes.super_ellipsoid import principal_inertia
+from billow.parts.bodies.rigid_body import (
     RigidBody,
     RigidState,
     advance,

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from billow.apps.verification.injury import half_sine_hic
 from billow.injury.criteria import GRAVITY, clip, head_injury
-from billow.verification.injury import half_sine_hic
 
 
 def test_half_sine():

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from billow.errors import InputError
+from billow.apps.verification.injury import channel_classes
+from billow.base.errors import InputError
 from billow.injury.filters import CLASSES, channel_filter, coefficients
-from billow.verification.injury import channel_classes
 
 
 def test_three_decibels_are_lost_at_five_thirds_of_the_class():

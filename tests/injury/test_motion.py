@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from billow.errors import InputError
+from billow.base.errors import InputError
 from billow.injury.criteria import GRAVITY
 from billow.injury.motion import assess, assess_run, mean_acceleration
 

@@ -7,7 +7,7 @@ all four scores agree to 1e-4.
 import numpy as np
 import pytest
 
-from billow.errors import InputError
+from billow.base.errors import InputError
 from billow.injury.rating import rate
 
 TIMES = np.arange(501) * 1e-4

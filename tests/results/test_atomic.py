@@ -2,7 +2,7 @@ import os
 
 import pytest
 
-from billow.errors import InputError
+from billow.base.errors import InputError
 from billow.results import atomic
 from billow.results.atomic import publish_folder, write_atomically
 

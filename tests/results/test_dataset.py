@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from small_run import POINTS, TIMES, TRIANGLES, displacement, write_small_run
 
-from billow.errors import InputError, IntegrityError
+from billow.base.errors import InputError, IntegrityError
 from billow.results.dataset import Dataset
 from billow.results.dataset_files import (
     DatasetRecord,

@@ -6,7 +6,7 @@ import sys
 import numpy as np
 import pytest
 
-from billow.errors import IntegrityError
+from billow.base.errors import IntegrityError
 from billow.results.journal import Journal, frames, pieces, read_histories
 
 KILLED = """

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from small_run import TIMES, displacement, write_small_run
 
-from billow.errors import BillowError, InputError, IntegrityError
+from billow.base.errors import BillowError, InputError, IntegrityError
 from billow.results.histories import read_histories, write_histories
 from billow.results.result import Result
 from billow.results.run_file import FILES, read_run_file, write_run_file

@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 from small_run import POINTS, TIMES, TRIANGLES, displacement, write_small_run
 
-from billow.errors import IntegrityError
+from billow.base.errors import IntegrityError
 from billow.results import vtkhdf
 from billow.results.vtkhdf import FabricFile, FabricWriter
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from synthetic import SyntheticDataset
 
-from billow.rom.surrogate import Surrogate
+from billow.rom.surrogate.surrogate import Surrogate
 
 
 @pytest.fixture(scope="session")

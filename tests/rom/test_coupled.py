@@ -10,13 +10,12 @@ import numpy as np
 import pytest
 from free_synthetic import CLEARANCE, MASS, FreeDataset, case
 
-from billow.errors import InputError, IntegrityError
-from billow.geometry.super_ellipsoid import closest_point
+from billow.base.errors import InputError, IntegrityError
+from billow.geometry.shapes.super_ellipsoid import closest_point
 from billow.results.histories import read_histories
-from billow.rom.contact_law import EVERY
-from billow.rom.contact_reach import REACHES, area_vectors, distance_to, node_area
-from billow.rom.coupled import Coupled
-from billow.rom.coupled_evaluation import (
+from billow.rom.coupled.contact_law import EVERY
+from billow.rom.coupled.contact_reach import REACHES, area_vectors, distance_to, node_area
+from billow.rom.coupled.coupled_evaluation import (
     COUPLED,
     MEAN_MOTION,
     TRUE_CONTACT,
@@ -24,11 +23,12 @@ from billow.rom.coupled_evaluation import (
     _bag_with_true_forces,
     evaluate_coupled,
 )
-from billow.rom.coupled_folder import write_motion
-from billow.rom.force_inputs import previous
-from billow.rom.impactor_motion import ImpactorMotion, filtered_force, recorded_force
-from billow.rom.impactor_of_design import Impactor, ImpactorOfDesign
-from billow.rom.surrogate import Surrogate
+from billow.rom.coupled.coupled_folder import write_motion
+from billow.rom.coupled.coupled_model import Coupled
+from billow.rom.coupled.impactor_motion import ImpactorMotion, filtered_force, recorded_force
+from billow.rom.coupled.impactor_of_design import Impactor, ImpactorOfDesign
+from billow.rom.learn.force_inputs import previous
+from billow.rom.surrogate.surrogate import Surrogate
 
 
 @pytest.fixture(scope="module")
@@ -166,7 +166,7 @@ def test_a_last_step_that_is_shorter_has_its_own_mean(coupled):
 def test_the_force_that_is_learned_bears_the_body(free, coupled, monkeypatch):
     """The same motion under gravity takes a force that is larger by the weight."""
     learned = []
-    monkeypatch.setattr("billow.rom.coupled.learn_contact_law", lambda *told: learned.append(told[4]))
+    monkeypatch.setattr("billow.rom.coupled.coupled_model.learn_contact_law", lambda *told: learned.append(told[4]))
 
     class Heavy:
         def __getattr__(self, name):

@@ -10,15 +10,15 @@ import numpy as np
 import pytest
 from synthetic import SyntheticDataset
 
-from billow.errors import InputError
-from billow.rom.baselines import RadialBasis, baselines
-from billow.rom.basis import Basis
-from billow.rom.evaluate import BASELINES, evaluate
-from billow.rom.metrics_file import write_metrics
-from billow.rom.rmse import Summary, accuracy, snapshot_rmse
-from billow.rom.snapshots import snapshot_bytes
-from billow.rom.surrogate import Surrogate
-from billow.rom.timing import Timing
+from billow.base.errors import InputError
+from billow.rom.judge.baselines import RadialBasis, baselines
+from billow.rom.judge.evaluate import BASELINES, evaluate
+from billow.rom.judge.metrics_file import write_metrics
+from billow.rom.judge.rmse import Summary, accuracy, snapshot_rmse
+from billow.rom.judge.timing import Timing
+from billow.rom.learn.basis import Basis
+from billow.rom.learn.snapshots import snapshot_bytes
+from billow.rom.surrogate.surrogate import Surrogate
 
 
 @pytest.fixture(scope="module")

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 from synthetic import SyntheticDataset, deploy
 
-from billow.errors import InputError
-from billow.rom.force_basis import force_bases, ordinary
-from billow.rom.force_effect import force_effect
-from billow.rom.force_inputs import ForceInputs, previous
-from billow.rom.reduction import DEFAULT_MEMORY
-from billow.rom.snapshots import snapshot_bytes
-from billow.rom.surrogate import Surrogate
+from billow.base.errors import InputError
+from billow.rom.judge.force_effect import force_effect
+from billow.rom.learn.force_basis import force_bases, ordinary
+from billow.rom.learn.force_inputs import ForceInputs, previous
+from billow.rom.learn.reduction import DEFAULT_MEMORY
+from billow.rom.learn.snapshots import snapshot_bytes
+from billow.rom.surrogate.surrogate import Surrogate
 
 
 class PushedDataset(SyntheticDataset):

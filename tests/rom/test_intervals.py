@@ -12,14 +12,13 @@ from hypothesis import strategies as st
 from scipy.stats import norm
 from synthetic import SyntheticDataset
 
-from billow.errors import InputError
-from billow.rom import intervals
-from billow.rom.interval_check import check_intervals
-from billow.rom.intervals import held_out, histogram, quantiles, scale
-from billow.rom.learning_curve import fit
-from billow.rom.snapshots import collect
-from billow.rom.standing import neighbour_distances
-from billow.rom.surrogate import Surrogate
+from billow.base.errors import InputError
+from billow.rom.judge.interval_check import check_intervals
+from billow.rom.judge.learning_curve import fit
+from billow.rom.learn.snapshots import collect
+from billow.rom.surrogate.intervals import held_out, histogram, quantiles, scale
+from billow.rom.surrogate.standing import neighbour_distances
+from billow.rom.surrogate.surrogate import Surrogate, intervals
 
 
 @given(st.floats(0.01, 100.0))

@@ -7,10 +7,10 @@ import dataclasses
 import pytest
 from synthetic import SyntheticDataset
 
-from billow.rom.evaluate import evaluate
-from billow.rom.findings import weaknesses
-from billow.rom.left_out import LeftOut, left_out
-from billow.rom.surrogate import Surrogate
+from billow.rom.judge.evaluate import evaluate
+from billow.rom.judge.findings import weaknesses
+from billow.rom.learn.left_out import LeftOut, left_out
+from billow.rom.surrogate.surrogate import Surrogate
 
 
 def without(dataset, lost, reason="failed"):

@@ -8,11 +8,10 @@ import json
 import numpy as np
 import pytest
 
-from billow.errors import InputError, NumericalStop
-from billow.rom import onnx_file
-from billow.rom.onnx_file import export_onnx, largest_difference
-from billow.rom.onnx_graph import onnx_bytes
-from billow.rom.surrogate import Surrogate
+from billow.base.errors import InputError, NumericalStop
+from billow.rom.surrogate.onnx_file import export_onnx, largest_difference
+from billow.rom.surrogate.onnx_graph import onnx_bytes
+from billow.rom.surrogate.surrogate import Surrogate, onnx_file
 
 onnx = pytest.importorskip("onnx", reason="export needs onnx: pip install -e '.[export]'")
 runtime = pytest.importorskip("onnxruntime", reason="export needs onnxruntime: pip install -e '.[export]'")

@@ -6,8 +6,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from billow.errors import InputError
-from billow.rom.paper.available import available
+from billow.base.errors import InputError
+from billow.reproductions.rom_paper.available import available
 
 TRAIN, TEST = [f"{run:04d}" for run in range(40)], [f"{run:04d}" for run in range(40, 45)]
 

@@ -11,18 +11,18 @@ import pytest
 from free_synthetic import FreeDataset
 from synthetic import SyntheticDataset
 
-from billow.rom import network
-from billow.rom.coupled_evaluation import TRUE_CONTACT, TRUE_INPUTS
-from billow.rom.paper import document, fits
-from billow.rom.paper.available import Available
-from billow.rom.paper.case_results import case_results
-from billow.rom.paper.document import write_document
-from billow.rom.paper.jets import compare_jets
-from billow.rom.paper.kept import Kept, fingerprint
-from billow.rom.paper.published import FREE, LOCKED
-from billow.rom.paper.tables import break_even
-from billow.rom.rmse import snapshot_rmse
-from billow.rom.surrogate import Surrogate
+from billow.reproductions.rom_paper import document, fits
+from billow.reproductions.rom_paper.available import Available
+from billow.reproductions.rom_paper.case_results import case_results
+from billow.reproductions.rom_paper.document import write_document
+from billow.reproductions.rom_paper.jets import compare_jets
+from billow.reproductions.rom_paper.kept import Kept, fingerprint
+from billow.reproductions.rom_paper.published import FREE, LOCKED
+from billow.reproductions.rom_paper.tables import break_even
+from billow.rom.coupled.coupled_evaluation import TRUE_CONTACT, TRUE_INPUTS
+from billow.rom.judge.rmse import snapshot_rmse
+from billow.rom.learn import network
+from billow.rom.surrogate.surrogate import Surrogate
 
 
 @pytest.fixture(scope="module")
@@ -95,7 +95,7 @@ def test_pieces_of_another_recipe_do_not_pass_for_ours(small, locked, folder, mo
         raise AssertionError("trained again")
 
     monkeypatch.setattr(fits, "learn_networks", refuse)
-    monkeypatch.setattr("billow.rom.network.HIDDEN_SHARED", (8, 8))
+    monkeypatch.setattr("billow.rom.learn.network.HIDDEN_SHARED", (8, 8))
     with pytest.raises(AssertionError, match="trained again"):
         case_results(LOCKED, small, there(small, 6, 12), Kept(folder), recipe="z", recipe_epochs=30)
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from synthetic import SyntheticDataset
 
-from billow.errors import InputError
-from billow.rom.paper.jets import compare_jets
+from billow.base.errors import InputError
+from billow.reproductions.rom_paper.jets import compare_jets
 
 NAMES = ("one", "other")
 

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from synthetic import SyntheticDataset
 
+from billow.reproductions.rom_paper import recipe
+from billow.reproductions.rom_paper.kept import Kept
+from billow.reproductions.rom_paper.published import FREE, LOCKED
+from billow.reproductions.rom_paper.reductions import reduced
 from billow.results.tensor_file import read_tensors
-from billow.rom.network import train_paper
-from billow.rom.paper import recipe
-from billow.rom.paper.kept import Kept
-from billow.rom.paper.published import FREE, LOCKED
-from billow.rom.paper.reductions import reduced
-from billow.rom.reduction import DEFAULT_MEMORY
+from billow.rom.learn.network import train_paper
+from billow.rom.learn.reduction import DEFAULT_MEMORY
 
 
 class Stopped(Exception):

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from billow.errors import InputError, NumericalStop
-from billow.rom.basis import exact_pod, orthogonality_error, pod
-from billow.rom.snapshots import collect
+from billow.base.errors import InputError, NumericalStop
+from billow.rom.learn.basis import exact_pod, orthogonality_error, pod
+from billow.rom.learn.snapshots import collect
 
 
 @pytest.fixture(scope="module")
@@ -37,7 +37,7 @@ def test_flat_spectrum_needs_the_power_iterations(monkeypatch):
     matrix = ((left * np.arange(1, 201) ** -0.5) @ right.T).astype(np.float32)
     best = _projection_error(exact_pod(matrix, 12), matrix)
     assert _projection_error(pod(matrix, 12), matrix) < 1.001 * best
-    monkeypatch.setattr("billow.rom.basis.POWER_ITERATIONS", 0)
+    monkeypatch.setattr("billow.rom.learn.basis.POWER_ITERATIONS", 0)
     assert _projection_error(pod(matrix, 12), matrix) > 1.02 * best
 
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from synthetic import PARAMETERS, SyntheticDataset
 
-from billow.prediction import write_prediction
-from billow.rom.surrogate import Surrogate
+from billow.rom.surrogate.prediction import write_prediction
+from billow.rom.surrogate.surrogate import Surrogate
 
 
 @pytest.fixture(scope="module")

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from synthetic import SyntheticDataset
 
-from billow.rom.projection import project
-from billow.rom.reduction import reduce_runs
-from billow.rom.rmse import snapshot_rmse
+from billow.rom.judge.projection import project
+from billow.rom.judge.rmse import snapshot_rmse
+from billow.rom.learn.reduction import reduce_runs
 
 
 @pytest.fixture(scope="module")

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from synthetic import SyntheticDataset
 
-from billow.rom import figures
-from billow.rom.evaluate import evaluate
-from billow.rom.findings import verdict, weaknesses
-from billow.rom.report import page, write_report
-from billow.rom.sections import cut, super_ellipsoid
-from billow.rom.surrogate import Surrogate
+from billow.rom.judge import figures
+from billow.rom.judge.evaluate import evaluate
+from billow.rom.judge.findings import verdict, weaknesses
+from billow.rom.judge.report import page, write_report
+from billow.rom.judge.sections import cut, super_ellipsoid
+from billow.rom.surrogate.surrogate import Surrogate
 
 
 @pytest.fixture(scope="module")

@@ -7,12 +7,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from billow.errors import InputError
-from billow.rom.basis import exact_pod
-from billow.rom.reduction import BLOCK_SHARE, reduce_runs
-from billow.rom.snapshots import collect, snapshot_bytes
-from billow.rom.streaming import bases_of, join_all, sketch
-from billow.rom.surrogate import Surrogate
+from billow.base.errors import InputError
+from billow.rom.learn.basis import exact_pod
+from billow.rom.learn.reduction import BLOCK_SHARE, reduce_runs
+from billow.rom.learn.snapshots import collect, snapshot_bytes
+from billow.rom.learn.streaming import bases_of, join_all, sketch
+from billow.rom.surrogate.surrogate import Surrogate
 
 
 def projection_error(basis, matrix):

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from billow.errors import InputError
-from billow.rom import suggest as suggest_module
-from billow.rom.standing import to_unit
-from billow.rom.suggest import suggest, uncertainty
+from billow.base.errors import InputError
+from billow.rom.learn import suggest as suggest_module
+from billow.rom.learn.suggest import suggest, uncertainty
+from billow.rom.surrogate.standing import to_unit
 
 
 def test_suggestions_are_inside_apart_and_repeatable(surrogate, dataset):

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from synthetic import SyntheticDataset
 
-from billow.errors import InputError
-from billow.rom.network import MEMBERS
-from billow.rom.scaling import OutputScaling
-from billow.rom.surrogate import Surrogate
+from billow.base.errors import InputError
+from billow.rom.learn.network import MEMBERS
+from billow.rom.surrogate.scaling import OutputScaling
+from billow.rom.surrogate.surrogate import Surrogate
 
 
 @pytest.fixture(scope="module")

@@ -11,9 +11,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from billow.errors import BillowError, InputError, IntegrityError
+from billow.base.errors import BillowError, InputError, IntegrityError
 from billow.results.tensor_file import read_tensors, write_tensors
-from billow.rom.surrogate import Surrogate
+from billow.rom.surrogate.surrogate import Surrogate
 
 WITHOUT_TORCH = """
 import json, sys
@@ -23,8 +23,8 @@ class Blocked:
             raise ImportError("torch is blocked")
 sys.meta_path.insert(0, Blocked())
 import numpy as np
-from billow.errors import ResourceError
-from billow.rom.surrogate import Surrogate
+from billow.base.errors import ResourceError
+from billow.rom.surrogate.surrogate import Surrogate
 surrogate = Surrogate.load(sys.argv[1])
 np.save(sys.argv[2], surrogate.predict([[0.5 * (p.low + p.high) for p in surrogate.parameters]]))
 heavy = sorted({"torch", "scipy", "matplotlib", "numba", "h5py", "jinja2"} & set(sys.modules))

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import tomli_w
 
-from billow.errors import InputError, NumericalStop
+from billow.base.errors import InputError, NumericalStop
 from billow.results.atomic import publish_folder
 from billow.results.histories import write_histories
 from billow.results.run_file import write_run_file

@@ -1,7 +1,7 @@
 import fake_solver
 import pytest
 
-from billow.errors import InputError
+from billow.base.errors import InputError
 from billow.study.definition import StudyDefinition
 
 WRONG = [

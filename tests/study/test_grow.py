@@ -6,7 +6,7 @@ from fake_solver import STUDY, simulate
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from billow.errors import InputError
+from billow.base.errors import InputError
 from billow.study import study as study_module
 from billow.study.definition import StudyDefinition
 from billow.study.design import draw, latin_hypercube, refine

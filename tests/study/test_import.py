@@ -9,7 +9,7 @@ import zlib
 import numpy as np
 import pytest
 
-from billow.errors import InputError
+from billow.base.errors import InputError
 from billow.results.dataset import Dataset
 from billow.study.import_runs import import_runs
 from billow.study.vtk_frames import read_vtk

@@ -4,8 +4,8 @@ import tomllib
 
 import pytest
 
+from billow.base.errors import InputError
 from billow.case.schema import Case
-from billow.errors import InputError
 from billow.study.study import Study
 
 STUDY = """

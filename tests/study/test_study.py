@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from fake_solver import CASE, STUDY, Fails, simulate
 
-from billow.errors import InputError, IntegrityError, ResourceError
+from billow.base.errors import InputError, IntegrityError, ResourceError
 from billow.results.run_file import read_run_file
 from billow.study import drive as drive_module
 from billow.study import store as store_module

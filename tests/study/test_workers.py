@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from fake_solver import Fails, simulate
 
-from billow.errors import InputError
+from billow.base.errors import InputError
 from billow.study import execute
 
 

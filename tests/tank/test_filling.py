@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from billow.gas.species import AIR
-from billow.tank.filling import fill, make_tank, pressure_response
-from billow.tank.forward import predict
-from billow.tank.inflow_temperature import InflowTemperature
-from billow.verification import tank as cases
+from billow.apps.tank.filling import fill, make_tank, pressure_response
+from billow.apps.tank.forward import predict
+from billow.apps.tank.inflow_temperature import InflowTemperature
+from billow.apps.verification import tank as cases
+from billow.parts.gas.supply.species import AIR
 
 PYRO = cases.PYRO
 

@@ -5,16 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from billow.gas.species import AIR
-from billow.tank.evaluate import evaluate
-from billow.tank.filling import make_tank
-from billow.tank.forward import predict
-from billow.tank.inflow_temperature import InflowTemperature
-from billow.tank.inverse import flow_of_temperature
-from billow.tank.smoothing import fit
-from billow.tank.tank_case import TankCase
-from billow.tank.trace import Trace
-from billow.verification import tank as cases
+from billow.apps.tank.evaluate import evaluate
+from billow.apps.tank.filling import make_tank
+from billow.apps.tank.forward import predict
+from billow.apps.tank.inflow_temperature import InflowTemperature
+from billow.apps.tank.inverse import flow_of_temperature
+from billow.apps.tank.smoothing import fit
+from billow.apps.tank.tank_case import TankCase
+from billow.apps.tank.trace import Trace
+from billow.apps.verification import tank as cases
+from billow.parts.gas.supply.species import AIR
 
 
 def test_closed_loop_without_noise():

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from billow.apps.tank.tank_case import TankCase
+from billow.apps.tank.trace import MOST_ROWS, load_trace
+from billow.base.errors import InputError
 from billow.case.schema import Case
-from billow.commands.tank import app
-from billow.errors import InputError
+from billow.cli.tank import app
 from billow.results.histories import read_histories
-from billow.tank.tank_case import TankCase
-from billow.tank.trace import MOST_ROWS, load_trace
 
 EXAMPLES = Path(__file__).parents[2] / "examples" / "tank"
 

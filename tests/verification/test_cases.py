@@ -2,7 +2,7 @@
 
 import pytest
 
-from billow.verification.cases import CASES, run_cases
+from billow.apps.verification.cases import CASES, run_cases
 
 LONG = {
     "S6",

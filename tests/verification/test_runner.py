@@ -4,9 +4,9 @@ import json
 
 import pytest
 
-from billow.errors import InputError, NumericalStop
-from billow.verification import cases
-from billow.verification.check import Measurement
+from billow.apps.verification import cases
+from billow.apps.verification.check import Measurement
+from billow.base.errors import InputError, NumericalStop
 
 REQUIRED = (
     {f"T{k}" for k in range(1, 7)} | {"S1", "S3", "S4", "S6", "S7"} | {f"C{k}" for k in range(1, 5)} | {"R1", "P3"}

@@ -30,7 +30,7 @@ CHUNK = 1024
 PARALLEL_FROM = 8192
 """Fewest items for which a parallel launch (10-200 us) pays."""
 
-_PACKAGE = Path(__file__).parent
+_PACKAGE = Path(__file__).parents[1]
 _IMPORT = re.compile(rb"^\s*(?:from|import) billow\.([\w.]+)", re.MULTILINE)
 
 

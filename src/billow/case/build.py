@@ -5,21 +5,21 @@ from __future__ import annotations
 import numpy as np
 
 from billow.case import schema
-from billow.case.bags import Bag
-from billow.case.build_bag import build_shape
-from billow.case.build_fabric import build_fabric
-from billow.case.build_gas import build_gas
-from billow.case.build_obstacle import build_obstacle
-from billow.case.build_straps import build_straps
-from billow.case.schema_mesh_bag import MeshBag
-from billow.contact.self_contact import SelfContact
-from billow.dynamics.model import Model
-from billow.dynamics.run import Schedule
-from billow.fabric.birth import Birth
-from billow.fabric.membrane import Membrane
-from billow.fabric.straps import Straps
+from billow.case.bag.bags import Bag
+from billow.case.bag.build_bag import build_shape
+from billow.case.bag.build_straps import build_straps
+from billow.case.bag.schema_mesh_bag import MeshBag
+from billow.case.fabric.build_fabric import build_fabric
+from billow.case.gas.build_gas import build_gas
+from billow.case.obstacles.build_obstacle import build_obstacle
 from billow.geometry.bag_shapes import BagShape
 from billow.geometry.surface import area_vectors, check_closed, nodal_share
+from billow.parts.fabric.birth import Birth
+from billow.parts.fabric.membrane import Membrane
+from billow.parts.self_contact import SelfContact
+from billow.parts.straps import Straps
+from billow.solver.model import Model
+from billow.solver.run import Schedule
 
 
 def build_model(case: schema.Case) -> Model:

@@ -9,11 +9,12 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from billow.case import schema, schema_obstacle
-from billow.case.bags import BAGS
-from billow.case.build_mesh_bag import settle_files
-from billow.case.curve_files import with_curves_inlined
-from billow.errors import InputError, shown
+from billow.base.errors import InputError, shown
+from billow.case import schema
+from billow.case.bag.bags import BAGS
+from billow.case.bag.build_mesh_bag import settle_files
+from billow.case.fabric.curve_files import with_curves_inlined
+from billow.case.obstacles import schema_obstacle
 
 VARIANTS = {"plate": schema_obstacle.Plate, "super-ellipsoid": schema_obstacle.SuperEllipsoid, **BAGS}
 """Tables that a key `shape` chooses among."""

@@ -10,16 +10,17 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from billow.case import schema, schema_obstacle
-from billow.case.plausible_curves import curve_warnings
-from billow.case.plausible_mesh import mesh_warnings
+from billow.case import schema
+from billow.case.bag.plausible_mesh import mesh_warnings
+from billow.case.fabric.plausible_curves import curve_warnings
+from billow.case.obstacles import schema_obstacle
 from billow.case.warning import Warning
-from billow.dynamics.model import Model
-from billow.gas.exchange import outflow
-from billow.gas.mixture import mixture_gas_constant
-from billow.gas.passages import FABRIC, VENT
-from billow.gas.uniform_pressure import UniformPressure
-from billow.geometry import super_ellipsoid
+from billow.geometry.shapes import super_ellipsoid
+from billow.parts.gas.supply.mixture import mixture_gas_constant
+from billow.parts.gas.supply.passages import FABRIC, VENT
+from billow.parts.gas.uniform.exchange import outflow
+from billow.parts.gas.uniform.uniform_pressure import UniformPressure
+from billow.solver.model import Model
 
 MYLAR_VOLUME = 1.21852
 """Volume of two sewn inextensible discs of radius a, in a^3 (Paulsen, Am. Math. Monthly 101, 1994)."""

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, model_validator
 from pydantic_core import PydanticCustomError
 
-from billow.units import other_scales, to_si
+from billow.base.units import other_scales, to_si
 
 ZERO_CELSIUS = 273.15  # K
 

@@ -14,13 +14,13 @@ import tomli_w
 from pydantic import field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
-from billow.case.bags import Bag
+from billow.case.bag.bags import Bag
+from billow.case.bag.schema_bag import DriverBag
+from billow.case.fabric.schema_fabric import Fabric
+from billow.case.gas.schema_gas import Ambient, Gas, Inflator, Inflators, require_distinct
+from billow.case.gas.schema_leakage import Leakage
+from billow.case.obstacles.schema_obstacle import Obstacle, Plate
 from billow.case.quantity import Strict, quantity
-from billow.case.schema_bag import DriverBag
-from billow.case.schema_fabric import Fabric
-from billow.case.schema_gas import Ambient, Gas, Inflator, Inflators, require_distinct
-from billow.case.schema_leakage import Leakage
-from billow.case.schema_obstacle import Obstacle, Plate
 from billow.case.text import Name, Text
 
 Acceleration = quantity("m/s^2", -100.0, 100.0)

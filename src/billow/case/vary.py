@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
+from billow.base.errors import InputError
 from billow.case.case_file import validate
 from billow.case.schema import Case
-from billow.errors import InputError
 
 
 def vary(case: Case, changes: dict[str, Any]) -> Case:

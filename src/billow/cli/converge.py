@@ -7,8 +7,8 @@ from typing import Annotated
 
 import typer
 
-from billow.commands.options import CaseFile, Settings, make_console, parse_settings
-from billow.errors import InputError
+from billow.base.errors import InputError
+from billow.cli.options import CaseFile, Settings, make_console, parse_settings
 
 
 def converge(
@@ -34,10 +34,10 @@ def converge(
     Begin small: time grows with the number of particles. To refine, give the command again with larger numbers: runs
     that are there are not repeated. Writes convergence.csv, summary.toml, errors.png, curves.png, shapes.png.
     """
+    from billow.apps.converge.study import report, run_study
+    from billow.apps.converge.sweep import Sweep
     from billow.case.schema import Case
-    from billow.converge.study import report, run_study
-    from billow.converge.sweep import Sweep
-    from billow.terminal import steps
+    from billow.cli.terminal import steps
 
     good = _tolerance(tolerance)
     sweep = Sweep.of(Case.load(case_file).vary(parse_settings(settings)), _counts(particles), seeds)
@@ -59,7 +59,7 @@ def _counts(text: str) -> list[float]:
 
 
 def _tolerance(text: str) -> float:
-    from billow.units import to_si
+    from billow.base.units import to_si
 
     try:
         value = to_si(text, "-")

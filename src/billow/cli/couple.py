@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from billow.commands.options import make_console, parse_settings
+from billow.cli.options import make_console, parse_settings
 
 app = typer.Typer(
     name="couple",
@@ -39,10 +39,10 @@ def train(
     seed: Annotated[int, typer.Option(help="Seed of the networks.")] = 0,
 ) -> None:
     """Learn the contact force on the free obstacle from the runs the surrogate was learned from."""
+    from billow.cli.terminal import epochs
     from billow.results.dataset import Dataset
-    from billow.rom.coupled import Coupled
-    from billow.rom.surrogate import Surrogate
-    from billow.terminal import epochs
+    from billow.rom.coupled.coupled_model import Coupled
+    from billow.rom.surrogate.surrogate import Surrogate
 
     dataset = Dataset.open(folder)
     surrogate = Surrogate.load(surrogate_file or folder / "surrogate.safetensors")
@@ -61,11 +61,11 @@ def evaluate(
     out: Annotated[Path | None, typer.Option(help="Write the numbers as JSON.")] = None,
 ) -> None:
     """Compare with the solver on unseen runs: ISO/TS 18571 ratings and injury metrics. Nothing is known in advance."""
+    from billow.cli.terminal import steps
     from billow.results.atomic import write_atomically
     from billow.results.dataset import Dataset
-    from billow.rom.coupled import Coupled
-    from billow.rom.coupled_evaluation import MEAN_MOTION, QUANTITIES, TRUE_CONTACT, evaluate_coupled
-    from billow.terminal import steps
+    from billow.rom.coupled.coupled_evaluation import MEAN_MOTION, QUANTITIES, TRUE_CONTACT, evaluate_coupled
+    from billow.rom.coupled.coupled_model import Coupled
 
     dataset = Dataset.open(folder)
     coupled = Coupled.load(coupled_file or folder / "coupled.safetensors")
@@ -97,10 +97,10 @@ def predict(
     ] = False,
 ) -> None:
     """Motion and injury metrics of the obstacle in one deployment. Without --set it lists the parameters."""
-    from billow.prediction import describe_surrogate
-    from billow.rom.coupled import Coupled
-    from billow.rom.coupled_evaluation import injury_record
-    from billow.rom.coupled_folder import write_motion
+    from billow.rom.coupled.coupled_evaluation import injury_record
+    from billow.rom.coupled.coupled_folder import write_motion
+    from billow.rom.coupled.coupled_model import Coupled
+    from billow.rom.surrogate.prediction import describe_surrogate
 
     coupled = Coupled.load(coupled_file)
     if not settings:

@@ -8,8 +8,8 @@ from typing import Annotated
 
 import typer
 
-from billow.commands.options import make_console
-from billow.errors import InputError
+from billow.base.errors import InputError
+from billow.cli.options import make_console
 
 
 def coupon(
@@ -46,9 +46,9 @@ def coupon(
 
     Without --data the curves in the fabric file stand for the test they came from.
     """
+    from billow.apps.coupon import comparison
     from billow.case.schema import Case
-    from billow.coupon import comparison
-    from billow.terminal import steps
+    from billow.cli.terminal import steps
 
     _known("test", test, comparison.TESTS)
     _known("direction", direction, ("warp", "weft"))
@@ -103,7 +103,7 @@ def _known(option: str, value: str, choices: tuple[str, ...]) -> None:
 
 
 def _number(option: str, value: str | None, unit: str, low: float, high: float) -> float | None:
-    from billow.units import to_si
+    from billow.base.units import to_si
 
     if value is None:
         return None
@@ -123,7 +123,7 @@ def _number(option: str, value: str | None, unit: str, low: float, high: float) 
 
 
 def _test_data(texts: list[str], curves: tuple[str, ...]) -> dict:
-    from billow.coupon.comparison import read_test_data
+    from billow.apps.coupon.comparison import read_test_data
 
     points = {}
     for text in texts:

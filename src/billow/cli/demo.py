@@ -7,7 +7,7 @@ from pathlib import Path
 
 from rich.console import Console
 
-from billow.errors import InputError
+from billow.base.errors import InputError
 from billow.results.atomic import write_atomically
 
 CASE = """\
@@ -113,13 +113,13 @@ def write_definition(folder: Path, train: int, test: int) -> Path:
 
 def run_demo(folder: Path, train: int, test: int, workers: int | None, console: Console) -> Path:
     """Simulate, learn, evaluate; returns the path of the report. Safe to interrupt and to start again."""
-    from billow.rom.evaluate import evaluate
-    from billow.rom.left_out import left_out
-    from billow.rom.report import write_report
-    from billow.rom.surrogate import Surrogate
+    from billow.cli.terminal import epochs, steps
+    from billow.rom.judge.evaluate import evaluate
+    from billow.rom.judge.report import write_report
+    from billow.rom.learn.left_out import left_out
+    from billow.rom.surrogate.surrogate import Surrogate
     from billow.study.progress import study_progress
     from billow.study.study import Study
-    from billow.terminal import epochs, steps
 
     begun = time.perf_counter()
     definition = write_definition(folder, train, test)

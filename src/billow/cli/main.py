@@ -13,9 +13,9 @@ from typing import Annotated
 import typer
 
 from billow import __version__
-from billow.commands import converge, couple, coupon, export, import_runs, injury, paper, suggest, tank
-from billow.commands.options import CaseFile, Settings, make_console, parse_settings
-from billow.errors import BillowError, InputError, ResourceError
+from billow.base.errors import BillowError, InputError, ResourceError
+from billow.cli import converge, couple, coupon, export, import_runs, injury, paper, suggest, tank
+from billow.cli.options import CaseFile, Settings, make_console, parse_settings
 
 INTERRUPTED = 130
 """Exit code after Ctrl-C."""
@@ -99,7 +99,7 @@ def check(
 ) -> None:
     """Read a case and build its model without running it: errors, size, mass, time step, amount of gas."""
     if example:
-        from billow.demo import CASE
+        from billow.cli.demo import CASE
 
         print(CASE, end="")
         return
@@ -112,7 +112,7 @@ def check(
             remedy="billow check CASE.toml, or billow check --example > bag.toml",
         )
     from billow.case.schema import Case
-    from billow.check import describe
+    from billow.run.check import describe
 
     print(describe(Case.load(case_file).vary(parse_settings(settings))))
 
@@ -134,7 +134,7 @@ def run(
     Writes case.toml (every default filled in), fabric.vtkhdf (opens in ParaView), histories.csv, solver.log, run.json.
     """
     from billow.case.schema import Case
-    from billow.simulate import simulate
+    from billow.run.simulate import simulate
 
     case = Case.load(case_file).vary(parse_settings(settings))
     result = simulate(case, out, progress=None if quiet else _show, threads=threads)
@@ -152,7 +152,7 @@ def resume(
     A run saves itself every 30 s, on SIGUSR2, and when it is asked to stop: Ctrl-C, SIGTERM, or a file named STOP in
     its .partial folder. The results are the same bits as without interruption, whatever the number of threads.
     """
-    from billow.simulate import resume as go_on
+    from billow.run.simulate import resume as go_on
 
     result = go_on(folder, progress=None if quiet else _show, threads=threads)
     print(f"{result.folder}: {result.status}")
@@ -193,10 +193,10 @@ def train(
     memory: Annotated[float, typer.Option(min=0.1, help="GiB of snapshots held at once; more are streamed.")] = 4.0,
 ) -> None:
     """Learn a surrogate from the training runs of a study."""
+    from billow.cli.terminal import epochs as show_epochs
     from billow.results.dataset import Dataset
-    from billow.rom.left_out import left_out
-    from billow.rom.surrogate import Surrogate
-    from billow.terminal import epochs as show_epochs
+    from billow.rom.learn.left_out import left_out
+    from billow.rom.surrogate.surrogate import Surrogate
 
     console = make_console()
     dataset = Dataset.open(folder)
@@ -223,11 +223,11 @@ def evaluate(
     memory: Annotated[float, typer.Option(min=0.1, help="GiB of snapshots held at once; more are streamed.")] = 4.0,
 ) -> None:
     """Measure a surrogate on the unseen runs of its study and write report.html, metrics.json and figures."""
+    from billow.cli.terminal import steps
     from billow.results.dataset import Dataset
-    from billow.rom.evaluate import evaluate as measure
-    from billow.rom.report import write_report
-    from billow.rom.surrogate import Surrogate
-    from billow.terminal import steps
+    from billow.rom.judge.evaluate import evaluate as measure
+    from billow.rom.judge.report import write_report
+    from billow.rom.surrogate.surrogate import Surrogate
 
     dataset = Dataset.open(folder)
     surrogate = Surrogate.load(surrogate_file or folder / "surrogate.safetensors")
@@ -249,8 +249,8 @@ def predict(
     ] = False,
 ) -> None:
     """Predict one deployment. Without --set it lists the parameters and their trained ranges."""
-    from billow.prediction import describe_surrogate, write_prediction
-    from billow.rom.surrogate import Surrogate
+    from billow.rom.surrogate.prediction import describe_surrogate, write_prediction
+    from billow.rom.surrogate.surrogate import Surrogate
 
     surrogate = Surrogate.load(surrogate_file)
     if not settings:
@@ -265,7 +265,7 @@ def verify(
     as_json: Annotated[bool, typer.Option("--json", help="Print a JSON list.")] = False,
 ) -> None:
     """Run closed-form cases through the solver: measured, expected, tolerance. Exit code 1 if one fails."""
-    from billow.verification.cases import run_cases
+    from billow.apps.verification.cases import run_cases
 
     if as_json:
         checks = run_cases(ids)
@@ -295,7 +295,7 @@ def demo(
     workers: Annotated[int | None, typer.Option(min=1, help="Worker processes (default: one per core).")] = None,
 ) -> None:
     """The whole idea at reduced size: 60 deployments, a surrogate learned from 48, judged on 12, and a report."""
-    from billow.demo import run_demo
+    from billow.cli.demo import run_demo
 
     run_demo(out, train, test, workers, make_console())
 

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from billow.errors import InputError
+from billow.base.errors import InputError
 
 
 def make_console() -> Console:

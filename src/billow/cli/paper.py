@@ -7,8 +7,8 @@ from typing import Annotated
 
 import typer
 
-from billow.commands.options import make_console
-from billow.errors import InputError
+from billow.base.errors import InputError
+from billow.cli.options import make_console
 
 
 def paper(
@@ -36,16 +36,16 @@ def paper(
     A study may be incomplete: the report says what is missing. An interrupted command goes on where it was, because
     every fit is kept, and the paper's networks save themselves every 30 s.
     """
+    from billow.cli.terminal import steps
+    from billow.reproductions.rom_paper.available import available
+    from billow.reproductions.rom_paper.case_results import case_results
+    from billow.reproductions.rom_paper.document import write_document
+    from billow.reproductions.rom_paper.jets import compare_jets
+    from billow.reproductions.rom_paper.kept import Kept
+    from billow.reproductions.rom_paper.published import CASES
     from billow.results.dataset import Dataset
     from billow.results.dataset_files import read_split
-    from billow.rom.paper.available import available
-    from billow.rom.paper.case_results import case_results
-    from billow.rom.paper.document import write_document
-    from billow.rom.paper.jets import compare_jets
-    from billow.rom.paper.kept import Kept
-    from billow.rom.paper.published import CASES
     from billow.study.study import Study
-    from billow.terminal import steps
 
     folders = {"locked": locked, "free": free}
     _require(folders, jets, paper_recipe, paper_recipe_case)

@@ -22,8 +22,8 @@ def suggest(
     give the command of the study again: it makes the new runs.
     """
     from billow.results.atomic import write_atomically
-    from billow.rom.suggest import suggest as next_designs
-    from billow.rom.surrogate import Surrogate
+    from billow.rom.learn.suggest import suggest as next_designs
+    from billow.rom.surrogate.surrogate import Surrogate
     from billow.study.added_designs import added_designs_text, read_added_designs
     from billow.study.study import ADDED_FILE, Study
 

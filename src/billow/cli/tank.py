@@ -35,9 +35,9 @@ def forward(case_file: CaseFile, out: Out) -> None:
 
     Writes trace.csv, summary.toml and tank.png. Without loss to the wall the result is exact thermodynamics.
     """
-    from billow.tank.folder import write_prediction
-    from billow.tank.forward import predict_case
-    from billow.tank.tank_case import TankCase
+    from billow.apps.tank.folder import write_prediction
+    from billow.apps.tank.forward import predict_case
+    from billow.apps.tank.tank_case import TankCase
 
     case = TankCase.load(case_file)
     state = predict_case(case)
@@ -65,9 +65,9 @@ def inverse(
 
     Writes flow.csv, fit.csv, inflator.toml (pastes into a case), summary.toml and tank.png.
     """
-    from billow.tank.evaluate import evaluate, measured, warnings
-    from billow.tank.folder import write_evaluation
-    from billow.tank.tank_case import TankCase
+    from billow.apps.tank.evaluate import evaluate, measured, warnings
+    from billow.apps.tank.folder import write_evaluation
+    from billow.apps.tank.tank_case import TankCase
 
     case = TankCase.load(case_file)
     trace = measured(case, trace_file)

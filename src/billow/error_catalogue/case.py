@@ -1,7 +1,7 @@
 """Codes of the case file."""
 
+from billow.base.errors import InputError
 from billow.error_catalogue.entry import Entry
-from billow.errors import InputError
 
 CODES: dict[str, Entry] = {
     "E-CASE-001": Entry(

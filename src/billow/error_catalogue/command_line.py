@@ -1,7 +1,7 @@
 """Codes of the command line."""
 
+from billow.base.errors import BillowError, InputError, ResourceError
 from billow.error_catalogue.entry import Entry
-from billow.errors import BillowError, InputError, ResourceError
 
 CODES: dict[str, Entry] = {
     "E-CLI-001": Entry(

@@ -1,7 +1,7 @@
 """Codes of force inputs and of coupled models."""
 
+from billow.base.errors import InputError
 from billow.error_catalogue.entry import Entry
-from billow.errors import InputError
 
 CODES: dict[str, Entry] = {
     "E-CPL-001": Entry(

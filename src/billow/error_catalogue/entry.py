@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from billow.errors import BillowError
+from billow.base.errors import BillowError
 
 
 @dataclass(frozen=True)

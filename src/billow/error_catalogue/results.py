@@ -1,7 +1,7 @@
 """Codes of results, datasets and interrupted runs."""
 
+from billow.base.errors import InputError, IntegrityError, ResourceError
 from billow.error_catalogue.entry import Entry
-from billow.errors import InputError, IntegrityError, ResourceError
 
 CODES: dict[str, Entry] = {
     "E-RES-001": Entry(

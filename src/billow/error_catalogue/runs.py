@@ -1,7 +1,7 @@
 """Codes of runs that are stopped."""
 
+from billow.base.errors import NumericalStop
 from billow.error_catalogue.entry import Entry
-from billow.errors import NumericalStop
 
 CODES: dict[str, Entry] = {
     "E-NUM-001": Entry(

@@ -1,7 +1,7 @@
 """Codes of studies."""
 
+from billow.base.errors import BillowError, InputError, IntegrityError, NumericalStop, ResourceError
 from billow.error_catalogue.entry import Entry
-from billow.errors import BillowError, InputError, IntegrityError, NumericalStop, ResourceError
 
 CODES: dict[str, Entry] = {
     "E-STU-001": Entry(

@@ -1,7 +1,7 @@
 """Codes of surrogates."""
 
+from billow.base.errors import InputError, IntegrityError, NumericalStop, ResourceError
 from billow.error_catalogue.entry import Entry
-from billow.errors import InputError, IntegrityError, NumericalStop, ResourceError
 
 CODES: dict[str, Entry] = {
     "E-ROM-001": Entry(

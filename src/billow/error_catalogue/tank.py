@@ -1,7 +1,7 @@
 """Codes of tank tests."""
 
+from billow.base.errors import InputError
 from billow.error_catalogue.entry import Entry
-from billow.errors import InputError
 
 CODES: dict[str, Entry] = {
     "E-TANK-001": Entry(

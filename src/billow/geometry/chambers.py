@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numba import prange
 
-from billow.compiled import CHUNK, kernel
+from billow.base.compiled import CHUNK, kernel
 
 OUTSIDE = -1
 """Stands for the surroundings where a chamber is named."""

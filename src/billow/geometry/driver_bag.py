@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from billow.errors import InputError
+from billow.base.errors import InputError
 from billow.geometry.bag_shapes import BagShape, StrapLine
 from billow.geometry.disc_mesh import CLEARANCE, Hole, hole_polygon, mesh_disc, rim_count
 from billow.geometry.surface import Surface

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from billow.errors import InputError
+from billow.base.errors import InputError
 from billow.geometry.bag_shapes import BagShape
 from billow.geometry.chambers import OUTSIDE, Chambers
 from billow.geometry.flat_cut import flat_cut

@@ -14,7 +14,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from billow.errors import InputError
+from billow.base.errors import InputError
 
 LARGEST_FILE = 2_000_000_000  # bytes; a frame of a million triangles takes 50 MB
 MOST_CELLS = 2_000_000

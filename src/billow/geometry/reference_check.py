@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from billow.errors import InputError
+from billow.base.errors import InputError
 from billow.geometry.bag_shapes import BagShape
 from billow.geometry.surface import Surface
 

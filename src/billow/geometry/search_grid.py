@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numba import prange
 
-from billow.compiled import CHUNK, kernel, scalar
+from billow.base.compiled import CHUNK, kernel, scalar
 
 MOST_CELLS = 1 << 19
 """Largest number of cells (2 MB of offsets); a wider scene gets larger cells."""

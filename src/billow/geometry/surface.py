@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numba import prange
 
-from billow.compiled import kernel
-from billow.errors import InputError
+from billow.base.compiled import kernel
+from billow.base.errors import InputError
 from billow.geometry.chambers import Chambers
 from billow.geometry.triangle import double_area_vector
 

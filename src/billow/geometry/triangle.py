@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from billow.compiled import scalar
+from billow.base.compiled import scalar
 
 
 @scalar

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from billow.errors import InputError
+from billow.base.errors import InputError
 
 EVEN = 1e-3
 """Part of the interval by which a time may be off before times count as uneven."""

@@ -17,7 +17,7 @@ import math
 import numpy as np
 from scipy.signal import filtfilt
 
-from billow.errors import InputError
+from billow.base.errors import InputError
 from billow.injury.curve import sample_interval
 
 CLASSES = (60, 180, 600, 1000)

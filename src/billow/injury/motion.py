@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from billow.errors import InputError
+from billow.base.errors import InputError
 from billow.injury.criteria import HeadInjury, clip, head_injury
 from billow.injury.curve import sample_interval
 from billow.injury.filters import channel_filter

@@ -18,8 +18,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from billow.compiled import kernel
-from billow.errors import InputError
+from billow.base.compiled import kernel
+from billow.base.errors import InputError
 from billow.injury.curve import sample_interval
 
 INTERVAL = 1e-4

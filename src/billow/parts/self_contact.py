@@ -26,7 +26,7 @@ from dataclasses import dataclass
 import numpy as np
 from numba import prange
 
-from billow.compiled import CHUNK, kernel, scalar
+from billow.base.compiled import CHUNK, kernel, scalar
 from billow.geometry.search_grid import SearchGrid, largest_move
 from billow.geometry.surface import Surface, area_vectors
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from billow.compiled import kernel
+from billow.base.compiled import kernel
 
 TENSION, ENERGY, POWER, ELONGATION, TORN, LOST = range(6)
 """What is known of each bar: tension [N], stored energy [J], damping power [W], length beyond the unstretched one [m]

@@ -11,7 +11,7 @@ import os
 import uuid
 from pathlib import Path
 
-from billow.errors import InputError
+from billow.base.errors import InputError
 
 
 def sync_folder(folder: Path) -> None:

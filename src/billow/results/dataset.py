@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from billow.errors import BillowError, InputError, IntegrityError
+from billow.base.errors import BillowError, InputError, IntegrityError
 from billow.results import quality
 from billow.results.dataset_files import (
     DatasetRecord,

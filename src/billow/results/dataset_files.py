@@ -22,7 +22,7 @@ from pathlib import Path
 import numpy as np
 import tomli_w
 
-from billow.errors import InputError, IntegrityError, shown
+from billow.base.errors import InputError, IntegrityError, shown
 from billow.results.atomic import write_atomically
 
 FORMAT = 1

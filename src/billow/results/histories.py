@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from billow.errors import IntegrityError
+from billow.base.errors import IntegrityError
 from billow.results.atomic import write_atomically
 
 TIME = "time [s]"

@@ -19,7 +19,7 @@ from safetensors import SafetensorError
 from safetensors.numpy import load as from_bytes
 from safetensors.numpy import save as to_bytes
 
-from billow.errors import IntegrityError
+from billow.base.errors import IntegrityError
 
 _HEAD = 1 + 8 + 32
 

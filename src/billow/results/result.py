@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from billow.errors import IntegrityError
+from billow.base.errors import IntegrityError
 from billow.results.histories import read_histories
 from billow.results.run_file import read_run_file
 from billow.results.vtkhdf import FabricFile

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from billow.errors import InputError, IntegrityError, shown
+from billow.base.errors import InputError, IntegrityError, shown
 from billow.results.atomic import write_atomically
 
 FORMAT = 1

@@ -21,7 +21,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from billow.errors import IntegrityError
+from billow.base.errors import IntegrityError
 
 VERSION = (2, 2)  # the first that allows groups beside /VTKHDF
 _VTK_TRIANGLE = 5

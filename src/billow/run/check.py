@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 
+from billow.case.bag.plausible_mesh import start_panels
 from billow.case.build import build_model, build_schedule
-from billow.case.build_obstacle import require_start_clear
+from billow.case.obstacles.build_obstacle import require_start_clear
 from billow.case.plausibility import warnings
-from billow.case.plausible_mesh import start_panels
 from billow.case.schema import Case
-from billow.dynamics.model import start_state
-from billow.dynamics.step import stable_dt
+from billow.solver.model import start_state
+from billow.solver.step import stable_dt
 
 NANOSECONDS_PER_TRIANGLE_STEP = 90.0
 """Rough cost on one core of a 2020s processor; benchmarks/ measures it."""

@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import billow
-from billow.dynamics.checkpoint import flatten, restore
-from billow.dynamics.model import Model, State, start_state
-from billow.errors import IntegrityError
+from billow.base.errors import IntegrityError
 from billow.results.tensor_file import read_tensors, write_tensors
+from billow.solver.checkpoint import flatten, restore
+from billow.solver.model import Model, State, start_state
 
 SLOTS = ("checkpoint_a.safetensors", "checkpoint_b.safetensors")
 

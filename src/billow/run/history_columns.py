@@ -6,11 +6,11 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from billow.dynamics.inspection import shooting_nodes
-from billow.dynamics.model import Model, Obstacle, State
-from billow.fabric.straps import ELONGATION, TENSION
-from billow.gas.gas_model import GasTotals, LocalGas
-from billow.impactor import rigid_body
+from billow.parts.bodies import rigid_body
+from billow.parts.gas.gas_model import GasTotals, LocalGas
+from billow.parts.straps import ELONGATION, TENSION
+from billow.solver.inspection import shooting_nodes
+from billow.solver.model import Model, Obstacle, State
 
 
 def history_row(model: Model, state: State, sensors: Mapping[str, Sequence[float]]) -> dict[str, float]:

@@ -15,16 +15,11 @@ import numba
 import numpy as np
 
 import billow
+from billow.base.errors import NumericalStop
 from billow.case.plausibility import warnings
 from billow.case.schema import Case
-from billow.checkpoint_file import SLOTS, write_checkpoint
-from billow.contact.rigid_contact import SuperEllipsoid
-from billow.dynamics.inspection import inverted_elements
-from billow.dynamics.model import Model, Obstacle, State
-from billow.errors import NumericalStop
-from billow.gas.gas_model import LocalGas
-from billow.history_columns import history_row
-from billow.interrupts import Interrupts, RunInterrupted
+from billow.parts.bodies.rigid_contact import SuperEllipsoid
+from billow.parts.gas.gas_model import LocalGas
 from billow.results import journal as journals
 from billow.results.atomic import write_atomically
 from billow.results.frame_files import write_frames
@@ -33,6 +28,11 @@ from billow.results.journal import Journal
 from billow.results.machine import machine
 from billow.results.quality import Criterion, judge, overall
 from billow.results.run_file import write_run_file
+from billow.run.checkpoint_file import SLOTS, write_checkpoint
+from billow.run.history_columns import history_row
+from billow.run.interrupts import Interrupts, RunInterrupted
+from billow.solver.inspection import inverted_elements
+from billow.solver.model import Model, Obstacle, State
 
 CHECKPOINT_SECONDS = 30.0
 """Wall time [s] between two checkpoints."""

@@ -10,18 +10,18 @@ from pathlib import Path
 
 import numba
 
+from billow.base.errors import BillowError, InputError, IntegrityError, NumericalStop, ResourceError
 from billow.case.build import build_model, build_schedule
-from billow.case.build_obstacle import require_start_clear
+from billow.case.obstacles.build_obstacle import require_start_clear
 from billow.case.plausibility import Warning
 from billow.case.schema import Case
-from billow.checkpoint_file import newest_checkpoint
-from billow.dynamics.model import Model, State
-from billow.dynamics.run import run
-from billow.errors import BillowError, InputError, IntegrityError, NumericalStop, ResourceError
-from billow.interrupts import STOP_FILE, Interrupts
-from billow.recorder import Progress, RunRecorder
 from billow.results.atomic import publish_folder, write_atomically
 from billow.results.result import Result
+from billow.run.checkpoint_file import newest_checkpoint
+from billow.run.interrupts import STOP_FILE, Interrupts
+from billow.run.recorder import Progress, RunRecorder
+from billow.solver.model import Model, State
+from billow.solver.run import run
 
 
 def simulate(

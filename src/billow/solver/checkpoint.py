@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from billow.dynamics.model import State
+from billow.solver.model import State
 
 Leaf = np.ndarray | float | int | bool | None
 

@@ -9,15 +9,15 @@ import math
 
 import numpy as np
 
-from billow.contact.rigid_contact import push
-from billow.dynamics.model import Model, State
-from billow.dynamics.nodes import gather
-from billow.fabric import straps
-from billow.fabric.fabric import ENERGY, HYSTERESIS, POWER, STRETCH
-from billow.fabric.membrane import Membrane
-from billow.gas.gas_model import Bag
-from billow.impactor import rigid_body
-from billow.impactor.rigid_body import spin
+from billow.parts import straps
+from billow.parts.bodies import rigid_body
+from billow.parts.bodies.rigid_body import spin
+from billow.parts.bodies.rigid_contact import push
+from billow.parts.fabric.fabric_law import ENERGY, HYSTERESIS, POWER, STRETCH
+from billow.parts.fabric.membrane import Membrane
+from billow.parts.gas.gas_model import Bag
+from billow.solver.model import Model, State
+from billow.solver.nodes import gather
 
 
 def evaluate_forces(model: Model, state: State, time: float, dt: float) -> None:

@@ -10,10 +10,10 @@ import math
 
 import numpy as np
 
-from billow.dynamics.model import Model, State
-from billow.errors import NumericalStop
-from billow.fabric.membrane import Membrane
+from billow.base.errors import NumericalStop
 from billow.geometry.surface import area_vectors
+from billow.parts.fabric.membrane import Membrane
+from billow.solver.model import Model, State
 
 COLDEST, HOTTEST = 150.0, 3000.0  # K, gas temperatures outside mean a wrong input
 SMALLEST_STEP = 1e-4  # of the first step

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from billow.dynamics.model import Model, State
 from billow.geometry.surface import area_vectors
+from billow.solver.model import Model, State
 
 SHOOTING = 0.5
 """Part of the smallest element altitude that a node may travel in one step."""

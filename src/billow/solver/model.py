@@ -10,17 +10,17 @@ from functools import cached_property
 
 import numpy as np
 
-from billow.compiled import CHUNK
-from billow.contact.rigid_contact import ContactState, ObstacleTable, Plate, SuperEllipsoid, SurfaceLaw
-from billow.contact.self_contact import Pairs, SelfContact
-from billow.dynamics.ledger import Ledger
-from billow.fabric.birth import Birth
-from billow.fabric.fabric import SUMS
-from billow.fabric.membrane import Membrane
-from billow.fabric.straps import Straps
-from billow.gas.gas_model import Bag, GasModel
+from billow.base.compiled import CHUNK
 from billow.geometry.surface import Surface
-from billow.impactor.rigid_body import RigidBody, RigidState
+from billow.parts.bodies.rigid_body import RigidBody, RigidState
+from billow.parts.bodies.rigid_contact import ContactState, ObstacleTable, Plate, SuperEllipsoid, SurfaceLaw
+from billow.parts.fabric.birth import Birth
+from billow.parts.fabric.fabric_law import SUMS
+from billow.parts.fabric.membrane import Membrane
+from billow.parts.gas.gas_model import Bag, GasModel
+from billow.parts.self_contact import Pairs, SelfContact
+from billow.parts.straps import Straps
+from billow.solver.ledger import Ledger
 
 PLATE_DEPTH = 0.1
 """Thickness [m] that a plate is taken to have."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numba import prange
 
-from billow.compiled import CHUNK, kernel, scalar
+from billow.base.compiled import CHUNK, kernel, scalar
 
 
 def gather(corner_start, corners, corner_force, mass, gravity, drag, velocities, nodal_force) -> None:

@@ -6,10 +6,10 @@ import math
 from dataclasses import dataclass
 from typing import Protocol
 
-from billow.dynamics.forces import evaluate_forces
-from billow.dynamics.guards import check_state, check_step_size
-from billow.dynamics.model import Model, State, start_state
-from billow.dynamics.step import advance, close_ledger, stable_dt
+from billow.solver.forces import evaluate_forces
+from billow.solver.guards import check_state, check_step_size
+from billow.solver.model import Model, State, start_state
+from billow.solver.step import advance, close_ledger, stable_dt
 
 
 @dataclass(frozen=True)

@@ -6,10 +6,10 @@ that stiff obstacles neither limit the step nor heat the fabric.
 
 from __future__ import annotations
 
-from billow.dynamics.forces import evaluate_forces, push_apart
-from billow.dynamics.model import Model, State
-from billow.dynamics.nodes import drift, half_kick, kinetic_energy, last_kick
-from billow.impactor import rigid_body
+from billow.parts.bodies import rigid_body
+from billow.solver.forces import evaluate_forces, push_apart
+from billow.solver.model import Model, State
+from billow.solver.nodes import drift, half_kick, kinetic_energy, last_kick
 
 
 def advance(model: Model, state: State, dt: float) -> None:

@@ -14,7 +14,7 @@ import math
 from collections.abc import Sequence
 from pathlib import Path
 
-from billow.errors import InputError
+from billow.base.errors import InputError
 from billow.results.dataset_files import Parameter
 
 

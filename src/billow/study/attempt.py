@@ -10,12 +10,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from billow.errors import BillowError, NumericalStop, ResourceError
+from billow.base.errors import BillowError, NumericalStop, ResourceError
 from billow.results.run_file import read_run_file
 from billow.study.store import RunStore
 
 Runner = Callable[..., Any]
-"""`runner(case, folder, *, threads)`: simulates and publishes a run folder, as `billow.simulate.simulate` does."""
+"""`runner(case, folder, *, threads)`: simulates and publishes a run folder, as `billow.run.simulate.simulate` does."""
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ def attempt_run(folder: str, task: Task, runner: Runner | None = None) -> Outcom
 
 def _simulate(store: RunStore, task: Task, place: Path, runner: Runner | None) -> tuple[str, BillowError | None]:
     if runner is None:
-        from billow.simulate import simulate as runner
+        from billow.run.simulate import simulate as runner
     case, error = task.rebuild(tomllib.loads(task.case_toml)), None
     try:
         runner(case, place, threads=1)

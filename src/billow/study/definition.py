@@ -31,7 +31,7 @@ from typing import Annotated, Literal
 import tomli_w
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 
-from billow.errors import InputError, shown
+from billow.base.errors import InputError, shown
 from billow.results.dataset_files import Parameter
 
 _STRICT = ConfigDict(strict=True, frozen=True, extra="forbid", allow_inf_nan=False)

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from billow.errors import IntegrityError, ResourceError
+from billow.base.errors import IntegrityError, ResourceError
 from billow.results.dataset import check_alike
 from billow.results.dataset_files import (
     DATASET_FILE,

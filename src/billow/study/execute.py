@@ -13,7 +13,7 @@ import tempfile
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from billow.errors import BillowError, InputError, ResourceError
+from billow.base.errors import BillowError, InputError, ResourceError
 from billow.study.attempt import Outcome, Runner, Task, attempt_run
 from billow.study.store import RunStore
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from billow.errors import InputError
+from billow.base.errors import InputError
 from billow.study.definition import StudyDefinition
 from billow.study.design import Design, Values, draw, numbered
 

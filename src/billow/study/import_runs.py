@@ -24,7 +24,7 @@ from pathlib import Path
 import numpy as np
 import tomli_w
 
-from billow.errors import BillowError, InputError
+from billow.base.errors import BillowError, InputError
 from billow.results.atomic import publish_folder, write_atomically
 from billow.results.dataset_files import (
     DatasetRecord,

@@ -21,7 +21,7 @@ import uuid
 from collections.abc import Iterator
 from pathlib import Path
 
-from billow.errors import BillowError, InputError
+from billow.base.errors import BillowError, InputError
 from billow.results.atomic import publish_folder, sync_folder, write_atomically
 
 

@@ -8,7 +8,7 @@ import uuid
 from collections.abc import Callable
 from pathlib import Path
 
-from billow.errors import InputError, IntegrityError
+from billow.base.errors import InputError, IntegrityError
 from billow.results.atomic import publish_folder, write_atomically
 from billow.results.dataset import Dataset
 from billow.results.dataset_files import read_design, read_split, write_design, write_split
@@ -125,7 +125,7 @@ class Study:
 
         workers: local processes, each making one run at a time on one core; all cores by default, 1 is this process
         itself. scheduler: address of a Dask cluster to use instead. progress: called with each `ProgressEvent`.
-        retry_failed: make runs again that failed before. runner: what makes a run, `billow.simulate` by default.
+        retry_failed: make runs again that failed before. runner: what makes a run, `billow.run.simulate` by default.
 
         A run that fails is recorded in failed/ and the others go on. InputError E-STU-013: another process runs this
         study; -015: no scheduler answers; -021: workers. IntegrityError E-STU-010: a run on disk belongs to another

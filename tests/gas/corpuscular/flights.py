@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from billow.gas.corpuscular.flight import Flock, fly
-from billow.gas.corpuscular.impact_bank import Hits, ImpactBank
-from billow.gas.corpuscular.walls import Walls
 from billow.geometry.search_grid import SearchGrid
+from billow.parts.gas.corpuscular.flight import Flock, fly
+from billow.parts.gas.corpuscular.impact_bank import Hits, ImpactBank
+from billow.parts.gas.corpuscular.walls import Walls
 
 MASS = 2e-7  # kg, 50 g in 250,000 particles
 

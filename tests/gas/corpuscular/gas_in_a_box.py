@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from billow.gas.corpuscular.cells import Cells, sort_into_cells
-from billow.gas.corpuscular.collisions import collide
-from billow.gas.corpuscular.internal_energy import ParticleKinds, degrees_of_freedom
-from billow.gas.corpuscular.particles import Particles, sum_particles
-from billow.gas.mixture import mixture_temperature
-from billow.gas.species import Species, find_species, thermo_table
+from billow.parts.gas.corpuscular.cells import Cells, sort_into_cells
+from billow.parts.gas.corpuscular.collisions import collide
+from billow.parts.gas.corpuscular.internal_energy import ParticleKinds, degrees_of_freedom
+from billow.parts.gas.corpuscular.particles import Particles, sum_particles
+from billow.parts.gas.supply.mixture import mixture_temperature
+from billow.parts.gas.supply.species import Species, find_species, thermo_table
 
 SIDE = 0.4  # m
 MOLECULES = 1e18  # per particle

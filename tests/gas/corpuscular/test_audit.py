@@ -7,10 +7,10 @@ import pytest
 from flights import Scene, box, flock_of, inside_points, winding
 from test_flight_leaks import flat_round, sliver, zigzag
 
-from billow.gas.corpuscular.audit import audit, bring_back, house_parked
-from billow.gas.corpuscular.depth import depths
-from billow.gas.corpuscular.flight import UNCOUNTED
 from billow.geometry.bag_shapes import round_bag
+from billow.parts.gas.corpuscular.audit import audit, bring_back, house_parked
+from billow.parts.gas.corpuscular.depth import depths
+from billow.parts.gas.corpuscular.flight import UNCOUNTED
 
 
 def bag_sides(triangles):

@@ -8,9 +8,9 @@ from gas_in_a_box import Box
 from hypothesis import given
 from hypothesis import strategies as st
 
-from billow.gas.corpuscular.cell_fields import cell_fields
-from billow.gas.corpuscular.cells import PARTNERS, Cells, sort_into_cells
-from billow.gas.corpuscular.particles import Particles
+from billow.parts.gas.corpuscular.cell_fields import cell_fields
+from billow.parts.gas.corpuscular.cells import PARTNERS, Cells, sort_into_cells
+from billow.parts.gas.corpuscular.particles import Particles
 
 
 def scattered(position, chamber):

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from gas_in_a_box import Box
 
-from billow.gas.corpuscular.collisions import collision_time
-from billow.gas.mixture import mixture_cp, mixture_gas_constant
-from billow.gas.species import Species
+from billow.parts.gas.corpuscular.collisions import collision_time
+from billow.parts.gas.supply.mixture import mixture_cp, mixture_gas_constant
+from billow.parts.gas.supply.species import Species
 
 DIATOMIC = Species.ideal("diatomic", 287.0, 1.4)
 DT = 2e-5

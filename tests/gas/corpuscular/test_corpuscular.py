@@ -6,21 +6,21 @@ import numpy as np
 import pytest
 from flights import box
 
-from billow.case.build_bag import build_shape
-from billow.case.build_gas import build_gas
+from billow.apps.verification.gas import GAMMA, GAS_CONSTANT, HEIGHT, IDEAL, VOLUME, bag_of_height, inflow
+from billow.apps.verification.particles import LID, in_a_box, over_walls, steps
+from billow.base.errors import NumericalStop
+from billow.case.bag.build_bag import build_shape
+from billow.case.gas.build_gas import build_gas
 from billow.case.schema import Case
-from billow.errors import NumericalStop
-from billow.gas.ambient import Ambient, InitialGas
-from billow.gas.corpuscular.corpuscular import Corpuscular
-from billow.gas.corpuscular.inflow import blow
-from billow.gas.corpuscular.internal_energy import ParticleKinds
-from billow.gas.gas_model import Bag
-from billow.gas.outflow import ORIFICE, orifice_flux
-from billow.gas.passages import VENT, Passage, Passages
-from billow.gas.species import thermo_table
 from billow.geometry.surface import Surface
-from billow.verification.gas import GAMMA, GAS_CONSTANT, HEIGHT, IDEAL, VOLUME, bag_of_height, inflow
-from billow.verification.particles import LID, in_a_box, over_walls, steps
+from billow.parts.gas.corpuscular.corpuscular import Corpuscular
+from billow.parts.gas.corpuscular.inflow import blow
+from billow.parts.gas.corpuscular.internal_energy import ParticleKinds
+from billow.parts.gas.gas_model import Bag
+from billow.parts.gas.supply.ambient import Ambient, InitialGas
+from billow.parts.gas.supply.outflow import ORIFICE, orifice_flux
+from billow.parts.gas.supply.passages import VENT, Passage, Passages
+from billow.parts.gas.supply.species import thermo_table
 
 WHOLE = np.ones(1)
 

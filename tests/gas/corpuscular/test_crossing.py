@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from flights import box, winding
 
-from billow.compiled import kernel
-from billow.gas.corpuscular.crossing import BOTH, INWARD, NEVER, OUTWARD, crossing, piece_normal
-from billow.gas.corpuscular.walls import SWEPT_NUMBERS, Walls, may_cross, sweep
+from billow.base.compiled import kernel
+from billow.parts.gas.corpuscular.crossing import BOTH, INWARD, NEVER, OUTWARD, crossing, piece_normal
+from billow.parts.gas.corpuscular.walls import SWEPT_NUMBERS, Walls, may_cross, sweep
 
 PIECES = (((0, 0), (1, 0), (2, 0), (2, 1)), ((0, 0), (1, 0), (1, 1), (2, 1)), ((0, 0), (0, 1), (1, 1), (2, 1)))
 """Corners of each piece: which node, at which end of the step."""

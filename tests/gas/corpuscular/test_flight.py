@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from flights import MASS, Scene, box, flock_of, kinetic
 
-from billow.gas.corpuscular.flight import STANDOFF
 from billow.geometry import search_grid
+from billow.parts.gas.corpuscular.flight import STANDOFF
 
 CUBE = box()
 DT = 1e-4

@@ -10,8 +10,8 @@ import pytest
 from flights import Scene, flock_of, inside_points, winding
 from scipy.linalg import expm
 
-from billow.gas.corpuscular.audit import audit
 from billow.geometry.bag_shapes import round_bag, square_bag
+from billow.parts.gas.corpuscular.audit import audit
 
 
 def flat_round(rng):

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from flights import MASS, Scene, box, flock_of
 
-from billow.compiled import CHUNK
-from billow.gas.corpuscular.impact_bank import Hits, ImpactBank
+from billow.base.compiled import CHUNK
+from billow.parts.gas.corpuscular.impact_bank import Hits, ImpactBank
 
 
 def test_hits_are_added_in_order_and_keep_their_impulse():

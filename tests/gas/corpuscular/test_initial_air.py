@@ -7,13 +7,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from billow.gas.corpuscular.initial_air import fill_with_air
-from billow.gas.corpuscular.inside_points import points_inside
-from billow.gas.corpuscular.internal_energy import ParticleKinds
-from billow.gas.corpuscular.particles import Particles, sum_particles
-from billow.gas.mixture import mixture_enthalpy, mixture_gas_constant
-from billow.gas.species import find_species, thermo_table
 from billow.geometry.chambers import Chambers
+from billow.parts.gas.corpuscular.initial_air import fill_with_air
+from billow.parts.gas.corpuscular.inside_points import points_inside
+from billow.parts.gas.corpuscular.internal_energy import ParticleKinds
+from billow.parts.gas.corpuscular.particles import Particles, sum_particles
+from billow.parts.gas.supply.mixture import mixture_enthalpy, mixture_gas_constant
+from billow.parts.gas.supply.species import find_species, thermo_table
 
 CORNERS = np.array([[x, y, z] for x in (0.0, 1.0) for y in (0.0, 1.0) for z in (0.0, 1.0)])
 QUADS = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]

@@ -9,16 +9,16 @@ from gas_in_a_box import SIDE, Box
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from billow import compiled
-from billow.gas.corpuscular import corpuscular
-from billow.gas.corpuscular.cells import Cells, sort_into_cells
-from billow.gas.corpuscular.internal_energy import ParticleKinds, degrees_of_freedom
-from billow.gas.corpuscular.merging import GROUP, Remainder, merge, merges_ahead
-from billow.gas.corpuscular.particles import sum_particles
-from billow.gas.outflow import ORIFICE
-from billow.gas.passages import VENT, Passage
-from billow.verification.gas import GAMMA, HEIGHT, IDEAL, VOLUME, bag_of_height, inflow
-from billow.verification.particles import LID, in_a_box, steps
+from billow.apps.verification.gas import GAMMA, HEIGHT, IDEAL, VOLUME, bag_of_height, inflow
+from billow.apps.verification.particles import LID, in_a_box, steps
+from billow.base import compiled
+from billow.parts.gas.corpuscular import corpuscular
+from billow.parts.gas.corpuscular.cells import Cells, sort_into_cells
+from billow.parts.gas.corpuscular.internal_energy import ParticleKinds, degrees_of_freedom
+from billow.parts.gas.corpuscular.merging import GROUP, Remainder, merge, merges_ahead
+from billow.parts.gas.corpuscular.particles import sum_particles
+from billow.parts.gas.supply.outflow import ORIFICE
+from billow.parts.gas.supply.passages import VENT, Passage
 
 
 class Divided(Box):

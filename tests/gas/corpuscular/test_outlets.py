@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from billow.gas.ambient import Ambient
-from billow.gas.corpuscular.outlets import NO_PASSAGE, Outlets
-from billow.gas.outflow import ORIFICE, orifice_flux
-from billow.gas.passages import OPENING, VENT, Passage, Passages
-from billow.gas.species import Species, thermo_table
+from billow.parts.gas.corpuscular.outlets import NO_PASSAGE, Outlets
+from billow.parts.gas.supply.ambient import Ambient
+from billow.parts.gas.supply.outflow import ORIFICE, orifice_flux
+from billow.parts.gas.supply.passages import OPENING, VENT, Passage, Passages
+from billow.parts.gas.supply.species import Species, thermo_table
 
 R, GAMMA = 287.0, 1.4
 TABLE = thermo_table([Species.ideal("ideal", R, GAMMA)])

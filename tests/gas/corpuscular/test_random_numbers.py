@@ -7,8 +7,8 @@ import pytest
 from numba import prange
 from scipy import stats
 
-from billow.compiled import kernel
-from billow.gas.corpuscular.random_numbers import gamma, normal, stream, uniform
+from billow.base.compiled import kernel
+from billow.parts.gas.corpuscular.random_numbers import gamma, normal, stream, uniform
 
 N = 200_000
 # Fixed names give fixed numbers: a test of level 1e-3 cannot fail by chance from one day to the next.

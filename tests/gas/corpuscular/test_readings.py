@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 from flights import box
 
-from billow.gas.ambient import Ambient
-from billow.gas.corpuscular import readings
-from billow.gas.corpuscular.initial_air import fill_with_air
-from billow.gas.corpuscular.internal_energy import ParticleKinds
-from billow.gas.corpuscular.particles import Particles
-from billow.gas.corpuscular.readings import IN_A_BOX, IN_A_SPHERE, Inside, on_faces, read_boxes, read_points
-from billow.gas.species import find_species, thermo_table
 from billow.geometry.chambers import Chambers
+from billow.parts.gas.corpuscular import readings
+from billow.parts.gas.corpuscular.initial_air import fill_with_air
+from billow.parts.gas.corpuscular.internal_energy import ParticleKinds
+from billow.parts.gas.corpuscular.particles import Particles
+from billow.parts.gas.corpuscular.readings import IN_A_BOX, IN_A_SPHERE, Inside, on_faces, read_boxes, read_points
+from billow.parts.gas.supply.ambient import Ambient
+from billow.parts.gas.supply.species import find_species, thermo_table
 
 PRESSURE, TEMPERATURE = 150e3, 600.0
 NUMBER = 40_000

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from billow.gas.corpuscular.wall_load import PARTICLES_PER_PATCH, Patches, Squares, WallLoad, wall_speed
+from billow.apps.verification.meshes import sphere
 from billow.geometry.surface import area_vectors
-from billow.verification.meshes import sphere
+from billow.parts.gas.corpuscular.wall_load import PARTICLES_PER_PATCH, Patches, Squares, WallLoad, wall_speed
 
 SHAPE = sphere(0.2, 2)
 TRIANGLES, X = SHAPE.surface.triangles, SHAPE.positions

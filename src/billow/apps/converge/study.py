@@ -10,10 +10,10 @@ from pathlib import Path
 
 import tomli_w
 
-from billow.converge.figures import draw_curves, draw_errors, draw_shapes
-from billow.converge.measures import Convergence, converge, quantities
-from billow.converge.sweep import Made, Sweep, make_runs
-from billow.errors import NumericalStop
+from billow.apps.converge.figures import draw_curves, draw_errors, draw_shapes
+from billow.apps.converge.measures import Convergence, converge, quantities
+from billow.apps.converge.sweep import Made, Sweep, make_runs
+from billow.base.errors import NumericalStop
 from billow.results.atomic import write_atomically
 
 

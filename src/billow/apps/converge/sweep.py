@@ -12,11 +12,11 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
+from billow.base.errors import BillowError, InputError, NumericalStop
 from billow.case.schema import Case
-from billow.errors import BillowError, InputError, NumericalStop
 from billow.results.atomic import write_atomically
 from billow.results.result import Result
-from billow.simulate import resume, simulate
+from billow.run.simulate import resume, simulate
 
 CASE_FILE = "case.toml"
 

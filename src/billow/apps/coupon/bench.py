@@ -11,14 +11,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from billow.coupon.specimen import Specimen
-from billow.dynamics.model import Model, State
-from billow.dynamics.run import Schedule, begin, plan
-from billow.dynamics.step import advance
-from billow.fabric.membrane import Membrane
-from billow.fabric.straps import NO_STRAPS
-from billow.gas.no_gas import NoGas
+from billow.apps.coupon.specimen import Specimen
 from billow.geometry.surface import nodal_share
+from billow.parts.fabric.membrane import Membrane
+from billow.parts.gas.no_gas import NoGas
+from billow.parts.straps import NO_STRAPS
+from billow.solver.model import Model, State
+from billow.solver.run import Schedule, begin, plan
+from billow.solver.step import advance
 
 SAMPLES = 400
 

@@ -8,16 +8,16 @@ from pathlib import Path
 import numpy as np
 import tomli_w
 
-from billow.case import schema_fabric
-from billow.case.build_fabric import build_fabric
+from billow.apps.coupon.bench import Measured, run_test
+from billow.apps.coupon.figures import stress_strain
+from billow.apps.coupon.rating import match, ripple
+from billow.apps.coupon.specimen import Biaxial, PictureFrame, Specimen, Strip
+from billow.base.errors import InputError
+from billow.case.fabric import schema_fabric
+from billow.case.fabric.build_fabric import build_fabric
 from billow.case.schema import Case
-from billow.coupon.bench import Measured, run_test
-from billow.coupon.figures import stress_strain
-from billow.coupon.rating import match, ripple
-from billow.coupon.specimen import Biaxial, PictureFrame, Specimen, Strip
-from billow.errors import InputError
-from billow.fabric.curve import Curve
-from billow.fabric.curve_file import read_curve_file
+from billow.parts.fabric.curve import Curve
+from billow.parts.fabric.curve_file import read_curve_file
 from billow.results.atomic import write_atomically
 from billow.results.histories import write_histories
 
@@ -50,7 +50,7 @@ def with_law(fabric: schema_fabric.Fabric, law: str) -> schema_fabric.Fabric:
 
 
 def read_test_data(path: Path, curve: str) -> Points:
-    """Measured strain and stress. Raises InputError E-FAB-001, -002 (see billow.fabric.curve_file), E-FAB-020."""
+    """Measured strain and stress. Raises InputError E-FAB-001, -002 (see billow.parts.fabric.curve_file), E-FAB-020."""
     x = "angle" if curve == "shear" else "strain"
     columns = read_curve_file(path, x)
     strain, stress = np.array(columns[x]), np.array(columns["stress"])

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from billow.coupon.bench import Measured
+from billow.apps.coupon.bench import Measured
 from billow.results.atomic import write_atomically
 
 COLOURS = {"linear": "#b0722a", "curves": "#2a6fb0", "curves-shear": "#2a9050"}

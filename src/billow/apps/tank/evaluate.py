@@ -7,17 +7,17 @@ from pathlib import Path
 
 import numpy as np
 
-from billow.case.plausibility import Warning
-from billow.errors import InputError
-from billow.tank.inverse import (
+from billow.apps.tank.inverse import (
     Solution,
     flow_of_gas_temperature,
     flow_of_temperature,
     flow_of_total_mass,
     with_uncertainty,
 )
-from billow.tank.tank_case import TankCase
-from billow.tank.trace import Trace, check_trace, load_trace
+from billow.apps.tank.tank_case import TankCase
+from billow.apps.tank.trace import Trace, check_trace, load_trace
+from billow.base.errors import InputError
+from billow.case.plausibility import Warning
 
 PATTERN = 0.3
 """Correlation of neighbouring residuals that white noise of a hundred rows exceeds once in a thousand traces."""

@@ -8,10 +8,10 @@ import matplotlib
 import numpy as np
 from matplotlib.figure import Figure
 
-from billow.plot_style import GREY, STYLE
-from billow.tank.filling import Trajectory
-from billow.tank.inverse import Solution
-from billow.tank.trace import Trace
+from billow.apps.tank.filling import Trajectory
+from billow.apps.tank.inverse import Solution
+from billow.apps.tank.trace import Trace
+from billow.base.plot_style import GREY, STYLE
 
 PRESSURE, FLOW, HEAT = "#0072b2", "#0f9d76", "#d55e00"  # told apart with any colour vision
 MILLI, KILO = 1e3, 1e-3

@@ -15,9 +15,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from billow.compiled import scalar
-from billow.gas.mixture import mixture_cp, mixture_enthalpy, mixture_gas_constant
-from billow.gas.species import find_species, mass_fractions, thermo_table
+from billow.base.compiled import scalar
+from billow.parts.gas.supply.mixture import mixture_cp, mixture_enthalpy, mixture_gas_constant
+from billow.parts.gas.supply.species import find_species, mass_fractions, thermo_table
 
 EMPTIEST = 1e-6
 """Pa. An evacuated tank is given this much gas, 1e-11 of what an inflator leaves, so that it has a temperature."""

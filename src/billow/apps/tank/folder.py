@@ -9,13 +9,13 @@ from pathlib import Path
 import numpy as np
 import tomli_w
 
+from billow.apps.tank.figures import draw_evaluation, draw_prediction
+from billow.apps.tank.filling import Trajectory
+from billow.apps.tank.inverse import Solution
+from billow.apps.tank.tank_case import TankCase
+from billow.apps.tank.trace import Trace
 from billow.results.atomic import publish_folder, write_atomically
 from billow.results.histories import write_histories
-from billow.tank.figures import draw_evaluation, draw_prediction
-from billow.tank.filling import Trajectory
-from billow.tank.inverse import Solution
-from billow.tank.tank_case import TankCase
-from billow.tank.trace import Trace
 
 DIGITS = 6
 """Significant digits of pasted curves: 1e-6 of the mass, far below any measurement."""

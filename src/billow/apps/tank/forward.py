@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from billow.errors import InputError
-from billow.tank.filling import Tank, Trajectory, fill
-from billow.tank.inflow_temperature import InflowTemperature
-from billow.tank.tank_case import TankCase
+from billow.apps.tank.filling import Tank, Trajectory, fill
+from billow.apps.tank.inflow_temperature import InflowTemperature
+from billow.apps.tank.tank_case import TankCase
+from billow.base.errors import InputError
 
 FINEST = 2e-5
 """s. Longest step of the loss to the wall: a hundredth of the shortest features of an inflator."""

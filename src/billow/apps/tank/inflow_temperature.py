@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from billow.tank.filling import Tank
-from billow.tank.flow import integrals
+from billow.apps.tank.filling import Tank
+from billow.apps.tank.flow import integrals
 
 
 @dataclass(frozen=True)

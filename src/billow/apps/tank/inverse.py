@@ -13,12 +13,12 @@ import numpy as np
 from scipy.integrate import cumulative_trapezoid
 from scipy.optimize import brentq
 
-from billow.errors import InputError
-from billow.gas.species import COLDEST, HOTTEST
-from billow.tank.filling import Tank, Trajectory, fill, pressure_response
-from billow.tank.inflow_temperature import InflowTemperature
-from billow.tank.smoothing import Fit, fit
-from billow.tank.trace import Trace, noise_of
+from billow.apps.tank.filling import Tank, Trajectory, fill, pressure_response
+from billow.apps.tank.inflow_temperature import InflowTemperature
+from billow.apps.tank.smoothing import Fit, fit
+from billow.apps.tank.trace import Trace, noise_of
+from billow.base.errors import InputError
+from billow.parts.gas.supply.species import COLDEST, HOTTEST
 
 WIDE = 1.959964
 """Standard deviations on either side that hold 95 % of a normal distribution."""

@@ -13,13 +13,13 @@ import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Field, ValidationError
 from pydantic_core import PydanticCustomError
 
+from billow.apps.tank.filling import Tank, make_tank
+from billow.apps.tank.inflow_temperature import InflowTemperature
+from billow.base.errors import InputError, shown
+from billow.base.units import to_si
 from billow.case.quantity import Strict, curve, quantity
 from billow.case.text import Text
-from billow.errors import InputError, shown
-from billow.gas.species import AIR, SPECIES
-from billow.tank.filling import Tank, make_tank
-from billow.tank.inflow_temperature import InflowTemperature
-from billow.units import to_si
+from billow.parts.gas.supply.species import AIR, SPECIES
 
 LARGEST_FILE = 1_000_000  # bytes
 

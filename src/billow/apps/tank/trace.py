@@ -17,8 +17,8 @@ from pathlib import Path
 
 import numpy as np
 
-from billow.errors import InputError
-from billow.units import CONVERSIONS
+from billow.base.errors import InputError
+from billow.base.units import CONVERSIONS
 
 FEWEST_ROWS = 20
 MOST_ROWS = 2000

@@ -9,8 +9,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterable, Iterator
 
-from billow.errors import BillowError, InputError
-from billow.verification import (
+from billow.apps.verification import (
     chambers,
     contact,
     coupon,
@@ -23,7 +22,8 @@ from billow.verification import (
     tank,
     whole,
 )
-from billow.verification.check import Check, Measurement
+from billow.apps.verification.check import Check, Measurement
+from billow.base.errors import BillowError, InputError
 
 CASES: dict[str, Callable[[], Iterator[Measurement]]] = {
     "T1": gas.rigid_tank,

@@ -11,16 +11,16 @@ from itertools import pairwise
 import numpy as np
 from scipy.optimize import brentq
 
-from billow.gas.ambient import Ambient, InitialGas
-from billow.gas.gas_model import Bag
-from billow.gas.inflator import Inflator
-from billow.gas.outflow import ORIFICE, orifice_flux
-from billow.gas.passages import OPENING, PRESENT_AREA, VENT, Passage, Passages
-from billow.gas.species import Species, thermo_table
-from billow.gas.uniform_pressure import UniformPressure, UniformState
+from billow.apps.verification.check import Measurement
 from billow.geometry.chambers import OUTSIDE, Chambers
 from billow.geometry.surface import Surface
-from billow.verification.check import Measurement
+from billow.parts.gas.gas_model import Bag
+from billow.parts.gas.supply.ambient import Ambient, InitialGas
+from billow.parts.gas.supply.inflator import Inflator
+from billow.parts.gas.supply.outflow import ORIFICE, orifice_flux
+from billow.parts.gas.supply.passages import OPENING, PRESENT_AREA, VENT, Passage, Passages
+from billow.parts.gas.supply.species import Species, thermo_table
+from billow.parts.gas.uniform.uniform_pressure import UniformPressure, UniformState
 
 GAMMA = 1.4
 TWO_GASES = [Species.ideal("light", 400.0, GAMMA), Species.ideal("heavy", 200.0, GAMMA)]

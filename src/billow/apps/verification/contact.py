@@ -7,21 +7,21 @@ from collections.abc import Iterator
 import numpy as np
 from scipy.integrate import quad
 
-from billow.case import schema_obstacle
-from billow.case.build_obstacle import build_obstacle
-from billow.contact.rigid_contact import Plate, SuperEllipsoid, SurfaceLaw
-from billow.dynamics.model import Model, Obstacle, start_state
-from billow.dynamics.run import Schedule, run
-from billow.dynamics.step import advance
-from billow.fabric.straps import NO_STRAPS
-from billow.gas.no_gas import NoGas
-from billow.geometry import super_ellipsoid
+from billow.apps.verification.check import Measurement
+from billow.apps.verification.meshes import disc
+from billow.apps.verification.scenes import Observer, fabric_model, isotropic
+from billow.case.obstacles import schema_obstacle
+from billow.case.obstacles.build_obstacle import build_obstacle
 from billow.geometry.bag_shapes import BagShape
+from billow.geometry.shapes import super_ellipsoid
 from billow.geometry.surface import Surface
-from billow.impactor.rigid_body import RigidBody, RigidState
-from billow.verification.check import Measurement
-from billow.verification.meshes import disc
-from billow.verification.scenes import Observer, fabric_model, isotropic
+from billow.parts.bodies.rigid_body import RigidBody, RigidState
+from billow.parts.bodies.rigid_contact import Plate, SuperEllipsoid, SurfaceLaw
+from billow.parts.gas.no_gas import NoGas
+from billow.parts.straps import NO_STRAPS
+from billow.solver.model import Model, Obstacle, start_state
+from billow.solver.run import Schedule, run
+from billow.solver.step import advance
 
 DEGREES = (2.0, 2.5, 3.0, 3.5, 4.0, 4.5)
 

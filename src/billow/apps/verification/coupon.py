@@ -6,13 +6,13 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from billow.case.build_fabric import build_fabric
+from billow.apps.coupon.bench import Measured, run_test
+from billow.apps.coupon.comparison import Points, given_curves, with_law
+from billow.apps.coupon.rating import branches, ripple
+from billow.apps.coupon.specimen import Biaxial, PictureFrame
+from billow.apps.verification.check import Measurement
+from billow.case.fabric.build_fabric import build_fabric
 from billow.case.schema import Case
-from billow.coupon.bench import Measured, run_test
-from billow.coupon.comparison import Points, given_curves, with_law
-from billow.coupon.rating import branches, ripple
-from billow.coupon.specimen import Biaxial, PictureFrame
-from billow.verification.check import Measurement
 
 NYLON = Case.from_dict({"fabric": {"law": "curves-shear"}}).fabric
 

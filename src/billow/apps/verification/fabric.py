@@ -7,14 +7,14 @@ from collections.abc import Iterator
 import numpy as np
 from scipy.special import j0, jn_zeros
 
-from billow.dynamics.forces import add_membrane_forces, evaluate_forces
-from billow.dynamics.model import Model, State, start_state
-from billow.dynamics.run import Schedule, run
-from billow.fabric.linear_law import LinearFabric
+from billow.apps.verification.check import Measurement
+from billow.apps.verification.meshes import disc, sphere, tube
+from billow.apps.verification.scenes import Observer, PrescribedPressure, fabric_model, isotropic, relax, tension
 from billow.geometry.bag_shapes import BagShape, round_bag, square_bag
-from billow.verification.check import Measurement
-from billow.verification.meshes import disc, sphere, tube
-from billow.verification.scenes import Observer, PrescribedPressure, fabric_model, isotropic, relax, tension
+from billow.parts.fabric.linear_law import LinearFabric
+from billow.solver.forces import add_membrane_forces, evaluate_forces
+from billow.solver.model import Model, State, start_state
+from billow.solver.run import Schedule, run
 
 
 def patch() -> Iterator[Measurement]:

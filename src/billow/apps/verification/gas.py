@@ -11,17 +11,17 @@ from dataclasses import replace
 
 import numpy as np
 
-from billow.gas.ambient import Ambient, InitialGas
-from billow.gas.gas_model import Bag
-from billow.gas.inflator import Inflator
-from billow.gas.mixture import mixture_cp, mixture_gas_constant
-from billow.gas.outflow import ORIFICE, orifice_flux
-from billow.gas.passages import VENT, Passage, Passages
-from billow.gas.species import MOLAR_GAS_CONSTANT, SPECIES, Species, mass_fractions, thermo_table
-from billow.gas.uniform_pressure import UniformPressure, UniformState
+from billow.apps.verification.check import Measurement
+from billow.apps.verification.meshes import box
 from billow.geometry.chambers import Chambers
-from billow.verification.check import Measurement
-from billow.verification.meshes import box
+from billow.parts.gas.gas_model import Bag
+from billow.parts.gas.supply.ambient import Ambient, InitialGas
+from billow.parts.gas.supply.inflator import Inflator
+from billow.parts.gas.supply.mixture import mixture_cp, mixture_gas_constant
+from billow.parts.gas.supply.outflow import ORIFICE, orifice_flux
+from billow.parts.gas.supply.passages import VENT, Passage, Passages
+from billow.parts.gas.supply.species import MOLAR_GAS_CONSTANT, SPECIES, Species, mass_fractions, thermo_table
+from billow.parts.gas.uniform.uniform_pressure import UniformPressure, UniformState
 
 GAS_CONSTANT, GAMMA = 287.0, 1.4
 IDEAL = [Species.ideal("ideal", GAS_CONSTANT, GAMMA)]

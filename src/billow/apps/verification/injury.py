@@ -7,9 +7,9 @@ from collections.abc import Iterator
 import numpy as np
 from scipy.optimize import brentq
 
+from billow.apps.verification.check import Measurement
 from billow.injury.criteria import GRAVITY, head_injury
 from billow.injury.filters import channel_filter
-from billow.verification.check import Measurement
 
 
 def half_sine_hic() -> Iterator[Measurement]:

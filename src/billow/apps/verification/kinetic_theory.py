@@ -1,6 +1,6 @@
 """T15 to T20: the corpuscular gas against kinetic theory on paper, and whether it is tight.
 
-Boxes, tolerances and numbers of particles as in billow.verification.particles.
+Boxes, tolerances and numbers of particles as in billow.apps.verification.particles.
 """
 
 from __future__ import annotations
@@ -10,19 +10,19 @@ from dataclasses import replace
 
 import numpy as np
 
-from billow.case.build_bag import build_shape
-from billow.case.build_gas import build_gas
+from billow.apps.verification.check import Measurement
+from billow.apps.verification.gas import GAS_CONSTANT, HEIGHT, IDEAL, VOLUME, bag_of_height
+from billow.apps.verification.particles import books, in_a_box, over_walls, steps, wall_areas
+from billow.case.bag.build_bag import build_shape
+from billow.case.gas.build_gas import build_gas
 from billow.case.schema import Case
-from billow.gas.corpuscular.corpuscular import SMOOTHING, Corpuscular
-from billow.gas.corpuscular.internal_energy import ParticleKinds
-from billow.gas.corpuscular.state import CorpuscularState
-from billow.gas.gas_model import Bag
-from billow.gas.outflow import ORIFICE
-from billow.gas.passages import VENT, Passage
-from billow.gas.species import SPECIES, Species, mass_fractions
-from billow.verification.check import Measurement
-from billow.verification.gas import GAS_CONSTANT, HEIGHT, IDEAL, VOLUME, bag_of_height
-from billow.verification.particles import books, in_a_box, over_walls, steps, wall_areas
+from billow.parts.gas.corpuscular.corpuscular import SMOOTHING, Corpuscular
+from billow.parts.gas.corpuscular.internal_energy import ParticleKinds
+from billow.parts.gas.corpuscular.state import CorpuscularState
+from billow.parts.gas.gas_model import Bag
+from billow.parts.gas.supply.outflow import ORIFICE
+from billow.parts.gas.supply.passages import VENT, Passage
+from billow.parts.gas.supply.species import SPECIES, Species, mass_fractions
 
 MONATOMIC = [Species.ideal("monatomic", GAS_CONSTANT, 5.0 / 3.0)]
 DRIVER = {

@@ -11,19 +11,19 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from billow.gas.ambient import Ambient, InitialGas
-from billow.gas.corpuscular.corpuscular import Corpuscular
-from billow.gas.corpuscular.setup import Source
-from billow.gas.corpuscular.state import CorpuscularState
-from billow.gas.inflator import Inflator, JetRing
-from billow.gas.jets import Jets
-from billow.gas.outflow import ORIFICE
-from billow.gas.passages import VENT, Passage, Passages
-from billow.gas.species import Species, thermo_table
+from billow.apps.verification.check import Measurement
+from billow.apps.verification.gas import DEPTH, GAMMA, GAS_CONSTANT, HEIGHT, IDEAL, VOLUME, WIDTH, bag_of_height, inflow
+from billow.apps.verification.meshes import box
 from billow.geometry.surface import area_vectors
-from billow.verification.check import Measurement
-from billow.verification.gas import DEPTH, GAMMA, GAS_CONSTANT, HEIGHT, IDEAL, VOLUME, WIDTH, bag_of_height, inflow
-from billow.verification.meshes import box
+from billow.parts.gas.corpuscular.corpuscular import Corpuscular
+from billow.parts.gas.corpuscular.setup import Source
+from billow.parts.gas.corpuscular.state import CorpuscularState
+from billow.parts.gas.supply.ambient import Ambient, InitialGas
+from billow.parts.gas.supply.inflator import Inflator, JetRing
+from billow.parts.gas.supply.jets import Jets
+from billow.parts.gas.supply.outflow import ORIFICE
+from billow.parts.gas.supply.passages import VENT, Passage, Passages
+from billow.parts.gas.supply.species import Species, thermo_table
 
 LID = np.array([10, 11])
 WHOLE = np.ones(1)

@@ -6,14 +6,14 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from billow.contact.rigid_contact import SuperEllipsoid, SurfaceLaw
-from billow.dynamics.model import Obstacle, start_state
-from billow.dynamics.step import advance
-from billow.geometry.super_ellipsoid import principal_inertia
-from billow.impactor.rigid_body import RigidBody, RigidState, kinetic_energy, quaternion_about
-from billow.verification.check import Measurement
-from billow.verification.meshes import disc
-from billow.verification.scenes import fabric_model, isotropic
+from billow.apps.verification.check import Measurement
+from billow.apps.verification.meshes import disc
+from billow.apps.verification.scenes import fabric_model, isotropic
+from billow.geometry.shapes.super_ellipsoid import principal_inertia
+from billow.parts.bodies.rigid_body import RigidBody, RigidState, kinetic_energy, quaternion_about
+from billow.parts.bodies.rigid_contact import SuperEllipsoid, SurfaceLaw
+from billow.solver.model import Obstacle, start_state
+from billow.solver.step import advance
 
 
 def torque_free_top() -> Iterator[Measurement]:

@@ -8,16 +8,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from billow.case.build import flat_area, nodal_mass
-from billow.dynamics.model import Model, Obstacle, State
-from billow.dynamics.run import Schedule, run
-from billow.fabric.linear_law import LinearFabric
-from billow.fabric.membrane import Membrane
-from billow.fabric.straps import NO_STRAPS
-from billow.gas.gas_model import Bag, GasModel, GasTotals
-from billow.gas.no_gas import NoGas
-from billow.gas.pressure_load import add_pressure
 from billow.geometry.bag_shapes import BagShape
 from billow.geometry.surface import nodal_share
+from billow.parts.fabric.linear_law import LinearFabric
+from billow.parts.fabric.membrane import Membrane
+from billow.parts.gas.gas_model import Bag, GasModel, GasTotals
+from billow.parts.gas.no_gas import NoGas
+from billow.parts.gas.uniform.pressure_load import add_pressure
+from billow.parts.straps import NO_STRAPS
+from billow.solver.model import Model, Obstacle, State
+from billow.solver.run import Schedule, run
 
 
 @dataclass

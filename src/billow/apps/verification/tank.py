@@ -6,13 +6,13 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from billow.gas.species import AIR, Species, thermo_table
-from billow.tank.filling import Tank, Trajectory, make_tank
-from billow.tank.forward import predict
-from billow.tank.inflow_temperature import InflowTemperature
-from billow.tank.inverse import Solution, flow_of_gas_temperature, flow_of_temperature, flow_of_total_mass
-from billow.tank.trace import Trace
-from billow.verification.check import Measurement
+from billow.apps.tank.filling import Tank, Trajectory, make_tank
+from billow.apps.tank.forward import predict
+from billow.apps.tank.inflow_temperature import InflowTemperature
+from billow.apps.tank.inverse import Solution, flow_of_gas_temperature, flow_of_temperature, flow_of_total_mass
+from billow.apps.tank.trace import Trace
+from billow.apps.verification.check import Measurement
+from billow.parts.gas.supply.species import AIR, Species, thermo_table
 
 GAS_CONSTANT, GAMMA = 287.0, 1.4
 IDEAL = thermo_table([Species.ideal("ideal", GAS_CONSTANT, GAMMA)])

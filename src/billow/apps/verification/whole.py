@@ -6,9 +6,9 @@ import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
+from billow.apps.verification.check import Measurement
 from billow.case.schema import Case
-from billow.simulate import simulate
-from billow.verification.check import Measurement
+from billow.run.simulate import simulate
 
 DRIVER = {
     "title": "Energy balance",

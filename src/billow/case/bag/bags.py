@@ -7,8 +7,8 @@ from typing import Annotated, Any
 from pydantic import BeforeValidator, Field
 from pydantic_core import PydanticCustomError
 
-from billow.case.schema_bag import DriverBag, RectangularBag, SquareBag
-from billow.case.schema_mesh_bag import MeshBag
+from billow.case.bag.schema_bag import DriverBag, RectangularBag, SquareBag
+from billow.case.bag.schema_mesh_bag import MeshBag
 
 BAGS = {"driver": DriverBag, "square": SquareBag, "rectangular": RectangularBag, "mesh": MeshBag}
 """Table of each shape."""

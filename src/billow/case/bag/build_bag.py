@@ -7,12 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from billow.case import schema_bag
-from billow.case.bags import Bag
-from billow.case.build_mesh_bag import build_mesh_shape
-from billow.case.build_straps import strap_line
-from billow.case.schema_mesh_bag import MeshBag
-from billow.errors import InputError
+from billow.base.errors import InputError
+from billow.case.bag import schema_bag
+from billow.case.bag.bags import Bag
+from billow.case.bag.build_mesh_bag import build_mesh_shape
+from billow.case.bag.build_straps import strap_line
+from billow.case.bag.schema_mesh_bag import MeshBag
 from billow.geometry.bag_shapes import BagShape, along_warp
 from billow.geometry.driver_bag import driver_bag
 from billow.geometry.local_thickness import doubled, rim_depth, ring_depth

@@ -10,13 +10,13 @@ from typing import Any
 
 import numpy as np
 
-from billow.case import schema_mesh_bag
-from billow.case.build_straps import strap_line
-from billow.errors import InputError
+from billow.base.errors import InputError
+from billow.base.units import CONVERSIONS
+from billow.case.bag import schema_mesh_bag
+from billow.case.bag.build_straps import strap_line
 from billow.geometry.bag_shapes import BagShape
 from billow.geometry.mesh_bag import MeshPart, mesh_bag, require_nodes
 from billow.geometry.mesh_file import LARGEST_FILE, CellMesh, read_mesh
-from billow.units import CONVERSIONS
 
 
 def build_mesh_shape(bag: schema_mesh_bag.MeshBag) -> BagShape:

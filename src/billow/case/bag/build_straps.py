@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from billow.case.schema_bag import StrapCloth
-from billow.fabric.fabric import FabricLaw
-from billow.fabric.straps import NO_STRAPS, Straps
+from billow.case.bag.schema_bag import StrapCloth
 from billow.geometry.bag_shapes import BagShape, StrapLine
+from billow.parts.fabric.fabric_law import FabricLaw
+from billow.parts.straps import NO_STRAPS, Straps
 
 
 def strap_line(cloth: StrapCloth, bars: np.ndarray, positions: np.ndarray) -> StrapLine:

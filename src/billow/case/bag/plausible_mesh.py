@@ -8,8 +8,8 @@ import numpy as np
 
 from billow.case import schema
 from billow.case.warning import Warning
-from billow.dynamics.model import Model
 from billow.geometry.reference_check import NOTICED, Panel, panels, place
+from billow.solver.model import Model
 
 START_STRAIN = 0.05
 """Strain of fabric or straps at the start from which on it cannot be meant."""

@@ -8,7 +8,7 @@ from typing import Literal
 from pydantic import field_validator
 from pydantic_core import PydanticCustomError
 
-from billow.case.factor import over_either, over_time
+from billow.case.gas.factor import over_either, over_time
 from billow.case.quantity import Strict, quantity
 
 Length = quantity("m", 1e-4, 10.0)

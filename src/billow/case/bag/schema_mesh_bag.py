@@ -7,10 +7,10 @@ from typing import Annotated, Literal
 from pydantic import AfterValidator, field_validator
 from pydantic_core import PydanticCustomError
 
+from billow.base.units import CONVERSIONS
+from billow.case.bag.schema_bag import Angle, Layers, StrapCloth, VentFlow
 from billow.case.quantity import Strict, quantity
-from billow.case.schema_bag import Angle, Layers, StrapCloth, VentFlow
 from billow.case.text import Name, Text
-from billow.units import CONVERSIONS
 
 
 def _unit(value: str) -> str:

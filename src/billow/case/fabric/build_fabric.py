@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from billow.case import schema_fabric
-from billow.fabric.curve import Curve, TestedCurve
-from billow.fabric.curve_check import check_curves, check_shape
-from billow.fabric.curves_law import CurvesFabric
-from billow.fabric.curves_shear_law import CurvesShearFabric
-from billow.fabric.fabric import FabricLaw
-from billow.fabric.linear_law import LinearFabric, Liner
+from billow.case.fabric import schema_fabric
+from billow.parts.fabric.curve import Curve, TestedCurve
+from billow.parts.fabric.curve_check import check_curves, check_shape
+from billow.parts.fabric.curves_law import CurvesFabric
+from billow.parts.fabric.curves_shear_law import CurvesShearFabric
+from billow.parts.fabric.fabric_law import FabricLaw
+from billow.parts.fabric.linear_law import LinearFabric, Liner
 
 CURVE_LAWS = {"curves": CurvesFabric, "curves-shear": CurvesShearFabric}
 WHERE = "fabric.curves"

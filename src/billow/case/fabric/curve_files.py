@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from billow.fabric.curve_file import read_curve_file
+from billow.parts.fabric.curve_file import read_curve_file
 
 
 def with_curves_inlined(data: dict[str, Any], folder: Path) -> dict[str, Any]:

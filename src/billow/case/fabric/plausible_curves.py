@@ -7,9 +7,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from billow.case.warning import Warning
-from billow.dynamics.model import Model
-from billow.fabric.curve_check import cost_of_steepness, reach
-from billow.fabric.curve_fabric import CurveFabric
+from billow.parts.fabric.curve_check import cost_of_steepness, reach
+from billow.parts.fabric.curve_fabric import CurveFabric
+from billow.solver.model import Model
 
 COSTLY = 0.5
 """Part of the stable step that a single steep curve may leave of what it would be without."""

@@ -8,7 +8,7 @@ from pydantic import model_validator
 from pydantic_core import PydanticCustomError
 
 from billow.case.quantity import Strict, quantity
-from billow.fabric.library import FILES, library_curves
+from billow.parts.fabric.library import FILES, library_curves
 
 Modulus = quantity("Pa", 1e4, 1e12)
 Strain = quantity("-", -10.0, 10.0)

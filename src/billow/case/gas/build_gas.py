@@ -9,22 +9,23 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from billow.case import schema, schema_gas
-from billow.case.build_passages import build_passages, chamber_of, flat_area
-from billow.errors import InputError
-from billow.gas.ambient import Ambient, InitialGas
-from billow.gas.corpuscular.corpuscular import Corpuscular
-from billow.gas.corpuscular.setup import Source
-from billow.gas.gas_model import GasModel
-from billow.gas.inflator import Inflator, JetRing
-from billow.gas.jets import Jets
-from billow.gas.no_gas import NoGas
-from billow.gas.species import AIR, Species, find_species, mass_fractions, thermo_table
-from billow.gas.switching import Switching
-from billow.gas.uniform_pressure import UniformPressure
+from billow.base.errors import InputError
+from billow.case import schema
+from billow.case.gas import schema_gas
+from billow.case.gas.build_passages import build_passages, chamber_of, flat_area
 from billow.geometry.bag_shapes import BagShape
 from billow.geometry.chambers import OUTSIDE
 from billow.geometry.surface import area_vectors
+from billow.parts.gas.corpuscular.corpuscular import Corpuscular
+from billow.parts.gas.corpuscular.setup import Source
+from billow.parts.gas.gas_model import GasModel
+from billow.parts.gas.no_gas import NoGas
+from billow.parts.gas.supply.ambient import Ambient, InitialGas
+from billow.parts.gas.supply.inflator import Inflator, JetRing
+from billow.parts.gas.supply.jets import Jets
+from billow.parts.gas.supply.species import AIR, Species, find_species, mass_fractions, thermo_table
+from billow.parts.gas.switching import Switching
+from billow.parts.gas.uniform.uniform_pressure import UniformPressure
 
 
 @dataclass(frozen=True)

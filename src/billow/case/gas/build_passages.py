@@ -6,13 +6,15 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from billow.base.errors import InputError
 from billow.case import schema
-from billow.case.schema_bag import VentFlow
-from billow.case.schema_leakage import PartLeakage
-from billow.errors import InputError
-from billow.gas.curve import Curve
-from billow.gas.outflow import GRAEFE, ORIFICE, PERMEABILITY, POROUS_MEDIUM, VELOCITY
-from billow.gas.passages import (
+from billow.case.bag.schema_bag import VentFlow
+from billow.case.gas.schema_leakage import PartLeakage
+from billow.geometry.bag_shapes import BagShape
+from billow.geometry.chambers import OUTSIDE
+from billow.parts.gas.supply.curve import Curve
+from billow.parts.gas.supply.outflow import GRAEFE, ORIFICE, PERMEABILITY, POROUS_MEDIUM, VELOCITY
+from billow.parts.gas.supply.passages import (
     ABSOLUTE,
     DIFFERENCE,
     FABRIC,
@@ -23,8 +25,6 @@ from billow.gas.passages import (
     Passage,
     Passages,
 )
-from billow.geometry.bag_shapes import BagShape
-from billow.geometry.chambers import OUTSIDE
 
 LAWS = {
     "permeability": PERMEABILITY,

@@ -7,10 +7,10 @@ from typing import Annotated, Any, Literal
 from pydantic import Discriminator, Field, Tag, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
-from billow.case.factor import over_time
+from billow.case.gas.factor import over_time
 from billow.case.quantity import Strict, curve, quantity
 from billow.case.text import Name
-from billow.gas.species import AIR, COLDEST, HOTTEST, MOLAR_GAS_CONSTANT
+from billow.parts.gas.supply.species import AIR, COLDEST, HOTTEST, MOLAR_GAS_CONSTANT
 
 Fraction = quantity("-", 0.0, 1.0)
 Pressure = quantity("Pa", 1e3, 1e6)

@@ -7,7 +7,7 @@ from typing import Literal
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from billow.case.factor import over_pressure, over_time
+from billow.case.gas.factor import over_pressure, over_time
 from billow.case.quantity import Strict, quantity
 from billow.case.text import Name
 

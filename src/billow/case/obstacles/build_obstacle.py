@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from billow.case import schema_obstacle
-from billow.contact.rigid_contact import Plate, SuperEllipsoid, SurfaceLaw
-from billow.dynamics.forces import push_apart
-from billow.dynamics.model import Model, Obstacle, start_state
-from billow.errors import InputError
-from billow.geometry import super_ellipsoid
-from billow.impactor.rigid_body import RigidBody, RigidState, quaternion_about
+from billow.base.errors import InputError
+from billow.case.obstacles import schema_obstacle
+from billow.geometry.shapes import super_ellipsoid
+from billow.parts.bodies.rigid_body import RigidBody, RigidState, quaternion_about
+from billow.parts.bodies.rigid_contact import Plate, SuperEllipsoid, SurfaceLaw
+from billow.solver.forces import push_apart
+from billow.solver.model import Model, Obstacle, start_state
 
 
 def build_obstacle(obstacle: schema_obstacle.Plate | schema_obstacle.SuperEllipsoid) -> Obstacle:

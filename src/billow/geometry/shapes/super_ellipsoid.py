@@ -10,7 +10,7 @@ from math import gamma
 
 import numpy as np
 
-from billow.compiled import scalar
+from billow.base.compiled import scalar
 
 NEWTON_STEPS = 40
 

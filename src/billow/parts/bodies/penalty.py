@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from billow.compiled import scalar
+from billow.base.compiled import scalar
 
 A_REFERENCE = 1e-4
 """Fabric area [m^2] for which a slope [N/m] is meant (physics notes, section 5)."""

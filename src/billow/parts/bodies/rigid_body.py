@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from billow.compiled import scalar
+from billow.base.compiled import scalar
 
 
 @dataclass(frozen=True)

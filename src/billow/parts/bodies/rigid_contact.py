@@ -14,9 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 from numba import prange
 
-from billow.compiled import CHUNK, kernel, scalar
-from billow.contact.penalty import A_REFERENCE, contact_force
-from billow.geometry.super_ellipsoid import closest_point, radial_measure
+from billow.base.compiled import CHUNK, kernel, scalar
+from billow.geometry.shapes.super_ellipsoid import closest_point, radial_measure
+from billow.parts.bodies.penalty import A_REFERENCE, contact_force
 
 
 @dataclass(frozen=True)

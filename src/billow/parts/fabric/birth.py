@@ -16,9 +16,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from billow.compiled import CHUNK
-from billow.fabric.fabric import ENERGY, SUMS
-from billow.fabric.membrane import Membrane
+from billow.base.compiled import CHUNK
+from billow.parts.fabric.fabric_law import ENERGY, SUMS
+from billow.parts.fabric.membrane import Membrane
 
 NUDGE = 1e-4
 """Step of s in the central difference for dE/ds."""

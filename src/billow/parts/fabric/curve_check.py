@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from billow.errors import InputError
-from billow.fabric.curve import Curve, TestedCurve
-from billow.fabric.curve_fabric import SHEAR, CurveFabric
+from billow.base.errors import InputError
+from billow.parts.fabric.curve import Curve, TestedCurve
+from billow.parts.fabric.curve_fabric import SHEAR, CurveFabric
 
 LARGEST_TURN = np.radians(80.0)
 """Shear angle, counted from right angles, up to which a curve may go: at 90 degrees the yarns lie on each other."""

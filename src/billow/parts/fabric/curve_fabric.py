@@ -8,9 +8,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from billow.fabric.curve import TestedCurve
-from billow.fabric.curve_table import Spring, SpringTable, Stress
-from billow.fabric.nominal import green_strain, shear_measure, shear_stress, yarn_stress
+from billow.parts.fabric.curve import TestedCurve
+from billow.parts.fabric.curve_table import Spring, SpringTable, Stress
+from billow.parts.fabric.nominal import green_strain, shear_measure, shear_stress, yarn_stress
 
 WARP, WEFT, SHEAR, SHEAR_BACK = range(4)
 """Springs of a fabric. Where the yarns are not at right angles, shear differs between its two senses and has a spring

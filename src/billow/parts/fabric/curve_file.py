@@ -11,8 +11,8 @@ import csv
 import re
 from pathlib import Path
 
-from billow.errors import InputError
-from billow.units import to_si
+from billow.base.errors import InputError
+from billow.base.units import to_si
 
 LARGEST_FILE = 1_000_000  # bytes; a curve has some hundred points
 COLUMNS = {"strain": "-", "angle": "deg", "stress": "Pa"}

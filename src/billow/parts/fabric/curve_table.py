@@ -5,7 +5,7 @@ up, at the largest x so far, it follows f. Below the largest, m, it follows f(m)
 both axes so that it passes through (m, f(m)) and the origin. Stress is a continuous function of x and m. With U the
 integral of u, the recoverable energy is f(m) m U(x/m), and what has been turned to heat so far is the work of loading
 minus f(m) m U(1): both follow from x and m, nothing is summed up over time. No loop creates energy as long as the heat
-never shrinks while m grows; `billow.fabric.curve_check` sees to that.
+never shrinks while m grows; `billow.parts.fabric.curve_check` sees to that.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from billow.compiled import scalar
+from billow.base.compiled import scalar
 
 INTERVALS = 256
 """Of a table; a kink of the curve is rounded off over one of them."""

@@ -1,10 +1,10 @@
 """FORM 4: loading and unloading curves for warp, weft and shear; shear switches between them by the sign of its rate.
 
-Warp and weft have history (`billow.fabric.curve_table`). Shear follows its loading curve while the angle grows and its
+Warp and weft have history (`curve_table`). Shear follows its loading curve while the angle grows and its
 unloading curve while it shrinks, whatever happened before. Stress then jumps whenever the rate changes its sign, and
 small vibrations of the angle jump between the curves: this is what makes the old formulation oscillate (physics notes,
 section 4). What shear turns to heat depends on the path and is summed up. The law is kept for comparison with old
-models; `billow.fabric.curves_shear_law` is the cure.
+models; `curves_shear_law` is the cure.
 """
 
 from __future__ import annotations
@@ -15,12 +15,12 @@ from typing import ClassVar
 import numpy as np
 from numba import prange
 
-from billow.compiled import CHUNK, kernel
-from billow.fabric.curve_fabric import HEAT, SHEAR, SHEAR_BACK, WARP, CurveFabric
-from billow.fabric.curve_table import INTERVALS, VIRGIN, place, read
-from billow.fabric.membrane import Membrane
-from billow.fabric.triangle import add_corner_forces, along
-from billow.fabric.yarns import shear_measure, shortened, stretch_bound
+from billow.base.compiled import CHUNK, kernel
+from billow.parts.fabric.curve_fabric import HEAT, SHEAR, SHEAR_BACK, WARP, CurveFabric
+from billow.parts.fabric.curve_table import INTERVALS, VIRGIN, place, read
+from billow.parts.fabric.membrane import Membrane
+from billow.parts.fabric.triangle import add_corner_forces, along
+from billow.parts.fabric.yarns import shear_measure, shortened, stretch_bound
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class CurvesFabric(CurveFabric):
         corner_force: np.ndarray,
         partial: np.ndarray,
     ) -> None:
-        """As `billow.fabric.fabric.FabricLaw` promises."""
+        """As `billow.parts.fabric.fabric_law.FabricLaw` promises."""
         table = self.table
         _curves_forces(
             len(membrane.elements), table.rows, table.scale, table.share, self.constants, membrane.elements,

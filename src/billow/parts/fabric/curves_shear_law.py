@@ -1,6 +1,6 @@
 """FORM 14: loading and unloading curves for warp, weft and shear, each with history.
 
-Every direction is a spring with history (`billow.fabric.curve_table`): stress is a continuous function of strain and of
+Every direction is a spring with history (`curve_table`): stress is a continuous function of strain and of
 the largest strain so far, in shear as along the yarns, so that small vibrations stay small. Rates enter damping only.
 """
 
@@ -12,12 +12,12 @@ from typing import ClassVar
 import numpy as np
 from numba import prange
 
-from billow.compiled import CHUNK, kernel
-from billow.fabric.curve_fabric import HEAT, SHEAR, SHEAR_BACK, WARP, WEFT, CurveFabric
-from billow.fabric.curve_table import INTERVALS, VIRGIN, place, read
-from billow.fabric.membrane import Membrane
-from billow.fabric.triangle import add_corner_forces, along
-from billow.fabric.yarns import shear_measure, shortened, stretch_bound
+from billow.base.compiled import CHUNK, kernel
+from billow.parts.fabric.curve_fabric import HEAT, SHEAR, SHEAR_BACK, WARP, WEFT, CurveFabric
+from billow.parts.fabric.curve_table import INTERVALS, VIRGIN, place, read
+from billow.parts.fabric.membrane import Membrane
+from billow.parts.fabric.triangle import add_corner_forces, along
+from billow.parts.fabric.yarns import shear_measure, shortened, stretch_bound
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class CurvesShearFabric(CurveFabric):
         corner_force: np.ndarray,
         partial: np.ndarray,
     ) -> None:
-        """As `billow.fabric.fabric.FabricLaw` promises."""
+        """As `billow.parts.fabric.fabric_law.FabricLaw` promises."""
         table = self.table
         _curves_shear_forces(
             len(membrane.elements), table.rows, table.scale, table.share, self.constants, membrane.elements,

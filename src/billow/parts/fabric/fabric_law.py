@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 
 if TYPE_CHECKING:
-    from billow.fabric.membrane import Membrane
+    from billow.parts.fabric.membrane import Membrane
 
 ENERGY, POWER, STRETCH, HYSTERESIS = range(4)
 """Columns of `partial`, what a law sums up per chunk of elements."""

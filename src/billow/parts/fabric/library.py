@@ -1,6 +1,6 @@
 """Fabrics that come with Billow, as the `[fabric.curves]` table of a case would describe them.
 
-The numbers, their source and what they are worth stand in the files of `billow/fabric/data`.
+The numbers, their source and what they are worth stand in the files of `data`.
 """
 
 from __future__ import annotations
@@ -15,4 +15,4 @@ FILES = {"nylon66-470dtex": "nylon66_470dtex.toml"}
 
 def library_curves(name: str) -> dict[str, Any]:
     """Curves of warp, weft and shear: direction -> "loading", "unloading" -> columns."""
-    return tomllib.loads((resources.files("billow.fabric") / "data" / FILES[name]).read_text(encoding="utf-8"))
+    return tomllib.loads((resources.files(__package__) / "data" / FILES[name]).read_text(encoding="utf-8"))

@@ -23,9 +23,9 @@ from typing import ClassVar
 import numpy as np
 from numba import prange
 
-from billow.compiled import CHUNK, kernel, scalar
-from billow.fabric.membrane import Membrane
-from billow.fabric.triangle import add_corner_forces, along
+from billow.base.compiled import CHUNK, kernel, scalar
+from billow.parts.fabric.membrane import Membrane
+from billow.parts.fabric.triangle import add_corner_forces, along
 
 KEEP, PRINCIPAL, YARN = 0, 1, 2  # what compression does
 
@@ -113,7 +113,7 @@ class LinearFabric:
         corner_force: np.ndarray,
         partial: np.ndarray,
     ) -> None:
-        """As `billow.fabric.fabric.FabricLaw` promises; there is no history."""
+        """As `billow.parts.fabric.fabric_law.FabricLaw` promises; there is no history."""
         rule = KEEP if self.compression else PRINCIPAL if self.is_isotropic else YARN
         _linear_forces(
             len(membrane.elements), rule, *self.stiffness, *self.liner.stiffness, membrane.elements,

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from billow.errors import InputError
-from billow.fabric.fabric import FabricLaw
+from billow.base.errors import InputError
+from billow.parts.fabric.fabric_law import FabricLaw
 
 
 @dataclass(frozen=True)

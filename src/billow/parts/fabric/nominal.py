@@ -22,7 +22,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from billow.fabric.curve import Curve
+from billow.parts.fabric.curve import Curve
 
 
 def green_strain(strain: np.ndarray | float) -> np.ndarray:

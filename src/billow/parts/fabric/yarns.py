@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from billow.compiled import scalar
+from billow.base.compiled import scalar
 
 
 @scalar

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from billow.gas.gas_model import Bag, GasTotals
+from billow.parts.gas.gas_model import Bag, GasTotals
 
 
 @dataclass

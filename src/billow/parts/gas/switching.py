@@ -20,15 +20,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from billow.gas.ambient import Ambient
-from billow.gas.corpuscular.corpuscular import Corpuscular
-from billow.gas.corpuscular.state import CorpuscularState
-from billow.gas.gas_model import Bag, GasTotals
-from billow.gas.inflator import Inflator
-from billow.gas.mixture import mixture_gas_constant, mixture_temperature
-from billow.gas.uniform_pressure import UniformPressure, UniformState
 from billow.geometry.chambers import OUTSIDE, Chambers
 from billow.geometry.surface import area_vectors
+from billow.parts.gas.corpuscular.corpuscular import Corpuscular
+from billow.parts.gas.corpuscular.state import CorpuscularState
+from billow.parts.gas.gas_model import Bag, GasTotals
+from billow.parts.gas.supply.ambient import Ambient
+from billow.parts.gas.supply.inflator import Inflator
+from billow.parts.gas.supply.mixture import mixture_gas_constant, mixture_temperature
+from billow.parts.gas.uniform.uniform_pressure import UniformPressure, UniformState
 
 ITERATIONS = 6
 """For the pressure and its work in half a step; each is better than the last by the change of volume in it, 1e-3."""

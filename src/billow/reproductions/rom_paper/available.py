@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from billow.errors import InputError
+from billow.base.errors import InputError
 
 ENOUGH = 0.9
 """Part of a nested design's runs that have to be there: a few that failed do not spoil it."""

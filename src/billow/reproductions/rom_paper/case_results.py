@@ -8,21 +8,21 @@ from pathlib import Path
 
 import numpy as np
 
-from billow.rom.coupled import Coupled
-from billow.rom.coupled_evaluation import CoupledEvaluation, evaluate_coupled
-from billow.rom.evaluate import SWEEP_MODES, Evaluation, evaluate
-from billow.rom.learning_curve import LearningCurve
-from billow.rom.learning_curve import fit as fit_learning_curve
-from billow.rom.paper.available import Available
-from billow.rom.paper.fits import Fit, fit
-from billow.rom.paper.inference import Inference, measure_inference
-from billow.rom.paper.kept import Kept, fingerprint
-from billow.rom.paper.published import EPOCHS, MODES, PublishedCase
-from billow.rom.paper.recipe import RecipeFit, paper_recipe
-from billow.rom.paper.reductions import FORCE_COMPONENTS, FORCE_MODES, Reduced, force_inputs, reduced
-from billow.rom.reduction import DEFAULT_MEMORY
-from billow.rom.surrogate import Surrogate
-from billow.rom.training import Plan, learn_networks, shared_settings
+from billow.reproductions.rom_paper.available import Available
+from billow.reproductions.rom_paper.fits import Fit, fit
+from billow.reproductions.rom_paper.inference import Inference, measure_inference
+from billow.reproductions.rom_paper.kept import Kept, fingerprint
+from billow.reproductions.rom_paper.published import EPOCHS, MODES, PublishedCase
+from billow.reproductions.rom_paper.recipe import RecipeFit, paper_recipe
+from billow.reproductions.rom_paper.reductions import FORCE_COMPONENTS, FORCE_MODES, Reduced, force_inputs, reduced
+from billow.rom.coupled.coupled_evaluation import CoupledEvaluation, evaluate_coupled
+from billow.rom.coupled.coupled_model import Coupled
+from billow.rom.judge.evaluate import SWEEP_MODES, Evaluation, evaluate
+from billow.rom.judge.learning_curve import LearningCurve
+from billow.rom.judge.learning_curve import fit as fit_learning_curve
+from billow.rom.learn.reduction import DEFAULT_MEMORY
+from billow.rom.learn.training import Plan, learn_networks, shared_settings
+from billow.rom.surrogate.surrogate import Surrogate
 
 SEEDS = (0, 1)
 """Of the pairs of fits with and without forces: what differs less than they do is no difference."""

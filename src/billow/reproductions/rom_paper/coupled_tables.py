@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from billow.rom.coupled_evaluation import COUPLED, MEAN_MOTION, QUANTITIES, TRUE_CONTACT, TRUE_INPUTS
-from billow.rom.paper.case_results import CaseResults
-from billow.rom.paper.table import Table
+from billow.reproductions.rom_paper.case_results import CaseResults
+from billow.reproductions.rom_paper.table import Table
+from billow.rom.coupled.coupled_evaluation import COUPLED, MEAN_MOTION, QUANTITIES, TRUE_CONTACT, TRUE_INPUTS
 
 OTHER_ANSWERS = (
     f"{TRUE_INPUTS.capitalize()}: the same model, but its bag is predicted with the nodal contact forces that the "

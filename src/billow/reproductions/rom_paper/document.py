@@ -13,18 +13,18 @@ import matplotlib
 from matplotlib.figure import Figure
 
 from billow import __version__
-from billow.plot_style import STYLE
+from billow.base.plot_style import STYLE
+from billow.reproductions.rom_paper import figures
+from billow.reproductions.rom_paper.case_results import CaseResults
+from billow.reproductions.rom_paper.jets import JetComparison
+from billow.reproductions.rom_paper.table import Table
+from billow.reproductions.rom_paper.tables import parameter_table, tables
 from billow.results.atomic import write_atomically
 from billow.results.machine import machine
-from billow.rom.figures import cross_sections
-from billow.rom.findings import weaknesses
-from billow.rom.metrics_file import metrics
-from billow.rom.paper import figures
-from billow.rom.paper.case_results import CaseResults
-from billow.rom.paper.jets import JetComparison
-from billow.rom.paper.table import Table
-from billow.rom.paper.tables import parameter_table, tables
-from billow.rom.report import render
+from billow.rom.judge.figures import cross_sections
+from billow.rom.judge.findings import weaknesses
+from billow.rom.judge.metrics_file import metrics
+from billow.rom.judge.report import render
 
 Z = 2
 DOTS = 180
@@ -82,7 +82,7 @@ def write_document(folder: Path, cases: list[CaseResults], jets: JetComparison |
     write_atomically(folder / "tables.json", json.dumps(found, indent=1, allow_nan=False) + "\n")
     here = {name: str(value) for name, value in machine().items()} | {"Billow": __version__}
     text = render(
-        "paper/report.html.j2", pictures, cases=sections, jets=compared, missing=missing, machine=here,
+        __package__, pictures, cases=sections, jets=compared, missing=missing, machine=here,
         version=__version__, number=number,
     )  # fmt: skip
     write_atomically(folder / "report.html", text)

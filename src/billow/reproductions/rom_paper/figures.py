@@ -8,13 +8,13 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import FixedLocator, MaxNLocator, NullFormatter, ScalarFormatter
 
+from billow.base.plot_style import GREY, INK
 from billow.injury.criteria import GRAVITY
-from billow.plot_style import GREY, INK
-from billow.rom.figures import AXES, SOLVER, SURROGATE
-from billow.rom.impactor_motion import ImpactorMotion
-from billow.rom.paper.case_results import CaseResults
-from billow.rom.paper.tables import break_even
-from billow.rom.snapshots import COMPONENTS
+from billow.reproductions.rom_paper.case_results import CaseResults
+from billow.reproductions.rom_paper.tables import break_even
+from billow.rom.coupled.impactor_motion import ImpactorMotion
+from billow.rom.judge.figures import AXES, SOLVER, SURROGATE
+from billow.rom.learn.snapshots import COMPONENTS
 
 Z = 2
 MILLI = 1e3

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from billow.rom.paper.kept import Kept, Piece
-from billow.rom.paper.reductions import Forces, Reduced
-from billow.rom.reduction import DEFAULT_MEMORY
-from billow.rom.rmse import Summary
-from billow.rom.surrogate import Surrogate
-from billow.rom.training import Plan, Progress, learn_networks, shared_settings
+from billow.reproductions.rom_paper.kept import Kept, Piece
+from billow.reproductions.rom_paper.reductions import Forces, Reduced
+from billow.rom.judge.rmse import Summary
+from billow.rom.learn.reduction import DEFAULT_MEMORY
+from billow.rom.learn.training import Plan, Progress, learn_networks, shared_settings
+from billow.rom.surrogate.surrogate import Surrogate
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from billow.rom.surrogate import Surrogate
+from billow.rom.surrogate.surrogate import Surrogate
 
 REPEATS = 60
 

@@ -11,10 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 from matplotlib.figure import Figure
 
-from billow.errors import InputError
+from billow.base.errors import InputError
+from billow.reproductions.rom_paper.table import Table
 from billow.results.dataset_files import same_times
-from billow.rom.paper.table import Table
-from billow.rom.standing import to_unit
+from billow.rom.surrogate.standing import to_unit
 
 Z = 2
 MILLI = 1e3

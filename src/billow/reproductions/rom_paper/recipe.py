@@ -11,15 +11,15 @@ from pathlib import Path
 
 import numpy as np
 
+from billow.reproductions.rom_paper.kept import Kept
+from billow.reproductions.rom_paper.published import EPOCHS, MODES, PublishedCase
+from billow.reproductions.rom_paper.reductions import Reduced
 from billow.results.tensor_file import read_tensors, write_tensors
-from billow.rom.paper.kept import Kept
-from billow.rom.paper.published import EPOCHS, MODES, PublishedCase
-from billow.rom.paper.reductions import Reduced
-from billow.rom.regression import Regression
-from billow.rom.rmse import Summary
-from billow.rom.scaling import InputScaling, OutputScaling
-from billow.rom.snapshots import COMPONENTS
-from billow.rom.training import Progress, import_network
+from billow.rom.judge.rmse import Summary
+from billow.rom.learn.snapshots import COMPONENTS
+from billow.rom.learn.training import Progress, import_network
+from billow.rom.surrogate.regression import Regression
+from billow.rom.surrogate.scaling import InputScaling, OutputScaling
 
 SAVE_EVERY = 30.0
 """[s] of wall time between two checkpoints."""

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from billow.rom.basis import Basis
-from billow.rom.force_inputs import ForceInputs, previous
-from billow.rom.paper.kept import Kept, Piece, fingerprint
-from billow.rom.projection import Projection, project
-from billow.rom.reduction import Reduction, reduce_runs
+from billow.reproductions.rom_paper.kept import Kept, Piece, fingerprint
+from billow.rom.judge.projection import Projection, project
+from billow.rom.learn.basis import Basis
+from billow.rom.learn.force_inputs import ForceInputs, previous
+from billow.rom.learn.reduction import Reduction, reduce_runs
 
 SEED = 0
 FORCE_MODES = 3

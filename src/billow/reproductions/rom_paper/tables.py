@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from billow.rom.evaluate import BASELINES
-from billow.rom.paper.case_results import SEEDS, CaseResults
-from billow.rom.paper.coupled_tables import rating_by_run, rating_table
-from billow.rom.paper.published import EPOCHS, MODES, PublishedCase
-from billow.rom.paper.reductions import FORCE_COMPONENTS, FORCE_MODES
-from billow.rom.paper.table import Table
-from billow.rom.rmse import Summary, accuracy
-from billow.rom.snapshots import COMPONENTS
+from billow.reproductions.rom_paper.case_results import SEEDS, CaseResults
+from billow.reproductions.rom_paper.coupled_tables import rating_by_run, rating_table
+from billow.reproductions.rom_paper.published import EPOCHS, MODES, PublishedCase
+from billow.reproductions.rom_paper.reductions import FORCE_COMPONENTS, FORCE_MODES
+from billow.reproductions.rom_paper.table import Table
+from billow.rom.judge.evaluate import BASELINES
+from billow.rom.judge.rmse import Summary, accuracy
+from billow.rom.learn.snapshots import COMPONENTS
 
 Z = 2
 

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from billow.rom.regression import Regression
-from billow.rom.scaling import InputScaling, OutputScaling
+from billow.rom.surrogate.regression import Regression
+from billow.rom.surrogate.scaling import InputScaling, OutputScaling
 
 EVERY = 4
 """Intervals of the histories for which a force is held: 0.4 ms at 10 kHz, short against what CFC 180 lets through."""
@@ -46,7 +46,7 @@ def learn_contact_law(inputs: InputScaling, design, times, state, force, seed, p
     inputs: scaling of design and time, without further inputs; design: (runs, parameters); times: [s], (steps,), the
     middle of each step; state: (runs, steps, state); force: [N], (runs, steps, 3)
     """
-    from billow.rom.training import import_network  # PyTorch is needed only here
+    from billow.rom.learn.training import import_network  # PyTorch is needed only here
 
     network = import_network()
     mean = state.mean(axis=(0, 1))

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from billow.rom.impactor_of_design import Impactor
+from billow.rom.coupled.impactor_of_design import Impactor
 
 REACHES = (5e-3, 20e-3)
 """[m]: about the error of a surrogate, and well beyond it."""

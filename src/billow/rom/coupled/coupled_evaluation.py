@@ -17,14 +17,14 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
-from billow.errors import InputError
+from billow.base.errors import InputError
 from billow.injury.criteria import GRAVITY
 from billow.injury.motion import Injury, assess
 from billow.injury.rating import Rating, rate
-from billow.rom.coupled import Coupled
-from billow.rom.force_inputs import previous
-from billow.rom.impactor_motion import ImpactorMotion, recorded_force
-from billow.rom.surrogate import Surrogate
+from billow.rom.coupled.coupled_model import Coupled
+from billow.rom.coupled.impactor_motion import ImpactorMotion, recorded_force
+from billow.rom.learn.force_inputs import previous
+from billow.rom.surrogate.surrogate import Surrogate
 
 Z = 2
 QUANTITIES = ("acceleration CFC 60", "acceleration CFC 180", "velocity", "displacement")

@@ -6,15 +6,15 @@ from pathlib import Path
 
 import numpy as np
 
-from billow.errors import InputError, IntegrityError
+from billow.base.errors import InputError, IntegrityError
 from billow.results.tensor_file import read_tensors, write_tensors
-from billow.rom.contact_law import ContactLaw
-from billow.rom.contact_reach import REACHES
-from billow.rom.impactor_of_design import PROPERTIES, ImpactorOfDesign
-from billow.rom.regression import Regression
-from billow.rom.scaling import InputScaling, OutputScaling
-from billow.rom.surrogate import Surrogate
-from billow.rom.surrogate_file import read_surrogate, surrogate_content
+from billow.rom.coupled.contact_law import ContactLaw
+from billow.rom.coupled.contact_reach import REACHES
+from billow.rom.coupled.impactor_of_design import PROPERTIES, ImpactorOfDesign
+from billow.rom.surrogate.regression import Regression
+from billow.rom.surrogate.scaling import InputScaling, OutputScaling
+from billow.rom.surrogate.surrogate import Surrogate
+from billow.rom.surrogate.surrogate_file import read_surrogate, surrogate_content
 
 FORMAT = 1
 STATE = 3 * len(REACHES) + 3

@@ -10,13 +10,13 @@ import matplotlib
 import numpy as np
 from matplotlib.figure import Figure
 
+from billow.base.plot_style import STYLE
 from billow.injury.criteria import GRAVITY
 from billow.injury.motion import assess
-from billow.plot_style import STYLE
 from billow.results.atomic import write_atomically
 from billow.results.histories import write_histories
-from billow.rom.coupled_evaluation import Z, injury_record
-from billow.rom.impactor_motion import ImpactorMotion
+from billow.rom.coupled.coupled_evaluation import Z, injury_record
+from billow.rom.coupled.impactor_motion import ImpactorMotion
 
 SHOWN_CLASS = 60
 """Channel frequency class of the accelerations that are drawn."""

@@ -19,16 +19,16 @@ from pathlib import Path
 
 import numpy as np
 
-from billow.errors import InputError
+from billow.base.errors import InputError
 from billow.injury.curve import sample_interval
 from billow.results.dataset_files import same_times
-from billow.rom.contact_law import EVERY, ContactLaw, learn_contact_law
-from billow.rom.contact_reach import REACHES, area_vectors, node_area
-from billow.rom.coupled_file import read_coupled, write_coupled
-from billow.rom.impactor_motion import ImpactorMotion, filtered_force
-from billow.rom.impactor_of_design import Impactor, ImpactorOfDesign
-from billow.rom.question import check_design, design_rows
-from billow.rom.surrogate import Surrogate
+from billow.rom.coupled.contact_law import EVERY, ContactLaw, learn_contact_law
+from billow.rom.coupled.contact_reach import REACHES, area_vectors, node_area
+from billow.rom.coupled.coupled_file import read_coupled, write_coupled
+from billow.rom.coupled.impactor_motion import ImpactorMotion, filtered_force
+from billow.rom.coupled.impactor_of_design import Impactor, ImpactorOfDesign
+from billow.rom.surrogate.question import check_design, design_rows
+from billow.rom.surrogate.surrogate import Surrogate
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from billow.errors import InputError
+from billow.base.errors import InputError
 
 PROPERTIES = (
     *("radius a [m]", "radius b [m]", "radius c [m]", "degree [-]"),

@@ -10,8 +10,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.interpolate import RBFInterpolator
 
-from billow.rom.basis import Basis
-from billow.rom.snapshots import read_run
+from billow.rom.learn.basis import Basis
+from billow.rom.learn.snapshots import read_run
 
 
 def baselines(dataset, runs: tuple[str, ...], bases: tuple[Basis, ...]) -> tuple:

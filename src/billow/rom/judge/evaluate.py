@@ -7,19 +7,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from billow.errors import InputError
+from billow.base.errors import InputError
 from billow.results.dataset_files import Parameter, mesh_sha256, same_times
-from billow.rom.baselines import MeanTrajectory, NearestRun, RadialBasis, baselines
-from billow.rom.interval_check import IntervalCheck, check_intervals
-from billow.rom.learning_curve import LearningCurve, fit
-from billow.rom.left_out import LeftOut, left_out
-from billow.rom.projection import project
-from billow.rom.reduction import DEFAULT_MEMORY
-from billow.rom.rmse import Summary, snapshot_rmse
-from billow.rom.snapshots import read_run
-from billow.rom.standing import neighbour_distances, to_unit
-from billow.rom.surrogate import Surrogate
-from billow.rom.timing import Timing, measure
+from billow.rom.judge.baselines import MeanTrajectory, NearestRun, RadialBasis, baselines
+from billow.rom.judge.interval_check import IntervalCheck, check_intervals
+from billow.rom.judge.learning_curve import LearningCurve, fit
+from billow.rom.judge.projection import project
+from billow.rom.judge.rmse import Summary, snapshot_rmse
+from billow.rom.judge.timing import Timing, measure
+from billow.rom.learn.left_out import LeftOut, left_out
+from billow.rom.learn.reduction import DEFAULT_MEMORY
+from billow.rom.learn.snapshots import read_run
+from billow.rom.surrogate.standing import neighbour_distances, to_unit
+from billow.rom.surrogate.surrogate import Surrogate
 
 SWEEP_MODES = (1, 2, 4, 6, 8, 10, 12, 16)
 BASELINES = (MeanTrajectory.name, NearestRun.name, RadialBasis.name)

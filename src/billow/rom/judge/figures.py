@@ -12,11 +12,11 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
-from billow.plot_style import GREY, STYLE
-from billow.rom.evaluate import BASELINES, Evaluation
-from billow.rom.obstacle_places import obstacles_at
-from billow.rom.sections import cut, super_ellipsoid
-from billow.rom.snapshots import COMPONENTS
+from billow.base.plot_style import GREY, STYLE
+from billow.rom.judge.evaluate import BASELINES, Evaluation
+from billow.rom.judge.obstacle_places import obstacles_at
+from billow.rom.judge.sections import cut, super_ellipsoid
+from billow.rom.learn.snapshots import COMPONENTS
 
 SOLVER, SURROGATE, OBSTACLE = "#22303c", "#0f9d76", "#c9d2d9"
 AXES = ("#0072b2", "#d55e00", "#0f9d76")  # x, y, z: told apart with any colour vision

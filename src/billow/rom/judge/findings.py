@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from scipy.stats import spearmanr
 
-from billow.rom.evaluate import BASELINES, Evaluation
-from billow.rom.rmse import accuracy
-from billow.rom.snapshots import COMPONENTS
+from billow.rom.judge.evaluate import BASELINES, Evaluation
+from billow.rom.judge.rmse import accuracy
+from billow.rom.learn.snapshots import COMPONENTS
 
 Z = 2
 MILLI = 1e3

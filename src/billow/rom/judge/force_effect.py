@@ -12,10 +12,10 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
-from billow.rom.force_inputs import previous
-from billow.rom.rmse import Summary, snapshot_rmse
-from billow.rom.snapshots import COMPONENTS
-from billow.rom.surrogate import Surrogate
+from billow.rom.judge.rmse import Summary, snapshot_rmse
+from billow.rom.learn.force_inputs import previous
+from billow.rom.learn.snapshots import COMPONENTS
+from billow.rom.surrogate.surrogate import Surrogate
 
 
 @dataclass(frozen=True, eq=False)

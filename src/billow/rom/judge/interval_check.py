@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from billow.rom.snapshots import read_run
+from billow.rom.learn.snapshots import read_run
 
 
 @dataclass(frozen=True)

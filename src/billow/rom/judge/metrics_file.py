@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from billow.results.atomic import write_atomically
-from billow.rom.evaluate import BASELINES, Evaluation
-from billow.rom.rmse import accuracy
-from billow.rom.snapshots import COMPONENTS
+from billow.rom.judge.evaluate import BASELINES, Evaluation
+from billow.rom.judge.rmse import accuracy
+from billow.rom.learn.snapshots import COMPONENTS
 
 FORMAT = 1
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from billow.rom.basis import Basis
+from billow.rom.learn.basis import Basis
 
 
 @dataclass(frozen=True, eq=False)

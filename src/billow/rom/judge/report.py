@@ -13,12 +13,12 @@ from markupsafe import Markup
 from billow import __version__
 from billow.results.atomic import write_atomically
 from billow.results.machine import machine
-from billow.rom import figures
-from billow.rom.evaluate import BASELINES, Evaluation
-from billow.rom.findings import gain, strongest_baseline, verdict, weaknesses
-from billow.rom.metrics_file import write_metrics
-from billow.rom.rmse import accuracy
-from billow.rom.snapshots import COMPONENTS
+from billow.rom.judge import figures
+from billow.rom.judge.evaluate import BASELINES, Evaluation
+from billow.rom.judge.findings import gain, strongest_baseline, verdict, weaknesses
+from billow.rom.judge.metrics_file import write_metrics
+from billow.rom.judge.rmse import accuracy
+from billow.rom.learn.snapshots import COMPONENTS
 
 Z = 2
 LEDGER_LIMITS = {
@@ -45,15 +45,14 @@ def write_report(dataset, surrogate, evaluation: Evaluation, folder: str | Path)
 
 def page(evaluation: Evaluation, pictures: dict[str, bytes]) -> str:
     """The HTML of a report. pictures: name -> SVG."""
-    return render("report.html.j2", pictures, **_content(evaluation))
+    return render(__package__, pictures, **_content(evaluation))
 
 
-def render(template: str, pictures: dict[str, bytes], **content) -> str:
-    """A page from a template of this package, with its style and figures inside. pictures: name -> SVG."""
-    files = resources.files("billow.rom")
+def render(room: str, pictures: dict[str, bytes], **content) -> str:
+    """A page from the template report.html.j2 of a package, style and figures inside. pictures: name -> SVG."""
     environment = jinja2.Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True)
-    page = environment.from_string(files.joinpath(template).read_text("utf-8"))
-    style = Markup(files.joinpath("report.css").read_text("utf-8"))  # ours, not to be escaped
+    page = environment.from_string(resources.files(room).joinpath("report.html.j2").read_text("utf-8"))
+    style = Markup(resources.files(__package__).joinpath("report.css").read_text("utf-8"))  # ours, not to be escaped
     embedded = {name: base64.b64encode(picture).decode() for name, picture in pictures.items()}
     return page.render(style=style, figures=embedded, **content)
 

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from billow.errors import InputError, NumericalStop
+from billow.base.errors import InputError, NumericalStop
 
 OVERSAMPLING = 24
 POWER_ITERATIONS = 3

@@ -10,10 +10,10 @@ from functools import partial
 
 import numpy as np
 
-from billow.rom.basis import Basis, pod
-from billow.rom.reduction import BLOCK_SHARE
-from billow.rom.snapshots import collect, snapshot_bytes
-from billow.rom.streaming import Sketch, bases_of, join, join_all, sketch
+from billow.rom.learn.basis import Basis, pod
+from billow.rom.learn.reduction import BLOCK_SHARE
+from billow.rom.learn.snapshots import collect, snapshot_bytes
+from billow.rom.learn.streaming import Sketch, bases_of, join, join_all, sketch
 
 OUTLIERS = 3.0
 """The paper's n_std: [-]. The paper gives no value."""

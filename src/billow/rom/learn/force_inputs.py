@@ -20,10 +20,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from billow.errors import InputError
-from billow.rom.force_basis import force_bases
-from billow.rom.reduction import DEFAULT_MEMORY
-from billow.rom.snapshots import COMPONENTS
+from billow.base.errors import InputError
+from billow.rom.learn.force_basis import force_bases
+from billow.rom.learn.reduction import DEFAULT_MEMORY
+from billow.rom.learn.snapshots import COMPONENTS
 
 
 @dataclass(frozen=True, eq=False)

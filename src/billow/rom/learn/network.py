@@ -18,7 +18,7 @@ from typing import Protocol
 import numpy as np
 import torch
 
-from billow.errors import NumericalStop
+from billow.base.errors import NumericalStop
 
 MEMBERS = 3
 HIDDEN_SHARED = (96, 96, 96, 96)

@@ -8,9 +8,9 @@ from functools import partial
 
 import numpy as np
 
-from billow.rom.basis import Basis, pod
-from billow.rom.snapshots import Snapshots, collect, snapshot_bytes
-from billow.rom.streaming import bases_of, join, join_all, sketch
+from billow.rom.learn.basis import Basis, pod
+from billow.rom.learn.snapshots import Snapshots, collect, snapshot_bytes
+from billow.rom.learn.streaming import bases_of, join, join_all, sketch
 
 DEFAULT_MEMORY = 4 * 2**30
 """[byte] Snapshots larger than this are read block by block; 1,400 runs of 50 times and 5,000 nodes fit in."""

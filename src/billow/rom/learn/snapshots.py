@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from billow.errors import InputError
+from billow.base.errors import InputError
 
 COMPONENTS = ("x", "y", "z")
 """Index 0, 1, 2 of every array with a component axis."""

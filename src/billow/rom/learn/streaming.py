@@ -14,7 +14,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from billow.rom.basis import OVERSAMPLING, Basis, check_count, factor, make_basis, sum_of_squares
+from billow.rom.learn.basis import OVERSAMPLING, Basis, check_count, factor, make_basis, sum_of_squares
 
 _T = TypeVar("_T")
 

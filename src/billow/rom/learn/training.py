@@ -10,12 +10,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from billow import __version__
-from billow.errors import InputError, ResourceError
+from billow.base.errors import InputError, ResourceError
 from billow.results.dataset_files import Parameter, mesh_sha256
-from billow.rom.force_inputs import ForceInputs
-from billow.rom.reduction import Reduction, reduce_runs
-from billow.rom.regression import ACTIVATIONS, Regression
-from billow.rom.scaling import InputScaling, OutputScaling
+from billow.rom.learn.force_inputs import ForceInputs
+from billow.rom.learn.reduction import Reduction, reduce_runs
+from billow.rom.surrogate.regression import ACTIVATIONS, Regression
+from billow.rom.surrogate.scaling import InputScaling, OutputScaling
 
 Progress = Callable[[int, int, float], None]
 
@@ -121,14 +121,14 @@ def learn_networks(
 
 
 def import_network():
-    """`billow.rom.network`, which needs PyTorch; ResourceError E-ROM-006 without it."""
+    """`billow.rom.learn.network`, which needs PyTorch; ResourceError E-ROM-006 without it."""
     try:
-        from billow.rom import network
+        from billow.rom.learn import network
     except ImportError as error:
         raise ResourceError(
             "E-ROM-006",
             "PyTorch is not installed",
-            where="billow.rom.network",
+            where="billow.rom.learn.network",
             why=f"training needs it, prediction does not ({error})",
             remedy="pip install torch",
         ) from error

@@ -22,8 +22,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from billow.errors import InputError
-from billow.rom.snapshots import collect
+from billow.base.errors import InputError
+from billow.rom.learn.snapshots import collect
 
 LEVELS = (0.5, 0.8, 0.9, 0.95)
 FOLDS = 4

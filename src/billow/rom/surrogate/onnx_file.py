@@ -6,10 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
-from billow.errors import NumericalStop
+from billow.base.errors import NumericalStop
 from billow.results.atomic import write_atomically
-from billow.rom.onnx_graph import import_onnx, onnx_bytes
-from billow.rom.surrogate import Surrogate
+from billow.rom.surrogate.onnx_graph import import_onnx, onnx_bytes
+from billow.rom.surrogate.surrogate import Surrogate
 
 TOLERANCE = 1e-5
 """Largest difference to NumPy's answer, over the largest displacement: [-]. Both work in float32 (6e-8)."""

@@ -16,8 +16,8 @@ from dataclasses import asdict
 import numpy as np
 
 from billow import __version__
-from billow.errors import InputError, ResourceError
-from billow.rom.surrogate import Surrogate
+from billow.base.errors import InputError, ResourceError
+from billow.rom.surrogate.surrogate import Surrogate
 
 OPSET, IR_VERSION = 17, 8
 """Of 2022; every runtime since reads them."""

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
-from billow.errors import InputError
+from billow.base.errors import InputError
 from billow.results.atomic import write_atomically
 from billow.results.vtkhdf import FabricWriter
-from billow.rom.snapshots import COMPONENTS
-from billow.rom.surrogate import Surrogate
+from billow.rom.learn.snapshots import COMPONENTS
+from billow.rom.surrogate.surrogate import Surrogate
 
 LEVEL = 0.9
 """Of the intervals that are told and written."""

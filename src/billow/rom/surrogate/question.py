@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from billow.errors import InputError
+from billow.base.errors import InputError
 from billow.results.dataset_files import Parameter
 
 BOUND_TOLERANCE = 1e-9

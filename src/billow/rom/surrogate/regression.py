@@ -13,7 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
-from billow.rom.scaling import InputScaling, OutputScaling
+from billow.rom.surrogate.scaling import InputScaling, OutputScaling
 
 
 def silu(x: np.ndarray) -> np.ndarray:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from billow.results.dataset_files import Parameter
-from billow.rom.question import BOUND_TOLERANCE
+from billow.rom.surrogate.question import BOUND_TOLERANCE
 
 
 @dataclass(frozen=True)

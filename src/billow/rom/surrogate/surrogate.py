@@ -10,19 +10,19 @@ from pathlib import Path
 
 import numpy as np
 
-from billow.errors import InputError
+from billow.base.errors import InputError
 from billow.results.dataset_files import Parameter
-from billow.rom.basis import Basis
-from billow.rom.force_inputs import ForceInputs
-from billow.rom.intervals import FEWEST_RUNS, LEVELS, Intervals, held_out, scale
-from billow.rom.intervals import calibrate as calibrated_factors
-from billow.rom.question import check_design, check_times, design_rows, further_inputs
-from billow.rom.reduction import DEFAULT_MEMORY
-from billow.rom.regression import Regression
-from billow.rom.snapshots import ReadOnce, snapshot_bytes
-from billow.rom.standing import Standing, standing
-from billow.rom.surrogate_file import read_surrogate, write_surrogate
-from billow.rom.training import Plan, Stages, learn
+from billow.rom.learn.basis import Basis
+from billow.rom.learn.force_inputs import ForceInputs
+from billow.rom.learn.reduction import DEFAULT_MEMORY
+from billow.rom.learn.snapshots import ReadOnce, snapshot_bytes
+from billow.rom.learn.training import Plan, Stages, learn
+from billow.rom.surrogate.intervals import FEWEST_RUNS, LEVELS, Intervals, held_out, scale
+from billow.rom.surrogate.intervals import calibrate as calibrated_factors
+from billow.rom.surrogate.question import check_design, check_times, design_rows, further_inputs
+from billow.rom.surrogate.regression import Regression
+from billow.rom.surrogate.standing import Standing, standing
+from billow.rom.surrogate.surrogate_file import read_surrogate, write_surrogate
 
 _DESIGNS_AT_ONCE = 16
 """Designs whose networks `predict_each` evaluates together: enough to fill the products, few enough for the cache."""

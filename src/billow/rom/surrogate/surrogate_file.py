@@ -8,14 +8,14 @@ from pathlib import Path
 import numpy as np
 
 from billow import __version__
-from billow.errors import InputError, IntegrityError
+from billow.base.errors import InputError, IntegrityError
 from billow.results.dataset_files import parameter_of
 from billow.results.tensor_file import read_tensors, write_tensors
-from billow.rom.basis import Basis
-from billow.rom.force_inputs import ForceInputs
-from billow.rom.intervals import Intervals
-from billow.rom.regression import ACTIVATIONS, Regression
-from billow.rom.scaling import InputScaling, OutputScaling
+from billow.rom.learn.basis import Basis
+from billow.rom.learn.force_inputs import ForceInputs
+from billow.rom.surrogate.intervals import Intervals
+from billow.rom.surrogate.regression import ACTIVATIONS, Regression
+from billow.rom.surrogate.scaling import InputScaling, OutputScaling
 
 FORMAT = 1
 

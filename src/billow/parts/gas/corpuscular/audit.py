@@ -9,8 +9,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import cKDTree
 
-from billow.gas.corpuscular.depth import depths
-from billow.gas.corpuscular.flight import UNCOUNTED, Flock
+from billow.parts.gas.corpuscular.depth import depths
+from billow.parts.gas.corpuscular.flight import UNCOUNTED, Flock
 
 
 def audit(

@@ -11,8 +11,8 @@ from __future__ import annotations
 import numpy as np
 from numba import prange
 
-from billow.compiled import kernel
-from billow.gas.corpuscular.particles import Particles, ParticleSums
+from billow.base.compiled import kernel
+from billow.parts.gas.corpuscular.particles import Particles, ParticleSums
 
 LARGEST_SHARE = 0.05
 """Of a chamber's thermal energy that is settled at once; the rest stays in the pool."""

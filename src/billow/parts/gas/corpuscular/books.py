@@ -6,16 +6,16 @@ import math
 
 import numpy as np
 
-from billow.gas.corpuscular.balance import thermal_energy
-from billow.gas.corpuscular.inflow import pending
-from billow.gas.corpuscular.internal_energy import ParticleKinds
-from billow.gas.corpuscular.particles import ParticleSums, sum_particles
-from billow.gas.corpuscular.setup import Setup
-from billow.gas.corpuscular.state import CorpuscularState
-from billow.gas.gas_model import ChamberTotals, GasTotals
-from billow.gas.mixture import mixture_cp, mixture_gas_constant, mixture_temperature
-from billow.gas.passages import FABRIC
 from billow.geometry.chambers import OUTSIDE
+from billow.parts.gas.corpuscular.balance import thermal_energy
+from billow.parts.gas.corpuscular.inflow import pending
+from billow.parts.gas.corpuscular.internal_energy import ParticleKinds
+from billow.parts.gas.corpuscular.particles import ParticleSums, sum_particles
+from billow.parts.gas.corpuscular.setup import Setup
+from billow.parts.gas.corpuscular.state import CorpuscularState
+from billow.parts.gas.gas_model import ChamberTotals, GasTotals
+from billow.parts.gas.supply.mixture import mixture_cp, mixture_gas_constant, mixture_temperature
+from billow.parts.gas.supply.passages import FABRIC
 
 
 def take_stock(setup: Setup, gas: CorpuscularState, kinds: ParticleKinds) -> None:

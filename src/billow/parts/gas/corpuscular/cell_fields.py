@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numba import prange
 
-from billow.compiled import kernel
-from billow.gas.corpuscular.cells import Cells
-from billow.gas.corpuscular.collisions import cell_content
-from billow.gas.corpuscular.internal_energy import ParticleKinds, cell_temperature
-from billow.gas.corpuscular.particles import Particles
+from billow.base.compiled import kernel
+from billow.parts.gas.corpuscular.cells import Cells
+from billow.parts.gas.corpuscular.collisions import cell_content
+from billow.parts.gas.corpuscular.internal_energy import ParticleKinds, cell_temperature
+from billow.parts.gas.corpuscular.particles import Particles
 
 
 @dataclass(frozen=True)

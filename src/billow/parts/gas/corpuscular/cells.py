@@ -15,9 +15,9 @@ from dataclasses import dataclass
 import numpy as np
 from numba import prange
 
-from billow.compiled import CHUNK, kernel, scalar
-from billow.gas.corpuscular.particles import Particles
-from billow.gas.corpuscular.random_numbers import stream, uniform
+from billow.base.compiled import CHUNK, kernel, scalar
+from billow.parts.gas.corpuscular.particles import Particles
+from billow.parts.gas.corpuscular.random_numbers import stream, uniform
 
 PARTNERS = 9.0
 """Other particles a particle finds in its cell, on average."""

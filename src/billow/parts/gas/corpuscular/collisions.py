@@ -20,12 +20,12 @@ import math
 import numpy as np
 from numba import prange
 
-from billow.compiled import kernel, scalar
-from billow.gas.corpuscular.cells import Cells
-from billow.gas.corpuscular.internal_energy import ParticleKinds, cell_degrees_of_freedom, cell_temperature
-from billow.gas.corpuscular.particles import Particles
-from billow.gas.corpuscular.random_numbers import gamma, stream, uniform
-from billow.gas.mixture import mixture_gas_constant
+from billow.base.compiled import kernel, scalar
+from billow.parts.gas.corpuscular.cells import Cells
+from billow.parts.gas.corpuscular.internal_energy import ParticleKinds, cell_degrees_of_freedom, cell_temperature
+from billow.parts.gas.corpuscular.particles import Particles
+from billow.parts.gas.corpuscular.random_numbers import gamma, stream, uniform
+from billow.parts.gas.supply.mixture import mixture_gas_constant
 
 FREE_PATH = 0.75
 """Mean free path in cell edges."""

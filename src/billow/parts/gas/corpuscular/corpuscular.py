@@ -12,32 +12,32 @@ import math
 
 import numpy as np
 
-from billow.compiled import CHUNK
-from billow.errors import NumericalStop
-from billow.gas.ambient import InitialGas
-from billow.gas.corpuscular.audit import audit, bring_back, house_parked
-from billow.gas.corpuscular.balance import settle, thermal_energy
-from billow.gas.corpuscular.books import close_books, content, sums_of, take_stock, totals
-from billow.gas.corpuscular.cells import Cells, sort_into_cells
-from billow.gas.corpuscular.collisions import collide, collision_time
-from billow.gas.corpuscular.flight import Flock, fly
-from billow.gas.corpuscular.heat_loss import lose_heat
-from billow.gas.corpuscular.impact_bank import Hits, ImpactBank
-from billow.gas.corpuscular.inflow import blow, coming, draw_air_in, injectors
-from billow.gas.corpuscular.initial_air import fill_with_air
-from billow.gas.corpuscular.internal_energy import ParticleKinds
-from billow.gas.corpuscular.leaving import pull_out, take_out
-from billow.gas.corpuscular.merging import Remainder, merge, merges_ahead
-from billow.gas.corpuscular.outlets import NO_PASSAGE
-from billow.gas.corpuscular.particles import Particles
-from billow.gas.corpuscular.readings import Inside, on_faces, read_boxes, read_points
-from billow.gas.corpuscular.setup import Setup
-from billow.gas.corpuscular.state import CorpuscularState
-from billow.gas.corpuscular.wall_load import Patches, WallLoad, wall_speed
-from billow.gas.gas_model import Bag, GasTotals
+from billow.base.compiled import CHUNK
+from billow.base.errors import NumericalStop
 from billow.geometry.chambers import OUTSIDE
 from billow.geometry.search_grid import SearchGrid
 from billow.geometry.surface import area_vectors
+from billow.parts.gas.corpuscular.audit import audit, bring_back, house_parked
+from billow.parts.gas.corpuscular.balance import settle, thermal_energy
+from billow.parts.gas.corpuscular.books import close_books, content, sums_of, take_stock, totals
+from billow.parts.gas.corpuscular.cells import Cells, sort_into_cells
+from billow.parts.gas.corpuscular.collisions import collide, collision_time
+from billow.parts.gas.corpuscular.flight import Flock, fly
+from billow.parts.gas.corpuscular.heat_loss import lose_heat
+from billow.parts.gas.corpuscular.impact_bank import Hits, ImpactBank
+from billow.parts.gas.corpuscular.inflow import blow, coming, draw_air_in, injectors
+from billow.parts.gas.corpuscular.initial_air import fill_with_air
+from billow.parts.gas.corpuscular.internal_energy import ParticleKinds
+from billow.parts.gas.corpuscular.leaving import pull_out, take_out
+from billow.parts.gas.corpuscular.merging import Remainder, merge, merges_ahead
+from billow.parts.gas.corpuscular.outlets import NO_PASSAGE
+from billow.parts.gas.corpuscular.particles import Particles
+from billow.parts.gas.corpuscular.readings import Inside, on_faces, read_boxes, read_points
+from billow.parts.gas.corpuscular.setup import Setup
+from billow.parts.gas.corpuscular.state import CorpuscularState
+from billow.parts.gas.corpuscular.wall_load import Patches, WallLoad, wall_speed
+from billow.parts.gas.gas_model import Bag, GasTotals
+from billow.parts.gas.supply.ambient import InitialGas
 
 SMOOTHING = 0.2e-3
 """Time constant [s] of wall pressure and incident flow (physics notes, section 2)."""
@@ -69,7 +69,7 @@ MOST_STEPS = 8
 
 
 class Corpuscular(Setup):
-    """The gas model (`billow.gas.gas_model.GasModel`); its parameters are those of `Setup`."""
+    """The gas model (`billow.parts.gas.gas_model.GasModel`); its parameters are those of `Setup`."""
 
     # --- the contract ----------------------------------------------------------------------------------------------
 

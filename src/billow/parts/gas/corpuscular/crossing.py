@@ -24,7 +24,7 @@ from __future__ import annotations
 
 import math
 
-from billow.compiled import scalar
+from billow.base.compiled import scalar
 
 OUTWARD, INWARD, BOTH = 1, 2, 3
 """Directions of a crossing: from behind a triangle to ahead of it (along its normal), and back; BOTH is their sum."""

@@ -12,8 +12,8 @@ import math
 import numpy as np
 from numba import prange
 
-from billow.compiled import CHUNK, kernel, scalar
-from billow.gas.corpuscular.inside_points import meet
+from billow.base.compiled import CHUNK, kernel, scalar
+from billow.parts.gas.corpuscular.inside_points import meet
 
 
 def depths(

@@ -6,10 +6,10 @@ import math
 
 import numpy as np
 
-from billow.compiled import scalar
-from billow.gas.corpuscular.internal_energy import ParticleKinds, degrees_of_freedom
-from billow.gas.corpuscular.particles import Particles
-from billow.gas.corpuscular.random_numbers import gamma, normal, stream, uniform
+from billow.base.compiled import scalar
+from billow.parts.gas.corpuscular.internal_energy import ParticleKinds, degrees_of_freedom
+from billow.parts.gas.corpuscular.particles import Particles
+from billow.parts.gas.corpuscular.random_numbers import gamma, normal, stream, uniform
 
 DRAWN_IN = 0x4452_4157
 """Names the random numbers of air drawn in."""

@@ -26,13 +26,13 @@ from dataclasses import dataclass
 import numpy as np
 from numba import prange
 
-from billow.compiled import CHUNK, kernel
-from billow.gas.corpuscular.crossing import BOTH, INWARD, NEVER, OUTWARD, crossing, piece_normal
-from billow.gas.corpuscular.impact_bank import HITS_PER_CHUNK, Hits, ImpactBank
-from billow.gas.corpuscular.random_numbers import stream, uniform
-from billow.gas.corpuscular.sight import beside_wall
-from billow.gas.corpuscular.walls import SWEPT_NUMBERS, Walls, may_cross, sweep, wall_velocity
+from billow.base.compiled import CHUNK, kernel
 from billow.geometry.search_grid import SearchGrid, clipped_cell
+from billow.parts.gas.corpuscular.crossing import BOTH, INWARD, NEVER, OUTWARD, crossing, piece_normal
+from billow.parts.gas.corpuscular.impact_bank import HITS_PER_CHUNK, Hits, ImpactBank
+from billow.parts.gas.corpuscular.random_numbers import stream, uniform
+from billow.parts.gas.corpuscular.sight import beside_wall
+from billow.parts.gas.corpuscular.walls import SWEPT_NUMBERS, Walls, may_cross, sweep, wall_velocity
 
 STANDOFF = 1e-9
 """Distance [m] from a wall at which a reflected particle starts again."""

@@ -6,10 +6,10 @@ say where gas cools.
 
 from __future__ import annotations
 
-from billow.gas.corpuscular.setup import Setup
-from billow.gas.corpuscular.state import CorpuscularState
-from billow.gas.heat_loss import heat_lost
-from billow.gas.mixture import mixture_cp, mixture_gas_constant
+from billow.parts.gas.corpuscular.setup import Setup
+from billow.parts.gas.corpuscular.state import CorpuscularState
+from billow.parts.gas.supply.heat_loss import heat_lost
+from billow.parts.gas.supply.mixture import mixture_cp, mixture_gas_constant
 
 
 def lose_heat(setup: Setup, gas: CorpuscularState, span: float) -> None:

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numba import prange
 
-from billow.compiled import CHUNK, kernel
+from billow.base.compiled import CHUNK, kernel
 
 HITS_PER_CHUNK = 512
 """Hits that one chunk of CHUNK particles can hold before they are collected; at least one particle's MOST_HITS."""

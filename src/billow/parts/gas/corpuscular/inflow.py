@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from billow.compiled import scalar
-from billow.gas.corpuscular.drawn_in import draw_in
-from billow.gas.corpuscular.injection import Injector, Nozzles
-from billow.gas.corpuscular.internal_energy import ParticleKinds
-from billow.gas.corpuscular.random_numbers import stream, uniform
-from billow.gas.corpuscular.setup import Setup
-from billow.gas.corpuscular.state import CorpuscularState
-from billow.gas.gas_model import Bag
-from billow.gas.mixture import mixture_enthalpy
+from billow.base.compiled import scalar
 from billow.geometry.chambers import OUTSIDE
+from billow.parts.gas.corpuscular.drawn_in import draw_in
+from billow.parts.gas.corpuscular.injection import Injector, Nozzles
+from billow.parts.gas.corpuscular.internal_energy import ParticleKinds
+from billow.parts.gas.corpuscular.random_numbers import stream, uniform
+from billow.parts.gas.corpuscular.setup import Setup
+from billow.parts.gas.corpuscular.state import CorpuscularState
+from billow.parts.gas.gas_model import Bag
+from billow.parts.gas.supply.mixture import mixture_enthalpy
 
 FAINTEST = 1e-6
 """Pressure [Pa] a jet blows against, at least: into a vacuum it is choked."""

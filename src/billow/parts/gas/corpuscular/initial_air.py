@@ -6,11 +6,11 @@ import math
 
 import numpy as np
 
-from billow.compiled import scalar
-from billow.gas.corpuscular.inside_points import points_inside
-from billow.gas.corpuscular.internal_energy import ParticleKinds, degrees_of_freedom
-from billow.gas.corpuscular.particles import Particles
-from billow.gas.corpuscular.random_numbers import gamma, normal, stream
+from billow.base.compiled import scalar
+from billow.parts.gas.corpuscular.inside_points import points_inside
+from billow.parts.gas.corpuscular.internal_energy import ParticleKinds, degrees_of_freedom
+from billow.parts.gas.corpuscular.particles import Particles
+from billow.parts.gas.corpuscular.random_numbers import gamma, normal, stream
 
 INITIAL_AIR = 0x41495220
 """Names the random numbers of the air's motion."""

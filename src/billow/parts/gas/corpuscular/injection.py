@@ -21,13 +21,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from billow.compiled import scalar
-from billow.gas.corpuscular.internal_energy import ParticleKinds, degrees_of_freedom
-from billow.gas.corpuscular.particles import Particles
-from billow.gas.corpuscular.random_numbers import gamma, normal, stream, uniform
-from billow.gas.inflator import Inflator, delivered_mass, interpolate
-from billow.gas.mixture import mixture_enthalpy, mixture_gas_constant, mixture_temperature
-from billow.gas.uniform_pressure import jet_speed
+from billow.base.compiled import scalar
+from billow.parts.gas.corpuscular.internal_energy import ParticleKinds, degrees_of_freedom
+from billow.parts.gas.corpuscular.particles import Particles
+from billow.parts.gas.corpuscular.random_numbers import gamma, normal, stream, uniform
+from billow.parts.gas.supply.inflator import Inflator, delivered_mass, interpolate
+from billow.parts.gas.supply.mixture import mixture_enthalpy, mixture_gas_constant, mixture_temperature
+from billow.parts.gas.uniform.uniform_pressure import jet_speed
 
 INJECTION = 0x494E4A45
 """Names the random numbers of injection."""

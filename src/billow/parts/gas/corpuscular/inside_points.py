@@ -15,8 +15,8 @@ import math
 
 import numpy as np
 
-from billow.compiled import scalar
-from billow.gas.corpuscular.random_numbers import stream, uniform
+from billow.base.compiled import scalar
+from billow.parts.gas.corpuscular.random_numbers import stream, uniform
 
 COLUMNS_PER_POINT = 4
 FEWEST_COLUMNS = 40_000

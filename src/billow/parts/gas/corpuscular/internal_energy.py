@@ -17,9 +17,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from billow.compiled import scalar
-from billow.gas.mixture import species_cp, species_enthalpy
-from billow.gas.species import MOLAR_GAS_CONSTANT
+from billow.base.compiled import scalar
+from billow.parts.gas.supply.mixture import species_cp, species_enthalpy
+from billow.parts.gas.supply.species import MOLAR_GAS_CONSTANT
 
 AVOGADRO = 6.02214076e23  # 1/mol, SI definition
 BOLTZMANN = MOLAR_GAS_CONSTANT / AVOGADRO  # J/K

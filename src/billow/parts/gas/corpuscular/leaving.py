@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from billow.gas.corpuscular.flight import Flock
-from billow.gas.corpuscular.internal_energy import ParticleKinds
-from billow.gas.corpuscular.outlets import Outlets
-from billow.gas.corpuscular.state import CorpuscularState
-from billow.gas.gas_model import Bag
-from billow.gas.mixture import species_enthalpy
-from billow.gas.passages import VENT, Passages
 from billow.geometry.chambers import OUTSIDE
 from billow.geometry.surface import area_vectors
+from billow.parts.gas.corpuscular.flight import Flock
+from billow.parts.gas.corpuscular.internal_energy import ParticleKinds
+from billow.parts.gas.corpuscular.outlets import Outlets
+from billow.parts.gas.corpuscular.state import CorpuscularState
+from billow.parts.gas.gas_model import Bag
+from billow.parts.gas.supply.mixture import species_enthalpy
+from billow.parts.gas.supply.passages import VENT, Passages
 
 LARGEST_PULL = 0.02
 """Of a chamber's particles that a vent may take in a gas step, besides those that strike it."""

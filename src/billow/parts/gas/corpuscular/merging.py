@@ -24,11 +24,11 @@ from dataclasses import dataclass
 import numpy as np
 from numba import prange
 
-from billow.compiled import kernel
-from billow.gas.corpuscular.cells import Cells
-from billow.gas.corpuscular.internal_energy import ParticleKinds
-from billow.gas.corpuscular.particles import Particles
-from billow.gas.corpuscular.random_numbers import stream, uniform
+from billow.base.compiled import kernel
+from billow.parts.gas.corpuscular.cells import Cells
+from billow.parts.gas.corpuscular.internal_energy import ParticleKinds
+from billow.parts.gas.corpuscular.particles import Particles
+from billow.parts.gas.corpuscular.random_numbers import stream, uniform
 
 GROUP = 128
 """Merged particles, at least, that share one correction, unless there are fewer of their kind. The factor on their

@@ -1,7 +1,7 @@
 """Outlets: how likely a particle is to pass a vent or porous fabric, so that the mass flow is that of the law.
 
 A hole that lets every particle pass would lose gas like a vacuum: nothing comes back from outside. The mass flow of
-each passage is therefore the one its law gives for the gas beside it (billow.gas.passages, the same objects as for
+each passage is therefore the one its law gives for the gas beside it (supply/passages.py, the same objects as for
 uniform pressure), and a particle that strikes it passes with probability
 
     P = min(1, (flow + short / window) / incident mass flow),
@@ -31,12 +31,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from billow.gas.ambient import Ambient
-from billow.gas.exchange import effective_area
-from billow.gas.mixture import mixture_cp, mixture_gas_constant
-from billow.gas.outflow import conductance
-from billow.gas.passages import BURSTS_AT, OPENING, OPENS_AT, VENT, Passages
 from billow.geometry.chambers import OUTSIDE
+from billow.parts.gas.supply.ambient import Ambient
+from billow.parts.gas.supply.mixture import mixture_cp, mixture_gas_constant
+from billow.parts.gas.supply.outflow import conductance
+from billow.parts.gas.supply.passages import BURSTS_AT, OPENING, OPENS_AT, VENT, Passages
+from billow.parts.gas.uniform.exchange import effective_area
 
 NO_PASSAGE = -1
 

@@ -20,7 +20,7 @@ import math
 
 import numpy as np
 
-from billow.compiled import scalar
+from billow.base.compiled import scalar
 
 _GOLDEN = np.uint64(0x9E3779B97F4A7C15)
 _FIRST = np.uint64(0xBF58476D1CE4E5B9)

@@ -14,15 +14,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial import cKDTree
 
-from billow.gas.ambient import Ambient
-from billow.gas.corpuscular.cell_fields import CellFields, cell_fields
-from billow.gas.corpuscular.cells import Cells
-from billow.gas.corpuscular.collisions import cell_content
-from billow.gas.corpuscular.depth import depths
-from billow.gas.corpuscular.internal_energy import ParticleKinds, cell_temperature
-from billow.gas.corpuscular.particles import Particles
-from billow.gas.mixture import mixture_gas_constant
 from billow.geometry.chambers import OUTSIDE, Chambers
+from billow.parts.gas.corpuscular.cell_fields import CellFields, cell_fields
+from billow.parts.gas.corpuscular.cells import Cells
+from billow.parts.gas.corpuscular.collisions import cell_content
+from billow.parts.gas.corpuscular.depth import depths
+from billow.parts.gas.corpuscular.internal_energy import ParticleKinds, cell_temperature
+from billow.parts.gas.corpuscular.particles import Particles
+from billow.parts.gas.supply.ambient import Ambient
+from billow.parts.gas.supply.mixture import mixture_gas_constant
 
 IN_A_BOX = 100
 """Particles in a box, about: 10 % of noise in pressure, 5 % in temperature."""

@@ -8,17 +8,17 @@ from functools import cached_property
 
 import numpy as np
 
-from billow.gas.ambient import Ambient, InitialGas
-from billow.gas.corpuscular.internal_energy import ParticleKinds
-from billow.gas.corpuscular.outlets import Outlets
-from billow.gas.corpuscular.state import CorpuscularState
-from billow.gas.corpuscular.wall_load import Squares
-from billow.gas.corpuscular.walls import Walls
-from billow.gas.inflator import Inflator
-from billow.gas.jets import Jets
-from billow.gas.passages import NO_PASSAGES, Passages
 from billow.geometry.chambers import OUTSIDE, Chambers
 from billow.geometry.surface import Surface
+from billow.parts.gas.corpuscular.internal_energy import ParticleKinds
+from billow.parts.gas.corpuscular.outlets import Outlets
+from billow.parts.gas.corpuscular.state import CorpuscularState
+from billow.parts.gas.corpuscular.wall_load import Squares
+from billow.parts.gas.corpuscular.walls import Walls
+from billow.parts.gas.supply.ambient import Ambient, InitialGas
+from billow.parts.gas.supply.inflator import Inflator
+from billow.parts.gas.supply.jets import Jets
+from billow.parts.gas.supply.passages import NO_PASSAGES, Passages
 
 
 @dataclass(frozen=True)

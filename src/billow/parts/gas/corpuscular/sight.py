@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import math
 
-from billow.compiled import scalar
-from billow.gas.corpuscular.crossing import BOTH, NEVER, crossing
+from billow.base.compiled import scalar
 from billow.geometry.search_grid import clipped_cell
+from billow.parts.gas.corpuscular.crossing import BOTH, NEVER, crossing
 
 ELBOW_ROOM = 1e-6
 """Largest distance [m] from a wall at which a particle is put beside it."""

@@ -6,12 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from billow.gas.corpuscular.cells import Cells
-from billow.gas.corpuscular.impact_bank import ImpactBank
-from billow.gas.corpuscular.injection import Delivery
-from billow.gas.corpuscular.merging import Remainder
-from billow.gas.corpuscular.particles import Particles
-from billow.gas.corpuscular.wall_load import WallLoad
+from billow.parts.gas.corpuscular.cells import Cells
+from billow.parts.gas.corpuscular.impact_bank import ImpactBank
+from billow.parts.gas.corpuscular.injection import Delivery
+from billow.parts.gas.corpuscular.merging import Remainder
+from billow.parts.gas.corpuscular.particles import Particles
+from billow.parts.gas.corpuscular.wall_load import WallLoad
 
 
 @dataclass

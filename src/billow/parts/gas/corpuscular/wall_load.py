@@ -34,7 +34,7 @@ from dataclasses import dataclass
 import numpy as np
 from numba import prange
 
-from billow.compiled import CHUNK, kernel
+from billow.base.compiled import CHUNK, kernel
 
 PARTICLES_PER_PATCH = 150
 """At least, beside each patch, unless it is a whole part."""

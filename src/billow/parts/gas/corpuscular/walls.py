@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numba import prange
 
-from billow.compiled import kernel, scalar
+from billow.base.compiled import kernel, scalar
 
 SWEPT_NUMBERS = 23
 """Numbers per triangle that `sweep` fills in."""

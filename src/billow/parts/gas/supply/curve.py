@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from billow.compiled import scalar
+from billow.base.compiled import scalar
 
 NO_CURVE = -1
 """Index that stands for the constant 1."""

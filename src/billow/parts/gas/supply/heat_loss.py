@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from billow.compiled import scalar
+from billow.base.compiled import scalar
 
 
 @scalar

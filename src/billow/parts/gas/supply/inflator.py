@@ -8,8 +8,8 @@ from functools import cached_property
 
 import numpy as np
 
-from billow.compiled import scalar
-from billow.gas.curve import Curve, CurveTable, interpolate
+from billow.base.compiled import scalar
+from billow.parts.gas.supply.curve import Curve, CurveTable, interpolate
 
 __all__ = ["Inflator", "InflowTable", "JetRing", "delivered_mass", "interpolate"]
 

@@ -15,8 +15,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from billow.compiled import kernel, scalar
-from billow.gas.inflator import JetRing
+from billow.base.compiled import kernel, scalar
+from billow.parts.gas.supply.inflator import JetRing
 
 UPDATE_INTERVAL = 1e-4
 """Time [s] between two searches for what the jets hit."""

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from billow.compiled import scalar
-from billow.gas.species import COLDEST, HOTTEST
+from billow.base.compiled import scalar
+from billow.parts.gas.supply.species import COLDEST, HOTTEST
 
 
 @scalar

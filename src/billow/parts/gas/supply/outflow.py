@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from billow.compiled import scalar
+from billow.base.compiled import scalar
 
 LINEAR_BELOW = 50.0
 """Pressure difference [Pa] below which flow is linear in it."""

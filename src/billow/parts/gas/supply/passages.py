@@ -17,10 +17,10 @@ from functools import cached_property
 import numpy as np
 from numba import prange
 
-from billow.compiled import CHUNK, kernel
-from billow.gas.curve import NO_CURVE, Curve, CurveTable
+from billow.base.compiled import CHUNK, kernel
 from billow.geometry.chambers import OUTSIDE
 from billow.geometry.triangle import double_area_vector
+from billow.parts.gas.supply.curve import NO_CURVE, Curve, CurveTable
 
 VENT, FABRIC, OPENING = range(3)
 """What a passage is, for the histories: a hole to the surroundings, porous fabric, a hole between two chambers."""
@@ -41,7 +41,7 @@ COEFFICIENT, AREA, X0, X1, X2, X3, THROUGH_BLOCKED, OPENS_AT, BURSTS_AT = range(
 class Passage:
     """One way out of a chamber.
 
-    kind: VENT, FABRIC or OPENING. law: one of billow.gas.outflow. behind, ahead: index of the chambers it joins, or
+    kind: VENT, FABRIC or OPENING. law: one of outflow.py. behind, ahead: index of the chambers it joins, or
     OUTSIDE; flow from behind to ahead counts as positive. triangles: (n,) int64 that make it up; none for an orifice
     without geometry. area: flat area [m^2]. coefficient: in the unit of the law. over_time: up to two factors against
     time [s]. over_pressure: factor against pressure [Pa], read as `pressure_read`. area_terms: X0 to X3.

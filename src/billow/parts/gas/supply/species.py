@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from billow.errors import InputError
+from billow.base.errors import InputError
 
 MOLAR_GAS_CONSTANT = 8.31446261815324  # J/(mol K), CODATA 2018
 COLDEST, HOTTEST = 200.0, 3000.0  # K, range of the fits

@@ -9,13 +9,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from billow.compiled import scalar
-from billow.gas.curve import interpolate
-from billow.gas.exchange import flows
-from billow.gas.heat_loss import heat_lost
-from billow.gas.inflator import delivered_mass
-from billow.gas.mixture import mixture_cp, mixture_enthalpy, mixture_gas_constant, mixture_temperature
-from billow.gas.passages import AHEAD, BEHIND, FABRIC, KIND
+from billow.base.compiled import scalar
+from billow.parts.gas.supply.curve import interpolate
+from billow.parts.gas.supply.heat_loss import heat_lost
+from billow.parts.gas.supply.inflator import delivered_mass
+from billow.parts.gas.supply.mixture import mixture_cp, mixture_enthalpy, mixture_gas_constant, mixture_temperature
+from billow.parts.gas.supply.passages import AHEAD, BEHIND, FABRIC, KIND
+from billow.parts.gas.uniform.exchange import flows
 
 PRESSURE_ITERATIONS = 3
 

@@ -16,10 +16,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from billow.compiled import scalar
-from billow.gas.curve import curve_value
-from billow.gas.outflow import conductance
-from billow.gas.passages import (
+from billow.base.compiled import scalar
+from billow.geometry.chambers import OUTSIDE
+from billow.parts.gas.supply.curve import curve_value
+from billow.parts.gas.supply.outflow import conductance
+from billow.parts.gas.supply.passages import (
     ABSOLUTE,
     AHEAD,
     AREA,
@@ -39,7 +40,6 @@ from billow.gas.passages import (
     X3,
     Passages,
 )
-from billow.geometry.chambers import OUTSIDE
 
 LARGEST_SHARE = 0.5
 """Of a chamber's mass that may leave it within one step, so that no mass turns negative."""
@@ -47,7 +47,7 @@ LARGEST_SHARE = 0.5
 
 @scalar
 def effective_area(plan, numbers, curve_start, curve_x, curve_y, present, blocked, time, upstream, downstream, lead):
-    """Area [m^2] of one passage times its coefficient; see billow.gas.passages for the formula.
+    """Area [m^2] of one passage times its coefficient; see billow.parts.gas.supply.passages for the formula.
 
     plan, numbers: its row. present, blocked: its present area and the blocked part of it [m^2]. upstream, downstream:
     pressures [Pa]; lead: pressure behind minus ahead [Pa].

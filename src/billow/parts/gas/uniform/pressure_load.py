@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 from numba import prange
 
-from billow.compiled import kernel, scalar
+from billow.base.compiled import kernel, scalar
 from billow.geometry.triangle import double_area_vector
 
 

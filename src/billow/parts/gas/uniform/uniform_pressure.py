@@ -11,9 +11,16 @@ from functools import cached_property
 
 import numpy as np
 
-from billow.compiled import scalar
-from billow.gas.ambient import Ambient, InitialGas
-from billow.gas.chamber_step import (
+from billow.base.compiled import scalar
+from billow.geometry.chambers import OUTSIDE, Chambers
+from billow.parts.gas.gas_model import Bag, ChamberTotals, GasTotals
+from billow.parts.gas.supply.ambient import Ambient, InitialGas
+from billow.parts.gas.supply.curve import interpolate
+from billow.parts.gas.supply.inflator import Inflator, InflowTable
+from billow.parts.gas.supply.jets import UPDATE_INTERVAL, JetPattern, Jets, add_jet_force, aim, power_of_last_force
+from billow.parts.gas.supply.mixture import mixture_cp, mixture_enthalpy, mixture_gas_constant
+from billow.parts.gas.supply.passages import FABRIC, NO_PASSAGES, Passages
+from billow.parts.gas.uniform.chamber_step import (
     ALL_HEAT,
     ALL_IN,
     ALL_INJECTED,
@@ -37,14 +44,7 @@ from billow.gas.chamber_step import (
     advance_chambers,
     sum_up,
 )
-from billow.gas.curve import interpolate
-from billow.gas.gas_model import Bag, ChamberTotals, GasTotals
-from billow.gas.inflator import Inflator, InflowTable
-from billow.gas.jets import UPDATE_INTERVAL, JetPattern, Jets, add_jet_force, aim, power_of_last_force
-from billow.gas.mixture import mixture_cp, mixture_enthalpy, mixture_gas_constant
-from billow.gas.passages import FABRIC, NO_PASSAGES, Passages
-from billow.gas.pressure_load import add_pressure, add_pressures
-from billow.geometry.chambers import OUTSIDE, Chambers
+from billow.parts.gas.uniform.pressure_load import add_pressure, add_pressures
 
 
 @dataclass
