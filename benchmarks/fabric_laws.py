@@ -46,8 +46,8 @@ def deployment() -> tuple[Model, list[tuple[np.ndarray, np.ndarray]]]:
 def fabric_laws() -> dict[str, str]:
     """Nanoseconds per triangle and evaluation of each law, and their ratio to the linear one."""
     model, states = deployment()
-    elements, triangles = model.membranes[0].elements, model.surface.triangles
-    flat = _flat_corners(model.membranes[0])
+    elements, triangles = model.fabric.membranes[0].elements, model.surface.triangles
+    flat = _flat_corners(model.fabric.membranes[0])
 
     def use(law: str):
         membrane = Membrane.build(build_fabric(Case.from_dict({"fabric": {"law": law}}).fabric), elements, flat)

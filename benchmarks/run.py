@@ -30,26 +30,13 @@ from billow.parts.gas.supply.jets import UPDATE_INTERVAL, aim
 from billow.results.dataset import Dataset
 from billow.rom.surrogate.surrogate import Surrogate
 from billow.run.recorder import environment
-from billow.solver import forces, nodes
-from billow.solver.model import Model, State, start_state
+from billow.solver import nodes
+from billow.solver.model import start_state
 from billow.solver.run import run
-from billow.solver.step import advance, close_ledger, stable_dt
+from billow.solver.step import advance, first_forces, stable_dt
 
 REPEATS = 200
 FULL_SIZE = 0.0085  # m; 20,000 triangles of a driver bag 0.70 m across
-
-
-class Silent:
-    """A recorder that keeps nothing."""
-
-    def history(self, model: Model, state: State) -> None:
-        pass
-
-    def frame(self, model: Model, state: State) -> None:
-        pass
-
-    def step(self, model: Model, state: State) -> None:
-        pass
 
 
 def median_seconds(*calls, repeats: int = REPEATS) -> list[float]:
@@ -75,25 +62,27 @@ def step_cost() -> dict[str, str]:
     """A whole step against the membrane kernel with its gather, at 20,000 triangles with the bag in contact."""
     model = build_model(driver_case(FULL_SIZE))
     state = start_state(model)
-    forces.evaluate_forces(model, state, 0.0, 0.0)
-    close_ledger(model, state)
+    first_forces(model, state)
     while state.time < 0.012:
         advance(model, state, stable_dt(model, state))
     dt = 1e-9  # the state hardly moves while it is timed
 
     def membrane() -> None:
-        forces.add_membrane_forces(model, state, 0.0)
+        model.fabric.add_forces(
+            state.fabric, state.positions, state.velocities, state.time, 0.0, model.work.corner_force
+        )
 
     def gather() -> None:
         nodes.gather(
-            model.surface.corner_start, model.surface.corners, state.corner_force, model.mass, model.gravity, 0.0,
+            model.surface.corner_start, model.surface.corners, model.work.corner_force, model.mass, model.gravity, 0.0,
             state.velocities, state.nodal_force,
         )  # fmt: skip
 
     whole, kernel, gathered = median_seconds(lambda: advance(model, state, dt), membrane, gather)
     n = model.surface.triangle_count
     # Finding what the jets hit happens every 0.1 ms, not every step; its share is added as an average.
-    (aiming,) = median_seconds(lambda: aim(model.gas.jets[0], model.surface.triangles, state.positions), repeats=20)
+    jets = model.gas.supply.sources[0].jets
+    (aiming,) = median_seconds(lambda: aim(jets, model.surface.triangles, state.positions), repeats=20)
     real_dt = stable_dt(model, state)
     whole += aiming * real_dt / UPDATE_INTERVAL
     return {
@@ -111,7 +100,7 @@ def full_run() -> dict[str, str]:
     case = driver_case(FULL_SIZE)
     model = build_model(case)
     begun = time.perf_counter()
-    state = run(model, build_schedule(case.run), Silent())
+    state = run(model, build_schedule(case.run))
     seconds = time.perf_counter() - begun
     return {f"run of 50 ms, {model.surface.triangle_count} triangles, one core": f"{seconds:.0f} s, {state.step} steps"}
 
@@ -175,7 +164,7 @@ def _deployment_seconds() -> float:
     case = driver_case(0.020)
     model = build_model(case)
     begun = time.perf_counter()
-    run(model, build_schedule(case.run), Silent())
+    run(model, build_schedule(case.run))
     return time.perf_counter() - begun
 
 

@@ -7,10 +7,8 @@ import numpy as np
 import pytest
 
 from billow.base.errors import InputError
-from billow.case.build import build_model
 from billow.case.schema import Case
 from billow.run.simulate import simulate
-from billow.solver.model import start_state
 
 SEEN = {
     "gas": {"model": "corpuscular", "particles": 5000},
@@ -71,13 +69,6 @@ def test_escaped_particles_are_in_the_books_and_in_the_log(seen):
     count = seen.ledger["leaked_particles"]
     assert f"particles found outside and put back: {count:.0f}\n" in (seen.folder / "solver.log").read_text()
     assert seen.ledger["leaked_particles_share"] == count / 5000
-
-
-def test_totals_count_the_escaped():
-    model = build_model(Case.from_dict(SEEN))
-    state = start_state(model)
-    state.gas.escaped = 7
-    assert model.gas.totals(state.gas).escaped == 7
 
 
 def test_a_restart_leaves_the_same_pictures(seen, tmp_path):

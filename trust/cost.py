@@ -14,23 +14,10 @@ from billow.case.schema import Case
 from billow.run.checkpoint_file import write_checkpoint
 from billow.run.recorder import CHECKPOINT_SECONDS
 from billow.solver import run as time_loop
-from billow.solver import step
+from billow.solver.ledger import Ledger
 from trust.scenes import PLATE
 
 REPEATS = 7
-
-
-class Silent:
-    """A recorder that keeps nothing."""
-
-    def history(self, model, state) -> None:
-        pass
-
-    def frame(self, model, state) -> None:
-        pass
-
-    def step(self, model, state) -> None:
-        pass
 
 
 def share() -> tuple[float, float]:
@@ -42,16 +29,16 @@ def share() -> tuple[float, float]:
     numba.set_num_threads(1)
     case = Case.from_dict({"obstacles": [PLATE, {"shape": "super-ellipsoid"}], "run": {"end_time": 0.010, "frames": 1}})
     model, schedule = build_model(case), build_schedule(case.run)
-    time_loop.run(model, schedule, Silent())
+    time_loop.run(model, schedule)
     ratios = []
     for _ in range(REPEATS):
-        careful = _seconds(lambda: time_loop.run(model, schedule, Silent()))
-        checks = time_loop.check_state, step.close_ledger
-        time_loop.check_state = step.close_ledger = lambda *arguments: None
+        careful = _seconds(lambda: time_loop.run(model, schedule))
+        checks = time_loop.check_state, Ledger.close
+        time_loop.check_state = Ledger.close = lambda *arguments: None
         try:
-            careless = _seconds(lambda: time_loop.run(model, schedule, Silent()))
+            careless = _seconds(lambda: time_loop.run(model, schedule))
         finally:
-            time_loop.check_state, step.close_ledger = checks
+            time_loop.check_state, Ledger.close = checks
         ratios.append(careful / careless - 1.0)
     state = time_loop.begin(model, schedule)
     with tempfile.TemporaryDirectory() as folder:

@@ -15,7 +15,7 @@ from billow.base.units import CONVERSIONS
 from billow.case import schema
 from billow.case.bag import schema_bag
 from billow.case.gas import schema_gas
-from billow.case.obstacles import schema_obstacle
+from billow.case.obstacles.obstacles import OBSTACLES
 from billow.case.quantity import Strict, unit_of
 
 EXAMPLE: dict[str, Any] = {
@@ -56,8 +56,8 @@ def fields(model: type[Strict] = schema.Case, path: tuple[str | int, ...] = ()) 
     """Path and pydantic field of every setting, bag and obstacles as they stand in `EXAMPLE`."""
     for name, field in model.model_fields.items():
         if name == "obstacles":
-            yield from fields(schema_obstacle.Plate, (*path, name, 0))
-            yield from fields(schema_obstacle.SuperEllipsoid, (*path, name, 1))
+            for k, table in enumerate(OBSTACLES.values()):
+                yield from fields(table, (*path, name, k))
         elif name == "bag":
             yield from fields(schema_bag.DriverBag, (*path, name))
         elif name == "inflator":

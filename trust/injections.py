@@ -144,14 +144,14 @@ def nan_position():
 
 def nan_gas():
     def damage(state):
-        state.gas.energy *= np.nan
+        state.gas.content.energy *= np.nan
 
     return at_step(50, damage)
 
 
 def hot_gas():
     def damage(state):
-        state.gas.energy *= 30.0
+        state.gas.content.energy *= 30.0
 
     return at_step(50, damage)
 

@@ -12,7 +12,7 @@ from billow.case.build import build_model, build_schedule
 from billow.case.schema import Case
 from billow.solver.checkpoint import flatten
 from billow.solver.model import Model, State
-from billow.solver.run import Schedule
+from billow.solver.run import Recorder, Schedule
 
 PLATE = {"shape": "plate"}
 
@@ -52,7 +52,7 @@ def state_sha256(state: State) -> str:
     return digest.hexdigest()
 
 
-class Listener:
+class Listener(Recorder):
     """A recorder that hashes every row of histories and calls `at_step` after every step."""
 
     def __init__(self, at_step: Callable[[State], None] = lambda state: None):

@@ -23,7 +23,7 @@ TWO_CHAMBERS = {"shape": "rectangular", "chambers": 2, "element_size": 0.05, "ve
 def built(**tables):
     case = Case.from_dict({"bag": SMALL} | tables)
     shape = build_shape(case.bag)
-    return build_gas(case, shape), shape
+    return build_gas(case, shape).model, shape
 
 
 def rows(gas):

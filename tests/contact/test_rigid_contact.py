@@ -7,10 +7,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from billow.geometry.shapes.super_ellipsoid import closest_point, radial_measure
+from billow.geometry.shapes.half_space import HalfSpace
+from billow.geometry.shapes.pose import of_plane, quaternion_about, rotation_matrix
+from billow.geometry.shapes.super_ellipsoid import SuperEllipsoid, closest_point, radial_measure
+from billow.parts.bodies.contact import ContactState, ShapeMotion, ShapeTable, SurfaceLaw, push
 from billow.parts.bodies.penalty import A_REFERENCE
-from billow.parts.bodies.rigid_body import quaternion_about, rotation_matrix
-from billow.parts.bodies.rigid_contact import ContactState, ObstacleTable, Plate, SuperEllipsoid, SurfaceLaw, push
 
 NODES = 200
 points = st.tuples(st.floats(-1, 1), st.floats(-1, 1), st.floats(-1, 1)).filter(lambda p: np.dot(p, p) > 1e-3)
@@ -63,13 +64,14 @@ def crowd(seed, spread=0.12):
 def press(shape, law, area, inverse_mass, body, positions, velocities, dt, contact=None):
     """One step of contact with one obstacle. body: centre, velocity, spin, rotation. Returns contact, force, torque."""
     contact = contact or ContactState.none(1, len(positions))
-    motion = np.concatenate([np.ravel(part) for part in body])[None]
-    reaction = push(ObstacleTable.build([shape], [law]), motion, area, inverse_mass, positions, velocities, dt, contact)
+    motion = ShapeMotion.room(1)
+    motion.body[0], motion.pose[0] = np.concatenate(body[:3]), body[3].ravel()
+    reaction = push(ShapeTable.build([shape], [law]), motion, area, inverse_mass, positions, velocities, dt, contact)
     return contact, reaction[0, :3], reaction[0, 3:]
 
 
 STILL = (np.zeros(3), np.zeros(3), np.zeros(3), np.eye(3))
-SHAPES = [Plate(np.array([0.6, 0.0, 0.8])), SuperEllipsoid(np.array([0.1, 0.08, 0.09]), 3.0)]
+SHAPES = [HalfSpace(), SuperEllipsoid(np.array([0.1, 0.08, 0.09]), 3.0)]
 ROTATION = rotation_matrix(quaternion_about(np.array([0.6, 0.8, 0.0]), 0.7))
 
 
@@ -78,8 +80,7 @@ def test_what_the_nodes_get_the_body_loses(shape):
     for seed in range(5):
         positions, velocities, area, inverse_mass = crowd(seed)
         before, centre, dt = velocities.copy(), np.array([0.01, -0.02, 0.005]), 2e-6
-        turning = np.array([3.0, -2.0, 5.0]) if isinstance(shape, SuperEllipsoid) else np.zeros(3)
-        body = (centre, np.array([1.0, 2.0, -3.0]), turning, ROTATION)
+        body = (centre, np.array([1.0, 2.0, -3.0]), np.array([3.0, -2.0, 5.0]), ROTATION)
         law = SurfaceLaw(1e5, 0.3, 0.1)
         contact, force, torque = press(shape, law, area, inverse_mass, body, positions, velocities, dt)
         pushed = contact.force[0]
@@ -124,12 +125,9 @@ def test_nodes_without_fabric_are_not_touched():
 
 def test_a_node_pinched_between_two_obstacles_settles_with_both():
     """Both push as if each knew of the other: momentum and energy close, and neither is let through."""
-    table = ObstacleTable.build(
-        [Plate(np.array([0.0, 0.0, 1.0])), Plate(np.array([0.0, 0.28, -0.96]))], [SurfaceLaw(1e5, 0.2, 0.0)] * 2
-    )
-    motion = np.zeros((2, 18))
-    motion[:, 9:] = np.eye(3).ravel()
-    motion[1, 2], motion[1, 5] = 3e-4, -5.0  # the upper plate comes down, 0.3 mm over the lower one
+    table, motion = ShapeTable.build([HalfSpace()] * 2, [SurfaceLaw(1e5, 0.2, 0.0)] * 2), ShapeMotion.room(2)
+    motion.pose[0], motion.pose[1] = np.eye(3).ravel(), of_plane(0.0, np.array([0.0, 0.28, -0.96])).rotation.ravel()
+    motion.body[1, 2], motion.body[1, 5] = 3e-4, -5.0  # the upper plate comes down, 0.3 mm over the lower one
     positions, velocities = np.array([[0.0, 0.0, 1e-4]]), np.array([[0.0, 0.0, -2.0]])
     contact, mass, area = ContactState.none(2, 1), 2e-5, np.array([1e-4])
     both = 0
@@ -143,11 +141,11 @@ def test_a_node_pinched_between_two_obstacles_settles_with_both():
         assert velocities[0] == pytest.approx(middle, abs=1e-9)
         after = before[0] + dt / mass * pushed.sum(axis=0)
         gained = 0.5 * mass * (after @ after - before[0] @ before[0]) + contact.stored.sum() - stored
-        driven = dt * pushed[1] @ motion[1, 3:6]  # by the moving plate
+        driven = dt * pushed[1] @ motion.body[1, 3:6]  # by the moving plate
         assert gained + contact.dissipated.sum() == pytest.approx(driven, abs=1e-9 * mass)
         positions += dt * velocities
         velocities[0] = after
-        motion[1, :3] += dt * motion[1, 3:6]
+        motion.body[1, :3] += dt * motion.body[1, 3:6]
         both += pushed.any(axis=1).all()
     assert both > 30
 

@@ -8,15 +8,21 @@ import hashlib
 import numpy as np
 
 from billow.geometry.bag_shapes import square_bag
-from billow.geometry.shapes.super_ellipsoid import principal_inertia
+from billow.geometry.shapes.pose import quaternion_about
+from billow.geometry.shapes.super_ellipsoid import SuperEllipsoid
 from billow.geometry.surface import nodal_share
-from billow.parts.bodies.rigid_body import RigidBody, RigidState, quaternion_about
-from billow.parts.bodies.rigid_contact import SuperEllipsoid, SurfaceLaw
+from billow.parts.bodies.bodies import Bodies
+from billow.parts.bodies.body import Body
+from billow.parts.bodies.contact import SurfaceLaw
+from billow.parts.bodies.rigid_body import RigidBody, RigidState
+from billow.parts.fabric.fabric import Fabric
 from billow.parts.fabric.linear_law import LinearFabric
 from billow.parts.fabric.membrane import Membrane
+from billow.parts.gas.gas_part import GasPart
 from billow.parts.gas.no_gas import NoGas
 from billow.parts.straps import NO_STRAPS
-from billow.solver.model import Model, Obstacle
+from billow.solver.model import Model
+from billow.solver.run import Recorder
 
 
 def free_model(*, slope=2e4, friction=0.3, damping=0.1, gravity=(0.0, 0.0, 0.0), apart=0.0) -> Model:
@@ -35,32 +41,28 @@ def free_model(*, slope=2e4, friction=0.3, damping=0.1, gravity=(0.0, 0.0, 0.0),
         np.array([2.0, 1.0, -20.0]),
         np.array([2e-4, -3e-4, 1e-4]),
     )
-    body = RigidBody(0.05, principal_inertia(0.05, radii, 3.0), locked=False)
+    ellipsoid = SuperEllipsoid(radii, 3.0)
+    rigid = RigidBody(0.05, ellipsoid.inertia(0.05), locked=False)
+    body = Body.of("body", ellipsoid, SurfaceLaw(slope, friction, damping), rigid, start)
+    positions, contact_area = np.ascontiguousarray(shape.positions), membrane.volume / fabric.thickness
     return Model(
         surface=shape.surface,
-        start=np.ascontiguousarray(shape.positions),
-        membranes=(membrane,),
-        straps=NO_STRAPS,
-        gas=NoGas(),
-        obstacles=(Obstacle("body", SuperEllipsoid(radii, 3.0), SurfaceLaw(slope, friction, damping), body, start),),
+        start=positions,
         mass=nodal_share(corners, membrane.mass, nodes),
-        contact_area=nodal_share(corners, membrane.volume / fabric.thickness, nodes),
         fixed=np.zeros(nodes, dtype=bool),
         gravity=np.array(gravity),
+        gas=GasPart(NoGas(), shape.surface, positions),
+        fabric=Fabric(shape.surface, (membrane,)),
+        straps=NO_STRAPS,
+        bodies=Bodies((body,), nodal_share(corners, contact_area, nodes), np.array(gravity)),
     )
 
 
-class Silent:
-    """A recorder that writes nothing; `steps` is called after every step."""
+class EachStep(Recorder):
+    """A recorder that calls `look(model, state)` after every step."""
 
-    def __init__(self, steps=lambda model, state: None):
-        self.step = steps
-
-    def history(self, model, state) -> None:
-        pass
-
-    def frame(self, model, state) -> None:
-        pass
+    def __init__(self, look):
+        self.step = look
 
 
 def fingerprint(state) -> str:
@@ -70,8 +72,13 @@ def fingerprint(state) -> str:
     def take(value):
         if dataclasses.is_dataclass(value):
             for field in dataclasses.fields(value):
-                digest.update(field.name.encode())
-                take(getattr(value, field.name))
+                if "constant" not in field.metadata:
+                    digest.update(field.name.encode())
+                    take(getattr(value, field.name))
+        elif isinstance(value, dict):
+            for name, item in value.items():
+                digest.update(name.encode())
+                take(item)
         elif isinstance(value, tuple | list):
             for item in value:
                 take(item)

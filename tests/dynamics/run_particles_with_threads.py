@@ -6,7 +6,7 @@ import sys
 import warnings
 
 import numba
-from free_scene import Silent, fingerprint
+from free_scene import fingerprint
 
 import billow.base.compiled
 from billow.case.build import build_model
@@ -26,5 +26,5 @@ if __name__ == "__main__":
     model = build_model(case)
     for threads in map(int, sys.argv[1:]):
         numba.set_num_threads(threads)
-        state = run(model, Schedule(6e-4, 2, 1), Silent())
-        print(threads, state.step, state.gas.gas_step, state.gas.particles.count, fingerprint(state))
+        state = run(model, Schedule(6e-4, 2, 1))
+        print(threads, state.step, state.gas.content.gas_step, state.gas.content.particles.count, fingerprint(state))

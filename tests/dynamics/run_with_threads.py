@@ -6,7 +6,7 @@ import sys
 import warnings
 
 import numba
-from free_scene import Silent, fingerprint
+from free_scene import fingerprint
 
 import billow.base.compiled
 from billow.case.build import build_model
@@ -35,5 +35,5 @@ if __name__ == "__main__":
     model = build_model(case)
     for threads in map(int, sys.argv[1:]):
         numba.set_num_threads(threads)
-        state = run(model, Schedule(4e-4, 2, 1), Silent())
-        print(threads, state.step, state.contact.deepest[1] > 0.0, fingerprint(state))
+        state = run(model, Schedule(4e-4, 2, 1))
+        print(threads, state.step, state.bodies.contact.deepest[1] > 0.0, fingerprint(state))

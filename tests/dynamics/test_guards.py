@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from free_scene import Silent, free_model
+from free_scene import EachStep, free_model
 
 from billow.base.errors import InputError, NumericalStop
 from billow.case.build import build_model
@@ -22,7 +22,7 @@ def stopped(model, spoil, at_step=20):
             spoil(state)
 
     with pytest.raises(NumericalStop) as caught:
-        run(model, Schedule(0.01, 2, 1), Silent(step))
+        run(model, Schedule(0.01, 2, 1), EachStep(step))
     return caught.value, left[0]
 
 
@@ -46,7 +46,7 @@ def test_a_number_that_is_none_stops_the_run_and_names_its_node(node, bad, field
 
 def test_a_bad_body_is_told_from_a_bad_node():
     def spoil(state):
-        state.bodies[0].angular_momentum[0] = np.nan
+        state.bodies.motion[0].angular_momentum[0] = np.nan
 
     stop, _ = stopped(free_model(apart=1.0), spoil)
     assert stop.code == "E-NUM-001"
@@ -64,12 +64,12 @@ def test_a_chamber_that_is_all_but_gone_stops_the_run_by_its_name(small_case, sq
     assert stop.code == "E-NUM-009"
     assert "chamber bag" in stop.where
     assert state.step == 21
-    assert f"{1e3 * state.gas.volume[0]:.3g} l of" in stop.what
+    assert f"{1e3 * state.gas.content.volume[0]:.3g} l of" in stop.what
 
 
 def test_gas_outside_its_range_stops_the_run(small_case):
     def spoil(state):
-        state.gas.energy *= 30.0
+        state.gas.content.energy *= 30.0
 
     stop, _ = stopped(build_model(small_case), spoil)
     assert stop.code == "E-NUM-002"
@@ -81,7 +81,7 @@ def test_energy_from_nowhere_stops_the_run():
     """Three times the stable step: it blows up, and is caught while the numbers are still numbers."""
     model = free_model()
     with pytest.raises(NumericalStop) as caught:
-        run(model, Schedule(0.01, 2, 1, dt_scale=3.0), Silent())
+        run(model, Schedule(0.01, 2, 1, dt_scale=3.0))
     assert caught.value.code == "E-NUM-003"
     assert "dt_scale" in caught.value.remedy
 
@@ -90,10 +90,10 @@ def test_a_collapsing_step_stops_the_run():
     """When the next interval is planned, a fabric stretched beyond all bounds leaves no step to take."""
 
     def step(model, state):
-        state.largest_stretch = 1e6
+        state.fabric.largest_stretch = 1e6
 
     with pytest.raises(NumericalStop) as caught:
-        run(free_model(), Schedule(0.002, 2, 1), Silent(step))
+        run(free_model(), Schedule(0.002, 2, 1), EachStep(step))
     assert caught.value.code == "E-NUM-004"
     assert "1e+06" in caught.value.why
 

@@ -9,8 +9,7 @@ from codes_in_source import codes_in_source
 from remedies import unreal
 from triggers import TRIGGERS, Here, Told
 
-from billow.base.errors import BillowError
-from billow.case.plausibility import Warning
+from billow.base.errors import BillowError, Concern
 from billow.error_catalogue import CATALOGUE
 
 INSIDES = re.compile(r"Traceback|\bNone\b| object at 0x|<class ")
@@ -34,12 +33,12 @@ def test_code(code, bench, tmp_path, monkeypatch):
     assert unreal(told.remedy) == []
 
 
-def _bring_about(code: str, here: Here) -> BillowError | Warning | Told:
+def _bring_about(code: str, here: Here) -> BillowError | Concern | Told:
     try:
         told = TRIGGERS[code](here)
     except BillowError as error:
         return error
-    assert isinstance(told, Warning | Told), f"{code} did not come: {told}"
+    assert isinstance(told, Concern | Told), f"{code} did not come: {told}"
     return told
 
 

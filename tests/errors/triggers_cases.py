@@ -11,7 +11,7 @@ from collections.abc import Callable
 from here import Here, Told, dotted
 
 from billow.case.build import build_model
-from billow.case.plausibility import warnings
+from billow.case.concerns import concerns_of
 from billow.case.schema import Case
 from billow.cli.main import main as cli
 from billow.run.check import describe
@@ -28,7 +28,7 @@ def warns(code: str, **changes) -> Callable[[Here], object]:
     def trigger(here: Here):
         odd = Case.from_dict(changed(SOUND, dotted(changes)))
         assert f"{code} warning: " in describe(odd)
-        return next(warning for warning in warnings(odd, build_model(odd)) if warning.code == code)
+        return next(warning for warning in concerns_of(odd, build_model(odd)) if warning.code == code)
 
     return trigger
 

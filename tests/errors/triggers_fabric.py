@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from billow.case.fabric.plausible_curves import curve_warnings
 from here import Here
 
 from billow.apps.coupon.comparison import read_test_data
 from billow.case.build import build_model
 from billow.case.fabric.build_fabric import build_fabric
-from billow.case.fabric.plausible_curves import curve_warnings
 from billow.case.schema import Case
 
 SOUND = {"loading": {"strain": [0.0, 0.1], "stress": [0.0, 2e7]}}

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from here import Here
 
 from billow.case.build import build_model
-from billow.case.plausibility import warnings
+from billow.case.concerns import concerns_of
 from billow.case.schema import Case
 from billow.run.check import describe
 from trust.faults import SOUND
@@ -57,7 +57,7 @@ def warned(code: str, make: Callable[[Here], Case]) -> Callable[[Here], object]:
     def trigger(here: Here):
         odd = make(here)
         assert f"{code} warning: " in describe(odd)
-        return next(warning for warning in warnings(odd, build_model(odd)) if warning.code == code)
+        return next(warning for warning in concerns_of(odd, build_model(odd)) if warning.code == code)
 
     return trigger
 

@@ -44,7 +44,7 @@ def tearing():
 
 def losing_a_particle():
     def damage(state):
-        state.gas.particles.velocity[0, 0] = float("nan")
+        state.gas.content.particles.velocity[0, 0] = float("nan")
 
     return inject.at_step(20, damage)
 

@@ -10,7 +10,6 @@ import pytest
 from billow.base.errors import InputError
 from billow.case.fabric.build_fabric import build_fabric
 from billow.case.schema import Case
-from billow.parts.fabric.curve_check import cost_of_steepness, reach
 from billow.parts.fabric.curve_file import read_curve_file
 from billow.parts.fabric.curves_law import CurvesFabric
 from billow.parts.fabric.curves_shear_law import CurvesShearFabric
@@ -185,11 +184,11 @@ def test_a_coating_adds_its_mass_and_no_stiffness():
 
 def test_what_a_steep_curve_costs_and_how_far_curves_reach():
     mild, steep = built(), built(yarn([0.0, 0.09, 0.1], [0.0, 18e6, 118e6]))
-    name, now, without = cost_of_steepness(steep, 0.008)
+    name, now, without = steep.cost_of_steepness(0.008)
     assert name == "warp"
     assert now < 0.6 * without
     # dt = 0.75 h / c (sqrt(1 + xi^2) - xi), and c^2 grows with the slope, 200 MPa to 10 GPa in true strain.
     assert now == pytest.approx(0.75 * 0.008 / steep.wave_speed * (np.sqrt(1.0025) - 0.05), rel=1e-12)
-    _, now, without = cost_of_steepness(mild, 0.008)
+    _, now, without = mild.cost_of_steepness(0.008)
     assert now > 0.9 * without
-    assert reach(mild)["warp"] == pytest.approx((0.1, 20e6 * np.exp(0.1) * 3e-4), rel=1e-12)
+    assert mild.reach()["warp"] == pytest.approx((0.1, 20e6 * np.exp(0.1) * 3e-4), rel=1e-12)

@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from billow.parts.gas.supply.inflator import Inflator, interpolate
+from billow.parts.gas.supply.curve import interpolate
+from billow.parts.gas.supply.inflator import Inflator
 
 curves = st.lists(st.tuples(st.floats(1e-4, 0.02), st.floats(0.0, 3.0)), min_size=2, max_size=8).map(
     lambda points: (np.cumsum([gap for gap, _ in points]), np.array([flow for _, flow in points]))

@@ -40,7 +40,7 @@ def scene(bag=None, permeability=0.03, **gas):
         }
     )
     shape = build_shape(case.bag)
-    return build_gas(case, shape), shape
+    return build_gas(case, shape).model, shape
 
 
 def swaying(start, time):

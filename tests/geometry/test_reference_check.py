@@ -11,7 +11,7 @@ from billow.base.errors import InputError
 from billow.case.bag.build_bag import build_shape
 from billow.case.bag.plausible_mesh import start_panels
 from billow.case.build import build_model
-from billow.case.plausibility import warnings
+from billow.case.concerns import concerns_of
 from billow.case.schema import Case
 from billow.geometry.bag_shapes import square_bag
 from billow.geometry.reference_check import panels, require_unmirrored, signed_areas
@@ -82,7 +82,7 @@ def test_the_same_is_seen_from_the_model():
 
 def test_a_bag_that_is_high_at_the_start_is_warned_of():
     case = Case.from_dict({"bag": {"element_size": 0.05, "initial_gap": 0.12}})
-    found = [w for w in warnings(case, build_model(case)) if w.code == "W-MESH-002"]
+    found = [w for w in concerns_of(case, build_model(case)) if w.code == "W-MESH-002"]
     assert len(found) == 1
     assert "part front" in found[0].what
     assert "at (" in found[0].where

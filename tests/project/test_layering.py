@@ -5,7 +5,7 @@ from pathlib import Path
 
 PACKAGE = Path(__file__).parents[2] / "src" / "billow"
 
-PARTS = {"parts.fabric", "parts.straps", "parts.self_contact", "parts.bodies", "parts.gas"}
+PARTS = {"parts.fabric", "parts.straps", "parts.self_contact", "parts.bodies", "parts.gas", "parts.driven_nodes"}
 """Siblings: none imports another; they meet in solver/step.py."""
 
 MODEL = {"base", "geometry", "solver", "parts"} | PARTS
@@ -14,6 +14,7 @@ MAY_IMPORT = {
     "error_catalogue": {"base"},
     "geometry": {"base"},
     **{part: {"base", "geometry"} for part in PARTS},
+    "parts": {"base", "geometry"},
     "solver": MODEL,
     "case": MODEL,
     "results": {"base", "geometry"},

@@ -5,6 +5,7 @@ import pytest
 from small_run import POINTS, TIMES, TRIANGLES, displacement, write_small_run
 
 from billow.base.errors import InputError, IntegrityError
+from billow.base.quality import SHORT, VERDICTS
 from billow.results.dataset import Dataset
 from billow.results.dataset_files import (
     DatasetRecord,
@@ -14,7 +15,6 @@ from billow.results.dataset_files import (
     write_design,
     write_split,
 )
-from billow.results.quality import SHORT, VERDICTS
 from billow.results.run_file import read_run_file, write_run_file
 
 PARAMETERS = (Parameter("amount", "Rise", "m", 0.0, 10.0), Parameter("idle", "Nothing", "-", 0.0, 1.0))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from billow.results.quality import judge
+from billow.base.quality import judge
 
 HISTORIES = {
     name: np.zeros(2) for name in ("strain [J]", "strap [J]", "contact [J]", "pressure [Pa]")

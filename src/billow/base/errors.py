@@ -12,6 +12,8 @@ user sees; the command line prints it and exits with `exit_code`, without a trac
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 LONGEST_TEXT = 500
 """Characters of one part of a message; longer ones lose their middle."""
 
@@ -78,3 +80,17 @@ class IntegrityError(BillowError):
     """A file is damaged or does not belong to its manifest."""
 
     exit_code = 5
+
+
+@dataclass(frozen=True)
+class Concern:
+    """What is allowed but probably not meant: a stable code, what is odd, where, why it matters, and what to try."""
+
+    code: str
+    what: str
+    where: str
+    why: str
+    remedy: str
+
+    def __str__(self) -> str:
+        return f"{self.code} warning: {self.what}\n  where: {self.where}\n  why:   {self.why}\n  try:   {self.remedy}"

@@ -25,6 +25,7 @@ CONVERSIONS: dict[str, dict[str, float]] = {
     "kg/mol": {"kg/mol": 1.0, "g/mol": 1e-3},
     "J/(mol K)": {"J/(mol K)": 1.0},
     "W/(m^2 K)": {"W/(m^2 K)": 1.0},
+    "rad/s": {"rad/s": 1.0, "deg/s": 0.017453292519943295},
     "deg": {"deg": 1.0, "rad": 57.29577951308232},
     "-": {"-": 1.0, "%": 1e-2},
 }

@@ -11,10 +11,14 @@ from billow.case.bag.build_straps import build_straps
 from billow.case.bag.schema_mesh_bag import MeshBag
 from billow.case.fabric.build_fabric import build_fabric
 from billow.case.gas.build_gas import build_gas
-from billow.case.obstacles.build_obstacle import build_obstacle
+from billow.case.gas.models import GAS_MODELS
+from billow.case.obstacles.obstacles import build_body
 from billow.geometry.bag_shapes import BagShape
-from billow.geometry.surface import area_vectors, check_closed, nodal_share
+from billow.geometry.flat_cut import flat_area
+from billow.geometry.surface import check_closed, nodal_share
+from billow.parts.bodies.bodies import Bodies
 from billow.parts.fabric.birth import Birth
+from billow.parts.fabric.fabric import Fabric
 from billow.parts.fabric.membrane import Membrane
 from billow.parts.self_contact import SelfContact
 from billow.parts.straps import Straps
@@ -29,24 +33,24 @@ def build_model(case: schema.Case) -> Model:
     """
     shape = build_shape(case.bag)
     check_closed(shape.surface, shape.positions, "bag")
-    fabric = build_fabric(case.fabric)
+    law = build_fabric(case.fabric)
     cloth = fabric_triangles(shape)
-    membrane = Membrane.build(fabric, cloth, shape.reference[cloth], fabric.thickness * shape.layers[cloth])
-    straps = build_straps(shape, fabric)
+    membrane = Membrane.build(law, cloth, shape.reference[cloth], law.thickness * shape.layers[cloth])
+    straps = build_straps(shape, law)
     area = flat_area(shape.reference)
     mass = nodal_mass(shape, membrane, straps)
+    contact_area = nodal_share(shape.surface.triangles[cloth], area[cloth], shape.surface.node_count)
+    gravity = np.array(case.run.gravity)
     return Model(
         surface=shape.surface,
         start=np.ascontiguousarray(shape.positions),
-        membranes=(membrane,),
-        straps=straps,
-        gas=build_gas(case, shape),
-        obstacles=tuple(build_obstacle(o) for o in case.obstacles),
         mass=mass,
-        contact_area=nodal_share(shape.surface.triangles[cloth], area[cloth], shape.surface.node_count),
         fixed=shape.fixed,
-        gravity=np.array(case.run.gravity),
-        birth=build_birth(case.bag, membrane, shape),
+        gravity=gravity,
+        gas=build_gas(case, shape),
+        fabric=Fabric(shape.surface, (membrane,), build_birth(case.bag, membrane, shape)),
+        straps=straps,
+        bodies=Bodies(tuple(build_body(obstacle) for obstacle in case.obstacles), contact_area, gravity),
         self_contact=build_self_contact(case, membrane, shape, mass),
     )
 
@@ -59,10 +63,10 @@ def build_birth(bag: Bag, membrane: Membrane, shape: BagShape) -> Birth | None:
 
 
 def build_self_contact(case: schema.Case, membrane: Membrane, shape: BagShape, mass: np.ndarray) -> SelfContact | None:
-    """Contact of fabric with fabric, if the case wants it: as it says, else where particles need it."""
+    """Contact of fabric with fabric, if the case wants it: as it says, else where a local gas needs it."""
     wanted = case.fabric.self_contact
     if wanted == "auto":
-        wanted = case.gas.model == "corpuscular"
+        wanted = GAS_MODELS[case.gas.model].is_local
     return SelfContact.build(shape.surface, shape.positions, mass, membrane.stable_dt()) if wanted else None
 
 
@@ -73,13 +77,6 @@ def build_schedule(run: schema.Run) -> Schedule:
 def fabric_triangles(shape: BagShape) -> np.ndarray:
     """Triangles (n,) int64 made of fabric: all but vents, which are holes, and the mouth, which is the inflator."""
     return shape.surface.triangles_of_kind("fabric")
-
-
-def flat_area(reference: np.ndarray) -> np.ndarray:
-    """Flat area [m^2], (triangles,), of reference corners [m], (triangles, 3, 2)."""
-    flat = np.concatenate([reference, np.zeros((*reference.shape[:2], 1))], axis=2).reshape(-1, 3)
-    corners = np.arange(len(flat)).reshape(-1, 3)
-    return np.linalg.norm(area_vectors(corners, flat), axis=1)
 
 
 def nodal_mass(shape: BagShape, membrane: Membrane, straps: Straps) -> np.ndarray:

@@ -14,9 +14,9 @@ from billow.case import schema
 from billow.case.bag.bags import BAGS
 from billow.case.bag.build_mesh_bag import settle_files
 from billow.case.fabric.curve_files import with_curves_inlined
-from billow.case.obstacles import schema_obstacle
+from billow.case.obstacles.obstacles import OBSTACLES
 
-VARIANTS = {"plate": schema_obstacle.Plate, "super-ellipsoid": schema_obstacle.SuperEllipsoid, **BAGS}
+VARIANTS = {**OBSTACLES, **BAGS}
 """Tables that a key `shape` chooses among."""
 LARGEST_FILE = 1_000_000  # bytes; a case file is a few kilobytes
 

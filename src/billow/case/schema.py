@@ -19,7 +19,8 @@ from billow.case.bag.schema_bag import DriverBag
 from billow.case.fabric.schema_fabric import Fabric
 from billow.case.gas.schema_gas import Ambient, Gas, Inflator, Inflators, require_distinct
 from billow.case.gas.schema_leakage import Leakage
-from billow.case.obstacles.schema_obstacle import Obstacle, Plate
+from billow.case.obstacles.obstacles import Obstacle
+from billow.case.obstacles.plate import Plate
 from billow.case.quantity import Strict, quantity
 from billow.case.text import Name, Text
 

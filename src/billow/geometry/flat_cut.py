@@ -15,6 +15,12 @@ PLANE = np.cos(np.radians(1.0))
 """Cosine between a triangle's normal and its panel's up to which the panel counts as plane."""
 
 
+def flat_area(reference: np.ndarray) -> np.ndarray:
+    """Area as cut [m^2], (triangles,), of flat corner coordinates [m], (triangles, 3, 2)."""
+    u, w = reference[:, 1] - reference[:, 0], reference[:, 2] - reference[:, 0]
+    return 0.5 * np.abs(u[:, 0] * w[:, 1] - u[:, 1] * w[:, 0])
+
+
 def flat_cut(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     """Flat coordinates [m] of a panel's triangles, (n, 3, 2); points: [m], (nodes, 3); triangles: (n, 3).
 

@@ -81,6 +81,11 @@ class Surface:
         """Indices (n,) int64 of the triangles of all parts of a kind."""
         return np.flatnonzero(np.array([k == kind for k in self.part_kinds])[self.part])
 
+    def parts_at(self, node: int) -> str:
+        """Names of the parts around a node, for messages."""
+        around = (self.triangles == node).any(axis=1)
+        return ", ".join(sorted({self.part_names[p] for p in self.part[around]}))
+
     def volume(self, positions: np.ndarray) -> float:
         """Enclosed volume of all chambers [m^3] by Gauss' theorem; positions: [m], (nodes, 3)."""
         return float(self.chambers.volumes(self.triangles, positions).sum())

@@ -21,14 +21,23 @@ stiffness is a fraction of the node's mass over the square of the fabric's stabl
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from numba import prange
 
 from billow.base.compiled import CHUNK, kernel, scalar
+from billow.base.quality import Criterion, criterion
 from billow.geometry.search_grid import SearchGrid, largest_move
 from billow.geometry.surface import Surface, area_vectors
+from billow.parts.part import FRICTION, STORED, Account, Booking, Moment, Part
+
+SELF_CONTACT = Account("self_contact", STORED, renewed=True)
+"""Energy in the springs between layers of fabric."""
+
+SECONDS_PER_NODE = 140e-9
+"""Rough cost of a node in a step, searches included."""
 
 GAP_IN_EDGES = 0.2
 """Gap in mean edges of the mesh."""
@@ -90,7 +99,7 @@ class Pairs:
 
 
 @dataclass(frozen=True)
-class SelfContact:
+class SelfContact(Part):
     """What never changes.
 
     triangles: all of the surface, (triangles, 3) uint32. solid: indices of those that can be touched, (solid,) int64.
@@ -127,24 +136,26 @@ class SelfContact:
         """Distance [m] within which pairs are made."""
         return (1.0 + 2.0 * MOTION_IN_GAPS) * self.gap
 
-    def fresh(self) -> Pairs:
+    accounts = (SELF_CONTACT, FRICTION)
+
+    def start(self, bag) -> Pairs:
         return Pairs.none(len(self.stiffness), len(self.triangles))
 
     def add_forces(
         self, pairs: Pairs, positions: np.ndarray, velocities: np.ndarray, dt: float, corner_force: np.ndarray
-    ) -> tuple[float, float]:
-        """Add the forces of all pairs to corner_force [N] (triangles, 3, 3): (energy in the springs [J], energy turned
-        to heat in this step of dt [s] [J]).
+    ) -> list[Booking]:
+        """Add the forces of all pairs to corner_force [N] (triangles, 3, 3); books the energy in the springs and what
+        damping took in this step of dt [s].
 
         positions [m], velocities [m/s]: (nodes, 3). Looks for new pairs when nodes have moved far enough.
         """
         n = len(positions)
         if not largest_move(pairs.searched_at, positions) <= MOTION_IN_GAPS * self.gap:
             if not np.abs(positions).max() < FARTHEST:
-                return math.nan, 0.0  # the guards say what became of the bag
+                return [Booking(SELF_CONTACT, math.nan)]  # the guards say what became of the bag
             self.search(pairs, positions)
         if not len(pairs.triangle):
-            return 0.0, 0.0
+            return []
         sums = np.empty((-(-n // CHUNK), 2))
         _push(
             n, pairs.start, pairs.triangle, pairs.side, pairs.gap, pairs.near, self.triangles, self.own_corner,
@@ -156,7 +167,17 @@ class SelfContact:
             positions, corner_force,
         )  # fmt: skip
         stored, heat = sums.sum(axis=0)
-        return float(stored), float(heat)
+        return [Booking(SELF_CONTACT, float(stored)), Booking(FRICTION, float(heat))]
+
+    def books(self, pairs: Pairs, moment: Moment, history) -> dict[str, float]:
+        return {"self_contact_energy_joule": float(history.energy("self_contact").max())}
+
+    def verdicts(self, books: Mapping[str, float], history) -> Iterator[Criterion]:
+        share = books["self_contact_energy_joule"] / max(books["largest_internal_energy_joule"], 1e-300)
+        yield criterion("penalty energy of self-contact, of peak internal", 100.0 * share, 5, 20, "%")
+
+    def seconds_per_step(self, pairs: Pairs, dt: float) -> float:
+        return SECONDS_PER_NODE * len(self.stiffness)
 
     def search(self, pairs: Pairs, positions: np.ndarray) -> None:
         """Pairs within reach; those whose nodes are over their triangles go on."""
@@ -202,7 +223,7 @@ def over_triangle(x, y, z, a, b, c, positions):
     # (p x v) . n and (u x p) . n over n . n
     wb = ((py * vz - pz * vy) * nx + (pz * vx - px * vz) * ny + (px * vy - py * vx) * nz) / square
     wc = ((uy * pz - uz * py) * nx + (uz * px - ux * pz) * ny + (ux * py - uy * px) * nz) / square
-    size = np.sqrt(square)
+    size = math.sqrt(square)
     nx, ny, nz = nx / size, ny / size, nz / size
     return px * nx + py * ny + pz * nz, wb, wc, nx, ny, nz
 

@@ -2,11 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from billow.base.compiled import kernel
+from billow.parts.part import DAMPING, HYSTERESIS, STORED, Account, Booking, Moment, Part, Quantity
+
+STRAP = Account("strap", STORED, renewed=True)
+"""Recoverable energy of the straps."""
+
+STEP_FACTOR = 0.9
+"""Of the stable step 2 / omega of a node between its bars."""
 
 TENSION, ENERGY, POWER, ELONGATION, TORN, LOST = range(6)
 """What is known of each bar: tension [N], stored energy [J], damping power [W], length beyond the unstretched one [m]
@@ -14,7 +22,7 @@ TENSION, ENERGY, POWER, ELONGATION, TORN, LOST = range(6)
 
 
 @dataclass(frozen=True)
-class Straps:
+class Straps(Part):
     """All bars of all straps.
 
     bars: (bars, 2) int64 node pairs. length: unstretched [m], (bars,). stiffness: EA [N], (bars,).
@@ -30,17 +38,44 @@ class Straps:
     strap: np.ndarray
     failure: np.ndarray
 
+    accounts = (STRAP, DAMPING, HYSTERESIS)
+
     @property
     def strap_count(self) -> int:
         return int(self.strap.max()) + 1 if len(self.strap) else 0
 
-    def fresh(self) -> np.ndarray:
+    def start(self, bag) -> np.ndarray:
         """Bars that have never pulled, (bars, 6), the columns named above."""
         return np.zeros((len(self.bars), 6))
 
-    def nodal_stiffness(self, node_count: int) -> np.ndarray:
-        """Sum of EA/L of the bars at each node [N/m], (nodes,)."""
-        return np.bincount(self.bars.ravel(), np.repeat(self.stiffness / self.length, 2), node_count)
+    def add_forces(
+        self, bar: np.ndarray, positions: np.ndarray, velocities: np.ndarray, dt: float, nodal_force: np.ndarray
+    ) -> list[Booking]:
+        """Add the tensions [N] to nodal_force (nodes, 3); books what bars hold, damping, and what torn bars held."""
+        add_strap_forces(self, positions, velocities, nodal_force, bar)
+        if not len(bar):
+            return []
+        columns = bar.T.tolist()
+        return [
+            Booking(STRAP, sum(columns[ENERGY])),
+            Booking(DAMPING, sum(columns[POWER]) * dt),
+            Booking(HYSTERESIS, sum(columns[LOST])),
+        ]
+
+    def squared_rate(self, inverse_mass: np.ndarray) -> float:
+        """1 / dt^2 [1/s^2] of the largest stable step; zero without straps. inverse_mass: [1/kg], (nodes,).
+
+        A node's squared frequency is the sum of EA/L of its bars over its mass.
+        """
+        ends = np.repeat(self.stiffness / self.length, 2)
+        stiffness = np.bincount(self.bars.ravel(), ends, len(inverse_mass))
+        return 0.25 * float((stiffness * inverse_mass).max()) / STEP_FACTOR**2
+
+    def quantities(self, bar: np.ndarray, moment: Moment) -> Iterator[Quantity]:
+        for k in range(self.strap_count):
+            bars = bar[self.strap == k]
+            yield Quantity(f"strap_{k + 1}", "tension", "N", float(bars[:, TENSION].sum()))
+            yield Quantity(f"strap_{k + 1}", "elongation", "m", float(bars[:, ELONGATION].mean()))
 
 
 NO_STRAPS = Straps(

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
+from billow.base import quality
 from billow.base.errors import BillowError, InputError, IntegrityError
-from billow.results import quality
 from billow.results.dataset_files import (
     DatasetRecord,
     Parameter,

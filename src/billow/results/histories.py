@@ -5,6 +5,9 @@
     1e-05,12.25,0.0
 
 Numbers are written with as many digits as it takes to read back the same bits.
+
+This file alone knows how a column is called: NAME_QUANTITY_AXIS [UNIT], without a name for what belongs to the whole
+model, without an axis for what is no vector. Others give quantities to `columns` and ask a `History` for them.
 """
 
 from __future__ import annotations
@@ -12,7 +15,8 @@ from __future__ import annotations
 import csv
 import io
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +26,97 @@ from billow.results.atomic import write_atomically
 
 TIME = "time [s]"
 _HEADER = re.compile(r"[^\[\]]*\S \[[^\[\]]+\]")
+_AXES = {3: "xyz", 4: "wxyz"}
+
+
+def columns(quantities: Iterable[tuple[str, str, str, float | np.ndarray]]) -> dict[str, float]:
+    """A row of histories: column -> value, from quantities (of, name, unit, value) as parts give them.
+
+    Raises ValueError if two of them share a column.
+    """
+    row: dict[str, float] = {}
+    for of, name, unit, value in quantities:
+        base = f"{of}_{name}" if of else name
+        values = np.ravel(value).tolist()
+        names = [base] if np.ndim(value) == 0 else [f"{base}_{axis}" for axis in _AXES[len(values)]]
+        for column, number in zip(names, values, strict=True):
+            key = f"{column} [{unit}]"
+            if key in row:
+                raise ValueError(f"two quantities are called {key}")
+            row[key] = float(number)
+    return row
+
+
+class Curves:
+    """The curves of one thing; each quantity is an attribute: (n,), vectors (n, 3), quaternions (n, 4) with w first.
+
+    history.of("impactor").velocity
+    """
+
+    def __init__(self, history: History, of: str):
+        self._history, self._of = history, of
+
+    def __getattr__(self, quantity: str) -> np.ndarray:
+        found = self._history.find(self._of, quantity)
+        if found is None:
+            what = f"{quantity!r} of {self._of!r}" if self._of else repr(quantity)
+            raise AttributeError(f"the histories do not hold {what}")
+        return found
+
+    def __contains__(self, quantity: str) -> bool:
+        return self._history.find(self._of, quantity) is not None
+
+
+class History(Mapping[str, np.ndarray]):
+    """Curves over time: a mapping "name [unit]" -> (n,), and by what they belong to."""
+
+    def __init__(self, columns: Mapping[str, np.ndarray]):
+        self._columns = dict(columns)
+
+    def __getitem__(self, column: str) -> np.ndarray:
+        return self._columns[column]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._columns)
+
+    def __len__(self) -> int:
+        return len(self._columns)
+
+    @cached_property
+    def _bare(self) -> dict[str, np.ndarray]:
+        """The columns without their units."""
+        return {column.rpartition(" [")[0]: curve for column, curve in self._columns.items()}
+
+    def find(self, of: str, quantity: str) -> np.ndarray | None:
+        """Curve of a quantity, None if there is none."""
+        base = f"{of}_{quantity}" if of else quantity
+        if base in self._bare:
+            return self._bare[base]
+        for axes in ("wxyz", "xyz"):
+            if all(f"{base}_{axis}" in self._bare for axis in axes):
+                return np.stack([self._bare[f"{base}_{axis}"] for axis in axes], axis=1)
+        return None
+
+    def of(self, name: str) -> Curves:
+        """Curves of a body, chamber, passage, sensor or strap by its name; of the whole model by an empty name."""
+        return Curves(self, name)
+
+    def energy(self, account: str) -> np.ndarray:
+        """Energy of an account of the ledger [J], (n,); zero for one that the run did not have."""
+        found = self.find("", account)
+        return np.zeros(len(self.time)) if found is None else found
+
+    @property
+    def time(self) -> np.ndarray:
+        """[s], (n,)."""
+        return self._columns[TIME]
+
+    @cached_property
+    def moving_bodies(self) -> tuple[str, ...]:
+        """Names of the bodies whose motion is recorded."""
+        first = "_centre_x"
+        names = [column.removesuffix(first) for column in self._bare if column.endswith(first)]
+        return tuple(name for name in names if "velocity" in self.of(name))
 
 
 def write_histories(path: str | Path, columns: Mapping[str, np.ndarray]) -> None:
@@ -45,8 +140,8 @@ def write_histories(path: str | Path, columns: Mapping[str, np.ndarray]) -> None
     write_atomically(path, text.getvalue())
 
 
-def read_histories(path: str | Path) -> dict[str, np.ndarray]:
-    """Curves of a histories.csv: "name [unit]" -> (n,) float64. IntegrityError E-RES-008 if it is not one."""
+def read_histories(path: str | Path) -> History:
+    """Curves of a histories.csv. IntegrityError E-RES-008 if it is not one."""
     path = Path(path)
     try:
         with open(path, newline="", encoding="utf-8") as file:
@@ -62,4 +157,4 @@ def read_histories(path: str | Path) -> dict[str, np.ndarray]:
             why=str(error),
             remedy="run the case again: billow run CASE.toml --out RUN",
         ) from error
-    return {name: values[:, column] for column, name in enumerate(header)}
+    return History({name: values[:, column] for column, name in enumerate(header)})

@@ -20,6 +20,7 @@ from safetensors.numpy import load as from_bytes
 from safetensors.numpy import save as to_bytes
 
 from billow.base.errors import IntegrityError
+from billow.results.histories import History
 
 _HEAD = 1 + 8 + 32
 
@@ -66,8 +67,8 @@ class Journal:
         self.offset += len(piece)
 
 
-def read_histories(path: str | Path) -> dict[str, np.ndarray]:
-    """All rows of a journal as columns, name -> (rows,) float64. Errors as `pieces`."""
+def read_history(path: str | Path) -> History:
+    """All rows of a journal. Errors as `pieces`."""
     names, rows = [], []
     for kind, payload in pieces(path):
         if kind == b"C":
@@ -75,7 +76,7 @@ def read_histories(path: str | Path) -> dict[str, np.ndarray]:
         elif kind == b"R":
             rows.append(np.frombuffer(payload, dtype="<f8"))
     table = np.array(rows).reshape(len(rows), len(names))
-    return {name: table[:, k] for k, name in enumerate(names)}
+    return History({name: table[:, k] for k, name in enumerate(names)})
 
 
 def frames(path: str | Path) -> Iterator[dict[str, np.ndarray]]:

@@ -9,16 +9,20 @@ from pathlib import Path
 import numpy as np
 
 from billow.base.errors import IntegrityError
-from billow.results.histories import read_histories
+from billow.results.histories import Curves, History, read_histories
 from billow.results.run_file import read_run_file
 from billow.results.vtkhdf import FabricFile
+
+SINGLE_CHAMBER = "bag"
+"""Name of the only chamber of a bag that has no others."""
 
 
 class Result:
     """What one run left behind.
 
         result = Result.open("runs/driver")
-        result.histories["pressure [Pa]"].max()
+        result.gas.pressure.max()                       # [Pa], over the whole run
+        result.body("impactor").velocity                # [m/s], (rows, 3)
         result.reference + result.displacement[-1]      # last shape [m]
 
     folder: where it is; record: everything in run.json. Arrays are read from disk on first use and kept.
@@ -86,9 +90,31 @@ class Result:
         return self.fabric.cell_data("pressure")
 
     @cached_property
-    def histories(self) -> dict[str, np.ndarray]:
-        """Curves of histories.csv: "name [unit]" -> (n,) float64."""
+    def histories(self) -> History:
+        """Curves of histories.csv."""
         return read_histories(self.folder / "histories.csv")
+
+    @property
+    def gas(self) -> Curves:
+        """Curves of the whole gas: pressure, temperature, volume and so on, and of the whole model."""
+        return self.histories.of("")
+
+    def chamber(self, name: str) -> Curves:
+        """Curves of the gas in a chamber: pressure, temperature, volume, mass, energy. KeyError if there is none."""
+        curves = self.histories.of(name)
+        if "pressure" in curves:
+            return curves
+        if name != SINGLE_CHAMBER:
+            raise KeyError(f"no chamber {name!r} in the histories of {self.folder}")
+        return self.gas
+
+    def body(self, name: str) -> Curves:
+        """Curves of a body: force, contact energy, penetration, and of a free one centre, velocity, acceleration, spin
+        and quaternion. KeyError if there is none."""
+        curves = self.histories.of(name)
+        if "force" not in curves:
+            raise KeyError(f"no body {name!r} in the histories of {self.folder}")
+        return curves
 
     @cached_property
     def case_toml(self) -> dict:

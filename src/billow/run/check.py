@@ -6,14 +6,19 @@ import math
 
 from billow.case.bag.plausible_mesh import start_panels
 from billow.case.build import build_model, build_schedule
-from billow.case.obstacles.build_obstacle import require_start_clear
-from billow.case.plausibility import warnings
+from billow.case.concerns import concerns_of
+from billow.case.gas.models import GAS_MODELS
+from billow.case.obstacles.start_clear import require_start_clear
 from billow.case.schema import Case
-from billow.solver.model import start_state
+from billow.solver.checkpoint import flatten
+from billow.solver.model import Model, State, start_state
 from billow.solver.step import stable_dt
 
-NANOSECONDS_PER_TRIANGLE_STEP = 90.0
-"""Rough cost on one core of a 2020s processor; benchmarks/ measures it."""
+SECONDS_PER_STEP = 120e-6
+"""Rough cost of a step that does not depend on the mesh, on one core of a 2020s processor."""
+
+MEGABYTES = 250.0
+"""Memory of the program itself."""
 
 
 def describe(case: Case) -> str:
@@ -25,11 +30,10 @@ def describe(case: Case) -> str:
     model = build_model(case)
     require_start_clear(model)
     schedule = build_schedule(case.run)
-    dt = schedule.dt_scale * stable_dt(model, start_state(model))
+    state = start_state(model)
+    dt = schedule.dt_scale * stable_dt(model, state)
     steps = math.ceil(schedule.end / dt)
     surface, chambers = model.surface, model.surface.chambers
-    # Forces, positions and contact per node; corner forces and element data per triangle; one frame in memory.
-    memory = surface.node_count * 8 * 3 * (6 + 2 * len(model.obstacles)) + surface.triangle_count * 8 * 24
     disk = schedule.frames * (surface.node_count * 4 * 15 + surface.triangle_count * 4)
     lines = [
         f"{case.title}: ready to run",
@@ -47,13 +51,25 @@ def describe(case: Case) -> str:
         ),
         f"  fabric    {model.mass.sum():.4f} kg; start volume {1e3 * surface.volume(model.start):.3f} l, closed",
         f"  step      {1e6 * dt:.2f} us, about {steps} steps",
-        f"  run time  about {1e-9 * NANOSECONDS_PER_TRIANGLE_STEP * steps * surface.triangle_count:.0f} s on one core",
-        f"  needs     about {250 + memory / 1e6:.0f} MB of memory and up to {2 * disk / 1e6:.0f} MB of disk",
+        f"  run time  about {steps * seconds_per_step(model, state, dt):.0f} s on one core",
+        f"  needs     about {megabytes(model, state):.0f} MB of memory and up to {2 * disk / 1e6:.0f} MB of disk",
     ]
-    if case.gas.model != "none":
-        mass = sum(inflator.cumulative[-1] for inflator in model.gas.inflators)
+    if model.gas.supply is not None:
+        mass = sum(inflator.cumulative[-1] for inflator in model.gas.supply.inflators)
         gases = dict.fromkeys(name for inflator in case.inflators for name in inflator.gas)
-        switches = case.gas.model == "corpuscular" and case.gas.switch_time
+        switches = GAS_MODELS[case.gas.model].is_local and case.gas.switch_time
         switch = f" until {1e3 * case.gas.switch_time:g} ms, then uniform-pressure" if switches else ""
         lines.append(f"  gas       {1e3 * mass:.1f} g of {' + '.join(gases)}, {case.gas.model}{switch}")
-    return "\n".join([*lines, *map(str, warnings(case, model))])
+    return "\n".join([*lines, *map(str, concerns_of(case, model))])
+
+
+def seconds_per_step(model: Model, state: State, dt: float) -> float:
+    """Rough cost of a step of dt [s] on one core [s]: what every part says of itself, and what is there anyway."""
+    return SECONDS_PER_STEP + sum(part.seconds_per_step(state.of(name), dt) for name, part in model.parts)
+
+
+def megabytes(model: Model, state: State) -> float:
+    """Rough memory of a run [MB]: its state, the copy at the last frame, and constants and work arrays of that size."""
+    arrays, _ = flatten(state)
+    triangles = model.surface.triangle_count * 8 * 40
+    return MEGABYTES + (3.0 * sum(array.nbytes for array in arrays.values()) + triangles) / 1e6

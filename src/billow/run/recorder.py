@@ -7,32 +7,28 @@ import json
 import math
 import time
 from collections import deque
-from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
 import numba
 import numpy as np
 
 import billow
-from billow.base.errors import NumericalStop
-from billow.case.plausibility import warnings
-from billow.case.schema import Case
-from billow.parts.bodies.rigid_contact import SuperEllipsoid
-from billow.parts.gas.gas_model import LocalGas
+from billow.base.errors import Concern, NumericalStop
+from billow.base.quality import Criterion, criterion, overall
+from billow.parts.part import LOST, MOTION, STORED, Quantity
 from billow.results import journal as journals
 from billow.results.atomic import write_atomically
 from billow.results.frame_files import write_frames
-from billow.results.histories import write_histories
+from billow.results.histories import History, columns, write_histories
 from billow.results.journal import Journal
 from billow.results.machine import machine
-from billow.results.quality import Criterion, judge, overall
 from billow.results.run_file import write_run_file
 from billow.run.checkpoint_file import SLOTS, write_checkpoint
-from billow.run.history_columns import history_row
 from billow.run.interrupts import Interrupts, RunInterrupted
-from billow.solver.inspection import inverted_elements
-from billow.solver.model import Model, Obstacle, State
+from billow.solver.model import Model, State
+from billow.solver.run import Recorder, Schedule
 
 CHECKPOINT_SECONDS = 30.0
 """Wall time [s] between two checkpoints."""
@@ -59,22 +55,38 @@ class Progress:
     line: str
 
 
-class RunRecorder:
+@dataclass(frozen=True)
+class Told:
+    """What a run's record says besides what was computed, and what is wanted of it.
+
+    digest: SHA-256 of whatever the model was made from. concerns: what looked unintended. sensors: places [m] where the
+    gas is read, by name. particle_times: [s], when particles are recorded. gas_frames: whether the gas is, in boxes.
+    """
+
+    title: str
+    digest: str
+    schedule: Schedule
+    concerns: Sequence[Concern] = ()
+    ambient_pressure: float = 101325.0
+    sensors: Mapping[str, Sequence[float]] = field(default_factory=dict)
+    particle_times: Sequence[float] = ()
+    gas_frames: bool = True
+
+
+class RunRecorder(Recorder):
     """Listens to one run and keeps its folder."""
 
     def __init__(
         self,
-        case: Case,
+        told: Told,
         model: Model,
         folder: Path,
         interrupts: Interrupts,
-        progress: Callable[[Progress], None] | None,
+        progress: Callable[[Progress], None] | None = None,
         journal_offset: int = 0,
     ):
-        self.case, self.model, self.folder, self.progress = case, model, folder, progress
+        self.told, self.model, self.folder, self.progress = told, model, folder, progress
         self.interrupts = interrupts
-        self.warnings = warnings(case, model)
-        self.digest = case.digest()
         self.journal = Journal(folder / JOURNAL, journal_offset)
         self.log = open(folder / "solver.log", "a", encoding="utf-8")  # noqa: SIM115 - lives as long as the run
         self.begun = self.saved = time.perf_counter()
@@ -86,21 +98,21 @@ class RunRecorder:
     # --- while the run goes on -------------------------------------------------------------------------------------
 
     def greet(self, state: State | None = None) -> None:
-        """First lines of the log; `state`: where a resumed run goes on."""
-        membrane = min(self.model.membranes, key=lambda m: m.altitude.min())
-        element = int(membrane.elements[membrane.altitude.argmin()])
-        part = self.model.surface.part_names[self.model.surface.part[element]]
-        self.say(f"Billow {billow.__version__}: {self.case.title}")
+        """First lines of the log; `state`: where a resumed run continues."""
+        surface, told = self.model.surface, self.told
+        element = self.model.fabric.smallest_element
+        part = surface.part_names[surface.part[element]]
+        self.say(f"Billow {billow.__version__}: {told.title}")
         if state is not None:
             self.say(f"resumed at {1e3 * state.time:.4f} ms, step {state.step}")
         self.say(
-            f"{self.model.surface.triangle_count} triangles, {self.model.surface.node_count} nodes, fabric "
-            f"{self.model.mass.sum():.3f} kg; triangle {element} ({part}) limits the step"
+            f"{surface.triangle_count} triangles, {surface.node_count} nodes, fabric {self.model.mass.sum():.3f} kg; "
+            f"triangle {element} ({part}) limits the step"
         )
-        for warning in self.warnings:
-            self.say(str(warning))
-        if (self.case.run.sensors or self.case.run.particle_times) and not isinstance(self.model.gas, LocalGas):
-            self.say(f"sensors and particles are not written: gas.model = {self.case.gas.model} has no places")
+        for concern in told.concerns:
+            self.say(str(concern))
+        if (told.sensors or told.particle_times) and self.model.gas.model.view() is None:
+            self.say("sensors and particles are not written: this gas is the same everywhere")
         self.say(LOG_HEADER)
 
     def say(self, line: str) -> None:
@@ -109,34 +121,29 @@ class RunRecorder:
         self.log.flush()
         if self.progress is not None:
             now = self.state.time if self.state is not None else 0.0
-            self.progress(Progress(now, self.case.run.end_time, line))
+            self.progress(Progress(now, self.told.schedule.end, line))
 
     def history(self, model: Model, state: State) -> None:
         self.state = state
-        row = history_row(model, state, {s.name: s.position for s in self.case.run.sensors})
+        row = columns(quantities(model, state, self.told.sensors))
         if self.journal.offset == 0:
             self.journal.columns(list(row))
         self.journal.row(np.array(list(row.values())))
-        if isinstance(model.gas, LocalGas) and self._particles_wanted(state):
-            particles = {f"particle.{name}": array for name, array in model.gas.points(state.gas).items()}
-            self.journal.frame({"time": np.array([state.time])} | particles)
+        if self._particles_wanted(state) and (particles := model.gas.particles(state.gas)):
+            self.journal.frame({"time": np.array([state.time])} | named("particle", particles))
         self.interrupts.look_for_stop_file()
 
     def frame(self, model: Model, state: State) -> None:
-        touching = {True: np.zeros_like(state.positions), False: np.zeros_like(state.positions)}
-        for obstacle, force in zip(model.obstacles, state.contact.force, strict=True):
-            touching[isinstance(obstacle.shape, SuperEllipsoid)] += force
-        arrays = {
-            "time": np.array([state.time]),
-            "positions": state.positions,
-            "point.displacement": (state.positions - model.start).astype(np.float32),
-            "point.velocity": state.velocities.astype(np.float32),
-            "point.contact_force": touching[True].astype(np.float32),
-            "point.plate_force": touching[False].astype(np.float32),
+        point = {
+            "displacement": (state.positions - model.start).astype(np.float32),
+            "velocity": state.velocities.astype(np.float32),
         }
-        arrays |= {f"cell.{name}": field.astype(np.float32) for name, field in model.gas.fields(state.gas).items()}
-        if self.case.run.gas_frames and isinstance(model.gas, LocalGas):
-            arrays |= {f"cloud.{name}": array.astype(np.float32) for name, array in model.gas.cells(state.gas).items()}
+        arrays = {"time": np.array([state.time]), "positions": state.positions} | named("point", point)
+        for name, part in model.parts:
+            frame = part.frame(state.of(name))
+            arrays |= named("point", frame.point, np.float32) | named("cell", frame.cell, np.float32)
+        if self.told.gas_frames:
+            arrays |= named("cloud", model.gas.boxes(state.gas), np.float32)
         self.journal.frame(arrays)
         self.last_good = copy.deepcopy(state), self.journal.offset
         self.say(self._line(state))
@@ -144,7 +151,7 @@ class RunRecorder:
     def step(self, model: Model, state: State) -> None:
         self.state = state
         ledger = state.ledger
-        self.last_steps.append((state.time, ledger.kinetic, ledger.strain, ledger.gas_work, ledger.residual))
+        self.last_steps.append((state.time, ledger["kinetic"], ledger["strain"], ledger["gas_work"], ledger.residual))
         if self.interrupts.stop:
             self.save(state)
             raise RunInterrupted("asked to stop")
@@ -155,7 +162,7 @@ class RunRecorder:
     def save(self, state: State) -> None:
         """Write a checkpoint into the older of the two slots."""
         self.journal.sync()
-        write_checkpoint(self.folder / SLOTS[self.slot], state, self.digest, self.journal.offset)
+        write_checkpoint(self.folder / SLOTS[self.slot], state, self.told.digest, self.journal.offset)
         self.slot = 1 - self.slot
         self.saved = time.perf_counter()
 
@@ -166,18 +173,17 @@ class RunRecorder:
         self.journal.sync()
         self.journal.close()
         write_frames(self.folder, self.folder / JOURNAL, self.model.start, self.model.surface)
-        histories = journals.read_histories(self.folder / JOURNAL)
-        write_histories(self.folder / "histories.csv", histories)
-        books = self._books(histories)
-        rigid = {o.name: not isinstance(o.shape, SuperEllipsoid) or not o.body.locked for o in self.model.obstacles}
-        criteria = judge(histories, books, rigid, self.case.run.end_time)
+        history = journals.read_history(self.folder / JOURNAL)
+        write_histories(self.folder / "histories.csv", history)
+        books, criteria = judge(self.model, self.state, history, self.told.schedule.end, len(self.told.concerns))
         self.say(
             f"{status}: mass error {books['gas_mass_error']:.1e}, gas energy error {books['gas_energy_error']:.1e}, "
             f"whole energy residual {100 * books['energy_residual_of_injected']:.4f} % of injected "
             f"({100 * books['energy_residual_of_largest']:.2f} % of the largest energy)"
         )
-        if isinstance(self.model.gas, LocalGas):
-            self.say(f"particles found outside and put back: {books['leaked_particles']:.0f}")
+        for name, part in self.model.parts:
+            for remark in part.remarks(self.state.of(name)):
+                self.say(remark)
         self.say(f"quality: {overall(criteria)}")
         for c in criteria:
             if c.verdict != "PASS":
@@ -191,17 +197,17 @@ class RunRecorder:
             {
                 "status": status,
                 "reason": reason,
-                "title": self.case.title,
+                "title": self.told.title,
                 "billow_version": billow.__version__,
-                "case_digest": self.digest,
+                "case_digest": self.told.digest,
                 "wall_seconds": time.perf_counter() - self.begun,
                 "steps": self.state.step,
                 "threads": numba.get_num_threads(),
                 "simulated_time": self.state.time,
                 "ledger": books,
                 "quality": {"verdict": overall(criteria), "criteria": [c.record() for c in criteria]},
-                "warnings": [asdict(warning) for warning in self.warnings],
-                "obstacles": [_describe(o) for o in self.model.obstacles],
+                "warnings": [asdict(concern) for concern in self.told.concerns],
+                "obstacles": [shape for body in self.model.bodies.bodies for shape in body.describe()],
                 "environment": environment(),
             },
         )
@@ -235,62 +241,62 @@ class RunRecorder:
         write_atomically(self.folder / "postmortem.json", json.dumps(record, indent=1) + "\n")
         if self.last_good is not None:
             self.journal.sync()
-            write_checkpoint(self.folder / LAST_GOOD, self.last_good[0], self.digest, self.last_good[1])
+            write_checkpoint(self.folder / LAST_GOOD, self.last_good[0], self.told.digest, self.last_good[1])
 
     def _particles_wanted(self, state: State) -> bool:
         """Whether a wanted time lies between the last row of histories and this one; a resumed run answers the same."""
-        run = self.case.run
-        between = run.end_time / (run.frames * run.histories_per_frame)
-        return state.interval in {math.ceil(time / between - 1e-6) for time in run.particle_times}
-
-    def _books(self, histories: dict[str, np.ndarray]) -> dict[str, float]:
-        totals, ledger = self.model.gas.totals(self.state.gas), self.state.ledger
-        residual = max(ledger.largest_gain, -ledger.largest_loss)
-        largest = max(ledger.largest_energy, 1e-300)
-        return {
-            "gas_mass_error": totals.mass_error,
-            "gas_energy_error": totals.energy_error,
-            "energy_residual_joule": ledger.residual,
-            "energy_residual_of_injected": residual / totals.enthalpy_in if totals.enthalpy_in else 0.0,
-            "energy_residual_of_largest": ledger.relative_error,
-            "energy_gain_of_largest": ledger.largest_gain / largest,
-            "energy_loss_of_largest": -ledger.largest_loss / largest,
-            "injected_mass_kg": totals.injected,
-            "injected_enthalpy_joule": totals.enthalpy_in,
-            "jet_impulse_delivered": totals.jet_impulse_out / totals.jet_impulse_in if totals.jet_impulse_in else 1.0,
-            "shooting_nodes": float(histories["shooting_nodes [-]"].max()),
-            "inverted_elements": float(inverted_elements(self.model, self.state)),
-            "leaked_particles": float(totals.escaped),
-            "leaked_particles_share": totals.escaped / self.case.gas.particles,
-            "plausibility_warnings": float(len(self.warnings)),
-        }
+        schedule = self.told.schedule
+        between = schedule.end / (schedule.frames * schedule.histories_per_frame)
+        return state.interval in {math.ceil(time / between - 1e-6) for time in self.told.particle_times}
 
     def _line(self, state: State) -> str:
         totals, ledger = self.model.gas.totals(state.gas), state.ledger
         spent = time.perf_counter() - self.begun
-        to_go = spent * (self.case.run.end_time / state.time - 1.0) if state.time > 0.0 else float("nan")
+        to_go = spent * (self.told.schedule.end / state.time - 1.0) if state.time > 0.0 else float("nan")
         return (
             f"{state.step:8d} {1e3 * state.time:11.3f} {1e6 * state.dt:8.3f}"
-            f" {1e-3 * (totals.pressure - self.case.ambient.pressure):13.3f} {totals.temperature:7.1f}"
+            f" {1e-3 * (totals.pressure - self.told.ambient_pressure):13.3f} {totals.temperature:7.1f}"
             f" {1e3 * totals.volume:8.3f} {1e3 * totals.mass:7.2f}"
-            f" {ledger.kinetic + ledger.body_kinetic:10.2f} {ledger.internal:10.2f}"
-            f" {ledger.damping + ledger.friction:9.2f} {ledger.gas_work:10.2f}"
+            f" {ledger.side(MOTION):10.2f} {ledger.side(STORED):10.2f}"
+            f" {ledger.side(LOST):9.2f} {ledger['gas_work']:10.2f}"
             f" {100 * ledger.relative_error:9.3f} {to_go:8.1f}"
         )
 
 
-def _describe(obstacle: Obstacle) -> dict:
-    """What a picture of an obstacle needs, at the start."""
-    described = {"name": obstacle.name, "kind": "plate", "center": obstacle.start.centre.tolist()}
-    if isinstance(obstacle.shape, SuperEllipsoid):
-        described |= {
-            "kind": "super-ellipsoid",
-            "radii": obstacle.shape.radii.tolist(),
-            "degree": obstacle.shape.degree,
-            "rotation": obstacle.start.rotation.tolist(),
-            "locked": obstacle.body.locked,
-        }
-    return described
+def quantities(model: Model, state: State, sensors: Mapping[str, Sequence[float]]) -> Iterator[Quantity]:
+    """A row of the histories: what solver, ledger, sensors and parts say now."""
+    moment = state.moment
+    yield Quantity("", "time", "s", state.time)
+    yield Quantity("", "dt", "s", state.dt)
+    for name, part in model.parts:
+        yield from part.quantities(state.of(name), moment)
+    yield from state.ledger.quantities()
+    yield from model.gas.readings(state.gas, sensors)
+
+
+def judge(
+    model: Model, state: State, history: History, end: float, concerns: int
+) -> tuple[dict[str, float], list[Criterion]]:
+    """Books of a run that has reached `state`, and the criteria by which it is judged.
+
+    end: time asked for [s]; concerns: number of things that looked unintended.
+    """
+    moment, books = state.moment, {}
+    for name, part in model.parts:
+        books |= part.books(state.of(name), moment, history)
+    books |= state.ledger.books(books["injected_enthalpy_joule"], history)
+    criteria = list(state.ledger.verdicts(books))
+    for _, part in model.parts:
+        criteria += part.verdicts(books, history)
+    criteria.append(criterion("plausibility warnings", concerns, 0, math.inf, "-"))
+    missing = 1e3 * max(0.0, end - state.time)
+    criteria.append(criterion("time asked for and not simulated", missing, 1e-9, 1e-6, "ms"))
+    return books | {"plausibility_warnings": float(concerns)}, criteria
+
+
+def named(kind: str, fields: Mapping[str, np.ndarray], dtype=None) -> dict[str, np.ndarray]:
+    """Fields of one kind as the journal keeps them."""
+    return {f"{kind}.{name}": array if dtype is None else array.astype(dtype) for name, array in fields.items()}
 
 
 def environment() -> dict[str, str | int]:

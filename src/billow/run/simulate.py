@@ -5,21 +5,21 @@ from __future__ import annotations
 import contextlib
 import shlex
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 import numba
 
-from billow.base.errors import BillowError, InputError, IntegrityError, NumericalStop, ResourceError
+from billow.base.errors import BillowError, Concern, InputError, IntegrityError, NumericalStop, ResourceError
 from billow.case.build import build_model, build_schedule
-from billow.case.obstacles.build_obstacle import require_start_clear
-from billow.case.plausibility import Warning
+from billow.case.concerns import concerns_of
+from billow.case.obstacles.start_clear import require_start_clear
 from billow.case.schema import Case
 from billow.results.atomic import publish_folder, write_atomically
 from billow.results.result import Result
 from billow.run.checkpoint_file import newest_checkpoint
 from billow.run.interrupts import STOP_FILE, Interrupts
-from billow.run.recorder import Progress, RunRecorder
+from billow.run.recorder import Progress, RunRecorder, Told
 from billow.solver.model import Model, State
 from billow.solver.run import run
 
@@ -109,14 +109,15 @@ def _run(
 ) -> Result:
     try:
         with _threads(threads), Interrupts(partial) as interrupts:
-            recorder = RunRecorder(case, model, partial, interrupts, progress, offset)
+            told = told_by(case, model)
+            recorder = RunRecorder(told, model, partial, interrupts, progress, offset)
             recorder.greet(state)
             status, failure = "completed", None
             try:
-                run(model, build_schedule(case.run), recorder, state)
+                run(model, told.schedule, recorder, state)
             except NumericalStop as stop:
                 status, failure = "stopped", stop
-                stop.why += _warned(recorder.warnings)
+                stop.why += _warned(told.concerns)
                 recorder.post_mortem(stop)
             except KeyboardInterrupt as interrupt:
                 status, failure = "interrupted", interrupt
@@ -131,9 +132,23 @@ def _run(
     return Result.open(folder)
 
 
-def _warned(warnings: list[Warning]) -> str:
+def told_by(case: Case, model: Model) -> Told:
+    """What the record of a run says of its case."""
+    return Told(
+        title=case.title,
+        digest=case.digest(),
+        schedule=build_schedule(case.run),
+        concerns=tuple(concerns_of(case, model)),
+        ambient_pressure=case.ambient.pressure,
+        sensors={sensor.name: sensor.position for sensor in case.run.sensors},
+        particle_times=case.run.particle_times,
+        gas_frames=case.run.gas_frames,
+    )
+
+
+def _warned(concerns: Sequence[Concern]) -> str:
     """What was odd about the case from the beginning is often why a run failed."""
-    return "".join(f"; warned before: {warning.code} {warning.what} ({warning.where})" for warning in warnings)
+    return "".join(f"; warned before: {concern.code} {concern.what} ({concern.where})" for concern in concerns)
 
 
 def _unwritable(folder: Path, error: OSError, remedy: str) -> ResourceError:

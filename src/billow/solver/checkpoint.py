@@ -1,7 +1,10 @@
 """A state as arrays and numbers, and back: what a checkpoint file holds.
 
-A `State` is nested dataclasses, tuples, arrays and numbers. `flatten` names every leaf by its path; `restore` writes
-leaves into a state freshly made for the same model, so that a checkpoint cannot bring in anything a run would not have.
+A `State` is nested dataclasses, dictionaries, tuples, arrays and numbers. `flatten` names every leaf by its path;
+`restore` writes leaves into a state freshly made for the same model, so that a checkpoint cannot bring in anything a
+run would not have. Fields with the metadata "constant" are left out; arrays below a field with the metadata "varying"
+may have any number of rows.
+
 Continuing from a restored state gives the same bits as never having stopped: every float goes through as it is.
 """
 
@@ -17,14 +20,11 @@ from billow.solver.model import State
 
 Leaf = np.ndarray | float | int | bool | None
 
-GROWING = (".pairs.", ".pattern.", ".particles.", ".cells.start", ".cells.order", ".cells.cell")
-"""What jets fall on, room for particles, and for their cells: arrays whose rows become more or fewer."""
-
 
 def flatten(state: State) -> tuple[dict[str, np.ndarray], dict[str, float | int | bool | None]]:
-    """Arrays by path, for example "gas.masses", and numbers by path, for example "ledger.strain"."""
+    """Arrays by path, for example "gas.masses", and numbers by path, for example "ledger.energies.strain"."""
     arrays, numbers = {}, {}
-    for path, leaf in _leaves("", state):
+    for path, leaf, _ in _leaves("", state):
         if isinstance(leaf, np.ndarray):
             arrays[path] = leaf
         else:
@@ -37,14 +37,14 @@ def restore(fresh: State, arrays: dict[str, np.ndarray], numbers: dict[str, Any]
 
     Raises ValueError, with a sentence for the user, if the leaves do not fit the model.
     """
-    expected = dict(_leaves("", fresh))
+    expected = {path: (leaf, varies) for path, leaf, varies in _leaves("", fresh)}
     if set(expected) != set(arrays) | set(numbers):
         odd = sorted(set(expected) ^ (set(arrays) | set(numbers)))
         raise ValueError(f"it does not have the parts of this model; the first that differs is {odd[0]}")
-    for path, leaf in expected.items():
+    for path, (leaf, varies) in expected.items():
         if isinstance(leaf, np.ndarray):
             saved = arrays.get(path)
-            if saved is None or saved.dtype != leaf.dtype or not _fits(path, saved.shape, leaf.shape):
+            if saved is None or saved.dtype != leaf.dtype or not _fits(saved.shape, leaf.shape, varies):
                 raise ValueError(f"{path} does not have the shape this model needs")
             _assign(fresh, path, np.array(saved))
         else:
@@ -54,21 +54,28 @@ def restore(fresh: State, arrays: dict[str, np.ndarray], numbers: dict[str, Any]
     return fresh
 
 
-def _fits(path: str, saved: tuple[int, ...], fresh: tuple[int, ...]) -> bool:
-    """Whether an array may have this shape: what grows may have more or fewer rows, all else keeps its shape."""
-    grows = any(part in f".{path}" for part in GROWING)
-    return saved == fresh or (grows and len(saved) == len(fresh) and saved[1:] == fresh[1:])
+def _fits(saved: tuple[int, ...], fresh: tuple[int, ...], varies: bool) -> bool:
+    """Whether an array may have this shape: what varies may have more or fewer rows, all else keeps its shape."""
+    return saved == fresh or (varies and len(saved) == len(fresh) and saved[1:] == fresh[1:])
 
 
-def _leaves(path: str, value: Any) -> Iterator[tuple[str, Leaf]]:
+def _leaves(path: str, value: Any, varies: bool = False) -> Iterator[tuple[str, Leaf, bool]]:
+    """Path, value, and whether it may have another number of rows, of every array and number."""
     if dataclasses.is_dataclass(value):
-        for field in dataclasses.fields(value):
-            yield from _leaves(f"{path}.{field.name}" if path else field.name, getattr(value, field.name))
+        inner = [
+            (field.name, getattr(value, field.name), varies or "varying" in field.metadata)
+            for field in dataclasses.fields(value)
+            if "constant" not in field.metadata
+        ]
     elif isinstance(value, tuple):
-        for k, item in enumerate(value):
-            yield from _leaves(f"{path}.{k}", item)
+        inner = [(str(k), item, varies) for k, item in enumerate(value)]
+    elif isinstance(value, dict):
+        inner = [(key, item, varies) for key, item in value.items()]
     else:
-        yield path, value
+        yield path, value, varies
+        return
+    for name, item, item_varies in inner:
+        yield from _leaves(f"{path}.{name}" if path else name, item, item_varies)
 
 
 def _assign(state: State, path: str, value: Leaf) -> None:
@@ -78,5 +85,7 @@ def _assign(state: State, path: str, value: Leaf) -> None:
         place = place[int(part)] if isinstance(place, tuple) else getattr(place, part)
     if isinstance(place, tuple):  # arrays inside a tuple are overwritten where they are
         place[int(last)][...] = value
+    elif isinstance(place, dict):
+        place[last] = value
     else:
         setattr(place, last, value)

@@ -1,72 +1,80 @@
-"""Where the energy is and where it went.
+"""Where the energy is and where it went: the only place where energies are written.
 
-The balance closed every step is
+Parts and solver return bookings; the balance closed every step is
 
-    kinetic + strain + straps + contact springs + dissipated = start + work of gas, gravity and birth ramp,
+    motion + stored + lost = start + received,
 
-with every term computed on its own: kinetic from velocities, strain from the fabric law, work from the gas' own books.
-Its residual is a property of the whole solver; a wrong sign anywhere shows up in it.
+with every term computed on its own: motion from velocities, stored from the fabric law and springs, received from the
+books of the gas, gravity and whatever else acts from outside. Its residual is a property of the whole solver; a wrong
+sign anywhere shows up in it.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+
+from billow.base.quality import Criterion, criterion
+from billow.parts.part import LOST, MOTION, RECEIVED, STORED, Account, Booking, Quantity
+
+SIDES = (MOTION, STORED, LOST, RECEIVED)
 
 
 @dataclass
 class Ledger:
-    """Energies [J] at the current time; dissipated ones and works are sums since the start.
+    """energies: of each account now, or its sum since the start, [J]. start: total at time zero. residual: left minus
+    right side of the balance. largest_gain, largest_loss: its extremes so far. largest_energy: largest of motion,
+    stored energy and received work so far, the denominator of relative errors."""
 
-    kinetic: fabric. body_kinetic: rigid bodies. strain: fabric. strap. contact: springs of the penalty contact.
-    self_contact: springs between layers of fabric.
-    damping: fabric, straps and mass damping together. hysteresis: fabric that unloads on another curve than it was
-    loaded on. friction: contact damping and friction.
-    birth_work: of a reference that moves from the start shape to the flat cut, and birth_slope, its last rate per
-    fraction of the way.
-    gas_work: net work of the gas on the fabric. gas_temperature: [K], and gas_volume: smallest of the chambers' volumes
-    over those at the start [-], for the guards. gravity_work. start: total at
-    time zero. residual: left minus right side of the balance. largest_gain, largest_loss: its extremes so far.
-    largest_energy: largest of kinetic, internal and gas work so far, the denominator for relative errors.
-    """
-
-    kinetic: float = 0.0
-    body_kinetic: float = 0.0
-    strain: float = 0.0
-    strap: float = 0.0
-    contact: float = 0.0
-    self_contact: float = 0.0
-    damping: float = 0.0
-    hysteresis: float = 0.0
-    friction: float = 0.0
-    birth_work: float = 0.0
-    birth_slope: float = 0.0
-    gas_work: float = 0.0
-    gas_temperature: float = 0.0
-    gas_volume: float = 1.0
-    gravity_work: float = 0.0
+    energies: dict[str, float]
     start: float | None = None
     residual: float = 0.0
     largest_gain: float = 0.0
     largest_loss: float = 0.0
     largest_energy: float = 0.0
+    accounts: tuple[Account, ...] = field(default=(), metadata={"constant": True})
 
-    @property
-    def internal(self) -> float:
-        """Recoverable energy in fabric, straps and contact springs [J]."""
-        return self.strain + self.strap + self.contact + self.self_contact
+    @classmethod
+    def of(cls, accounts: Sequence[Account]) -> Ledger:
+        """Empty books with these accounts, each once, side by side."""
+        ordered = tuple(a for side in SIDES for a in dict.fromkeys(accounts) if a.side == side)
+        return cls({account.name: 0.0 for account in ordered}, accounts=ordered)
+
+    def __getitem__(self, name: str) -> float:
+        """Energy of an account [J]; zero for one that no part has."""
+        return self.energies.get(name, 0.0)
+
+    def side(self, side: str) -> float:
+        """Energy of all accounts of a side [J]."""
+        total = 0.0
+        for account in self.accounts:
+            if account.side == side:
+                total += self.energies[account.name]
+        return total
+
+    def open(self) -> None:
+        """Begin a step: accounts that say how much there is now begin anew."""
+        for account in self.accounts:
+            if account.renewed:
+                self.energies[account.name] = 0.0
+
+    def book(self, bookings: Iterable[Booking]) -> None:
+        for account, energy in bookings:
+            self.energies[account.name] += energy
 
     def close(self) -> None:
         """Balance the books of a step."""
-        stored = self.kinetic + self.body_kinetic + self.internal
+        motion, stored, lost = self.side(MOTION), self.side(STORED), self.side(LOST)
         if self.start is None:
-            self.start = stored
-        dissipated = self.damping + self.hysteresis + self.friction
-        self.residual = stored + dissipated - self.start - self.gas_work - self.gravity_work - self.birth_work
-        self.largest_gain = max(self.largest_gain, self.residual)
-        self.largest_loss = min(self.largest_loss, self.residual)
-        self.largest_energy = max(
-            self.largest_energy, self.kinetic + self.body_kinetic, self.internal, abs(self.gas_work), self.start
-        )
+            self.start = motion + stored
+        residual, largest = motion + stored + lost - self.start, max(self.largest_energy, motion, stored, self.start)
+        for account in self.accounts:
+            if account.side == RECEIVED:
+                residual -= self.energies[account.name]
+                largest = max(largest, abs(self.energies[account.name]))
+        self.residual, self.largest_energy = residual, largest
+        self.largest_gain = max(self.largest_gain, residual)
+        self.largest_loss = min(self.largest_loss, residual)
 
     @property
     def relative_error(self) -> float:
@@ -74,3 +82,30 @@ class Ledger:
         if self.largest_energy == 0.0:
             return 0.0
         return max(self.largest_gain, -self.largest_loss) / self.largest_energy
+
+    # --- what a run says of it -------------------------------------------------------------------------------------
+
+    def quantities(self) -> Iterator[Quantity]:
+        for account in self.accounts:
+            yield Quantity("", account.name, "J", self.energies[account.name])
+        yield Quantity("", "energy_residual", "J", self.residual)
+
+    def books(self, injected: float, history) -> dict[str, float]:
+        """Entries for run.json. injected: enthalpy that the gas has brought [J]; history: `results.history.History`."""
+        largest = max(self.largest_energy, 1e-300)
+        stored = sum(history.energy(account.name) for account in self.accounts if account.side == STORED)
+        worst = max(self.largest_gain, -self.largest_loss)
+        return {
+            "energy_residual_joule": self.residual,
+            "energy_residual_of_injected": worst / injected if injected else 0.0,
+            "energy_residual_of_largest": self.relative_error,
+            "energy_gain_of_largest": self.largest_gain / largest,
+            "energy_loss_of_largest": -self.largest_loss / largest,
+            "largest_internal_energy_joule": float(stored.max()),
+        }
+
+    @staticmethod
+    def verdicts(books: Mapping[str, float]) -> Iterator[Criterion]:
+        residual, gain = books["energy_residual_of_largest"], books["energy_gain_of_largest"]
+        yield criterion("energy residual, of the largest energy", 100.0 * residual, 1.0, 5.0, "%")
+        yield criterion("energy gain, of the largest energy", 100.0 * gain, 1.0, 2.0, "%")

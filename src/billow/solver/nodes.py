@@ -29,9 +29,9 @@ def last_kick(mass, inverse_mass, nodal_force, touching, contact_force, dt, velo
     )  # fmt: skip
 
 
-def drift(dt, velocities, positions) -> None:
-    """positions [m] (nodes, 3) += dt velocities."""
-    _drift(len(positions), dt, velocities, positions)
+def drift(dt, velocities, positions, before) -> None:
+    """positions [m] (nodes, 3) += dt velocities; before: receives the old ones."""
+    _drift(len(positions), dt, velocities, positions, before)
 
 
 def kinetic_energy(mass, velocities) -> float:
@@ -94,9 +94,10 @@ def _last_kick(n, mass, inverse_mass, force, touching, contact_force, half_dt, v
 
 
 @kernel
-def _drift(n, dt, velocities, positions):
+def _drift(n, dt, velocities, positions, before_out):
     for i in prange(n):
         for k in range(3):
+            before_out[i, k] = positions[i, k]
             positions[i, k] += dt * velocities[i, k]
 
 

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Protocol
 
-from billow.solver.forces import evaluate_forces
 from billow.solver.guards import check_state, check_step_size
 from billow.solver.model import Model, State, start_state
-from billow.solver.step import advance, close_ledger, stable_dt
+from billow.solver.step import advance, first_forces, stable_dt
 
 
 @dataclass(frozen=True)
@@ -23,8 +21,8 @@ class Schedule:
     dt_scale: float = 1.0
 
 
-class Recorder(Protocol):
-    """Who listens to a run. `dynamics` knows no file formats."""
+class Recorder:
+    """Who listens to a run; this one hears everything and keeps nothing. The solver knows no file formats."""
 
     def history(self, model: Model, state: State) -> None:
         """Called at time zero and after every history interval."""
@@ -36,10 +34,13 @@ class Recorder(Protocol):
         """Called after every step; may save the state, or raise to stop the run."""
 
 
-def run(model: Model, schedule: Schedule, recorder: Recorder, state: State | None = None) -> State:
+SILENT = Recorder()
+
+
+def run(model: Model, schedule: Schedule, recorder: Recorder = SILENT, state: State | None = None) -> State:
     """Run from the start, or on from a state between two steps, to the end; returns the last state.
 
-    A run continued from a saved state gives the same bits as one that never stopped.
+    A run that continues from a saved state gives the same bits as one that never stopped.
     Raises NumericalStop if the run becomes meaningless; the recorder then has everything up to that moment.
     """
     if state is None:
@@ -69,8 +70,7 @@ def run(model: Model, schedule: Schedule, recorder: Recorder, state: State | Non
 def begin(model: Model, schedule: Schedule) -> State:
     """State at time zero with its forces and energies."""
     state = start_state(model)
-    evaluate_forces(model, state, 0.0, 0.0)
-    close_ledger(model, state)
+    first_forces(model, state)
     state.first_dt = state.dt = schedule.dt_scale * stable_dt(model, state)
     return state
 

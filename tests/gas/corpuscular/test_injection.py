@@ -11,10 +11,9 @@ from hypothesis import strategies as st
 from billow.parts.gas.corpuscular.injection import Injector, Nozzles, folded_shift, turned
 from billow.parts.gas.corpuscular.internal_energy import ParticleKinds
 from billow.parts.gas.corpuscular.particles import Particles, sum_particles
-from billow.parts.gas.supply.inflator import Inflator
+from billow.parts.gas.supply.inflator import Inflator, jet_speed
 from billow.parts.gas.supply.mixture import mixture_enthalpy, mixture_gas_constant, mixture_temperature
 from billow.parts.gas.supply.species import Species, find_species, thermo_table
-from billow.parts.gas.uniform.uniform_pressure import jet_speed
 
 UP = np.array([0.0, 0.0, 1.0])
 TABLE = thermo_table([find_species(name, "test") for name in ("N2", "H2O", "CO2")])

@@ -13,12 +13,15 @@ import numpy as np
 
 from billow.apps.coupon.specimen import Specimen
 from billow.geometry.surface import nodal_share
+from billow.parts.bodies.bodies import Bodies
+from billow.parts.driven_nodes import DrivenNodes
+from billow.parts.fabric.fabric import Fabric
 from billow.parts.fabric.membrane import Membrane
+from billow.parts.gas.gas_part import GasPart
 from billow.parts.gas.no_gas import NoGas
 from billow.parts.straps import NO_STRAPS
 from billow.solver.model import Model, State
-from billow.solver.run import Schedule, begin, plan
-from billow.solver.step import advance
+from billow.solver.run import Recorder, Schedule, run
 
 SAMPLES = 400
 
@@ -49,6 +52,31 @@ class Measured:
         return int(np.argmax(self.strain[:, 0]))
 
 
+class Samples(Recorder):
+    """Reads the specimen at every history row, and the largest energies of all steps."""
+
+    def __init__(self, specimen: Specimen, path: Callable[[float], float], progress: Callable[[float], None] | None):
+        self.specimen, self.path, self.progress = specimen, path, progress
+        self.rows: list[list[float]] = []
+        self.mounted = self.most_work = self.most_kinetic = 0.0
+
+    def history(self, model: Model, state: State) -> None:
+        specimen, force = self.specimen, state.nodal_force
+        if not self.rows:
+            self.mounted = state.ledger["strain"]
+        amount = self.path(state.time)
+        strain, stress = specimen.measure(amount, state.positions, force)
+        self.rows.append([state.time, specimen.machine_force(amount, force), *strain, *stress])
+        if self.progress is not None:
+            self.progress(state.interval / SAMPLES)
+
+    def step(self, model: Model, state: State) -> None:
+        free = ~self.specimen.clamped
+        velocity = state.velocities[free]
+        self.most_work = max(self.most_work, state.ledger["drive_work"])
+        self.most_kinetic = max(self.most_kinetic, 0.5 * float(model.mass[free] @ np.sum(velocity * velocity, axis=1)))
+
+
 def run_test(
     specimen: Specimen,
     fabric,
@@ -57,63 +85,47 @@ def run_test(
     progress: Callable[[float], None] | None = None,
 ) -> Measured:
     """Load to `amount` and back within `duration` [s]; fabric: a fabric law. Raises NumericalStop."""
-    model = build_model(specimen, fabric)
-    schedule = Schedule(duration, 1, SAMPLES)
-    state = begin(model, schedule)
-    rows, mounted = [_sample(specimen, model, state, 0.0)], state.ledger.strain
-    work, most_work, kinetic = 0.0, 0.0, 0.0
-    clamps = np.flatnonzero(specimen.clamped)
-    for sample in range(SAMPLES):
-        target = duration * (sample + 1) / SAMPLES
-        plan(model, schedule, state, target)
-        for _ in range(state.steps_left):
-            now = path(amount, duration, state.time + state.dt)
-            moves = specimen.places(now) - state.positions[clamps, :2]
-            state.velocities[clamps, :2] = moves / state.dt
-            before = state.nodal_force[clamps, :2].copy()
-            advance(model, state, state.dt)
-            work -= 0.5 * float(np.sum((before + state.nodal_force[clamps, :2]) * moves))
-            most_work = max(most_work, work)
-            free = state.velocities[~specimen.clamped]
-            kinetic = max(kinetic, 0.5 * float(model.mass[~specimen.clamped] @ np.sum(free * free, axis=1)))
-        state.steps_left = 0
-        rows.append(_sample(specimen, model, state, path(amount, duration, target)))
-        if progress is not None:
-            progress((sample + 1) / SAMPLES)
-    table = np.array(rows)
-    count = len(specimen.curves)
-    strain, force = table[:, 2 : 2 + count], table[:, 2 + count :]
-    ledger = state.ledger
+
+    def path(time: float) -> float:
+        """Where the machine is at a time [s]: up to `amount` and back."""
+        return amount * 0.5 * (1.0 - np.cos(2.0 * np.pi * time / duration))
+
+    samples = Samples(specimen, path, progress)
+    state = run(build_model(specimen, fabric, path), Schedule(duration, 1, SAMPLES), samples)
+    table, count, ledger = np.array(samples.rows), len(specimen.curves), state.ledger
     return Measured(
-        specimen.curves, table[:, 0], strain, force / fabric.thickness, table[:, 1], work, ledger.strain - mounted,
-        ledger.damping + ledger.hysteresis, kinetic / max(most_work, 1e-300),
-    )  # fmt: skip
-
-
-def path(amount: float, duration: float, time: float) -> float:
-    """Where the machine is at a time [s]: up to `amount` and back."""
-    return amount * 0.5 * (1.0 - np.cos(2.0 * np.pi * time / duration))
-
-
-def build_model(specimen: Specimen, fabric) -> Model:
-    """Model of a specimen of a fabric in still air."""
-    surface, flat = specimen.sheet.surface, specimen.sheet.flat
-    membrane = Membrane.build(fabric, np.arange(surface.triangle_count), flat[surface.triangles])
-    triangles = surface.triangles.astype(np.int64)
-    return Model(
-        surface=surface,
-        start=np.column_stack([specimen.mounted * flat, np.zeros(len(flat))]),
-        membranes=(membrane,),
-        straps=NO_STRAPS,
-        gas=NoGas(),
-        obstacles=(),
-        mass=nodal_share(triangles, membrane.mass, surface.node_count),
-        contact_area=np.zeros(surface.node_count),
-        fixed=specimen.clamped,
-        gravity=np.zeros(3),
+        curves=specimen.curves,
+        time=table[:, 0],
+        strain=table[:, 2 : 2 + count],
+        stress=table[:, 2 + count :] / fabric.thickness,
+        machine_force=table[:, 1],
+        work=ledger["drive_work"],
+        stored=ledger["strain"] - samples.mounted,
+        lost=ledger["damping"] + ledger["hysteresis"],
+        kinetic_share=samples.most_kinetic / max(samples.most_work, 1e-300),
     )
 
 
-def _sample(specimen: Specimen, model: Model, state: State, amount: float) -> list[float]:
-    strain, stress = specimen.measure(amount, state.positions, state.nodal_force)
-    return [state.time, specimen.machine_force(amount, state.nodal_force), *strain, *stress]
+def build_model(specimen: Specimen, fabric, path: Callable[[float], float]) -> Model:
+    """Model of a specimen of a fabric in still air, its clamps driven along a path."""
+    surface, flat = specimen.sheet.surface, specimen.sheet.flat
+    membrane = Membrane.build(fabric, np.arange(surface.triangle_count), flat[surface.triangles])
+    mass = nodal_share(surface.triangles.astype(np.int64), membrane.mass, surface.node_count)
+    start = np.column_stack([specimen.mounted * flat, np.zeros(len(flat))])
+    clamps, gravity = np.flatnonzero(specimen.clamped), np.zeros(3)
+
+    def places(time: float) -> np.ndarray:
+        return np.column_stack([specimen.places(path(time)), np.zeros(len(clamps))])
+
+    return Model(
+        surface=surface,
+        start=start,
+        mass=mass,
+        fixed=specimen.clamped,
+        gravity=gravity,
+        gas=GasPart(NoGas(), surface, start),
+        fabric=Fabric(surface, (membrane,)),
+        straps=NO_STRAPS,
+        bodies=Bodies((), np.zeros(surface.node_count), gravity),
+        driven=DrivenNodes(clamps, mass[clamps], places),
+    )

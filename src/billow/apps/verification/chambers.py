@@ -20,6 +20,7 @@ from billow.parts.gas.supply.inflator import Inflator
 from billow.parts.gas.supply.outflow import ORIFICE, orifice_flux
 from billow.parts.gas.supply.passages import OPENING, PRESENT_AREA, VENT, Passage, Passages
 from billow.parts.gas.supply.species import Species, thermo_table
+from billow.parts.gas.supply.supply import Source, Supply
 from billow.parts.gas.uniform.uniform_pressure import UniformPressure, UniformState
 
 GAMMA = 1.4
@@ -62,16 +63,17 @@ def joined_rooms(
     """Rooms with these pressures [Pa], temperatures [K] and mass fractions of the light gas at the start."""
     nothing = Inflator(np.array([0.0, 1.0]), np.zeros(2), np.array([0.0, 1.0]), np.full(2, 300.0), AIR.mass_fractions)
     share = np.array(light)
-    return UniformPressure(
+    supply = Supply(
         table=thermo_table(TWO_GASES),
         species_names=("light", "heavy"),
-        inflators=inflators or (nothing,),
+        sources=tuple(map(Source, inflators or (nothing,))),
         ambient=AIR,
         chambers=bag.surface.chambers,
         passages=Passages(passages),
         initial=InitialGas(np.array(pressure), np.array(temperature), np.column_stack([share, 1.0 - share])),
         heat_conductance=heat_conductance,
     )
+    return UniformPressure(supply)
 
 
 def run(gas: UniformPressure, bag: Bag, steps: int, dt: float) -> tuple[UniformState, np.ndarray]:

@@ -10,16 +10,21 @@ from scipy.integrate import quad
 from billow.apps.verification.check import Measurement
 from billow.apps.verification.meshes import disc
 from billow.apps.verification.scenes import Observer, fabric_model, isotropic
-from billow.case.obstacles import schema_obstacle
-from billow.case.obstacles.build_obstacle import build_obstacle
+from billow.case.obstacles.super_ellipsoid import SuperEllipsoid as ObstacleTable
 from billow.geometry.bag_shapes import BagShape
-from billow.geometry.shapes import super_ellipsoid
+from billow.geometry.shapes.half_space import HalfSpace
+from billow.geometry.shapes.pose import of_plane
+from billow.geometry.shapes.super_ellipsoid import SuperEllipsoid, closest_point
 from billow.geometry.surface import Surface
+from billow.parts.bodies.bodies import Bodies
+from billow.parts.bodies.body import Body
+from billow.parts.bodies.contact import SurfaceLaw
 from billow.parts.bodies.rigid_body import RigidBody, RigidState
-from billow.parts.bodies.rigid_contact import Plate, SuperEllipsoid, SurfaceLaw
+from billow.parts.fabric.fabric import Fabric
+from billow.parts.gas.gas_part import GasPart
 from billow.parts.gas.no_gas import NoGas
 from billow.parts.straps import NO_STRAPS
-from billow.solver.model import Model, Obstacle, start_state
+from billow.solver.model import Model, start_state
 from billow.solver.run import Schedule, run
 from billow.solver.step import advance
 
@@ -34,11 +39,12 @@ def sphere_on_node() -> Iterator[Measurement]:
     a usual step of a bag: a second-order method is right to (omega dt)^2/24 = 1e-5, a first-order one to 1 %.
     """
     mass, speed, slope, gap, radius = 4.5, 5.0, 2e6, 2e-3, 0.0825
-    ball = Obstacle(
+    sphere = SuperEllipsoid(np.full(3, radius), 2.0)
+    ball = Body.of(
         "ball",
-        SuperEllipsoid(np.full(3, radius), 2.0),
+        sphere,
         SurfaceLaw(slope, friction=0.0, damping=0.0),
-        RigidBody(mass, super_ellipsoid.principal_inertia(mass, np.full(3, radius), 2.0), locked=False),
+        RigidBody(mass, sphere.inertia(mass), locked=False),
         RigidState(np.array([0.0, 0.0, radius + gap]), velocity=np.array([0.0, 0.0, -speed])),
     )
     model = _one_node(ball)
@@ -46,11 +52,12 @@ def sphere_on_node() -> Iterator[Measurement]:
     dt, rows = 20e-6, [(gap, 0.0)]
     for _ in range(300):  # 6 ms; the sphere leaves at 5.1 ms
         advance(model, state, dt)
-        rows.append((state.bodies[0].centre[2] - radius, state.bodies[0].force[2]))
+        motion = state.bodies.motion[0]
+        rows.append((motion.centre[2] - radius, motion.force[2]))
     height, force = np.array(rows).T
     low, high = np.minimum(height[1:], height[:-1]), np.maximum(height[1:], height[:-1])
     inside = np.clip(-low / (high - low), 0.0, 1.0)  # share of each step, straight in between
-    rebound = state.bodies[0].velocity[2]
+    rebound = state.bodies.motion[0].velocity[2]
     yield Measurement("depth [m]", -height.min(), speed * np.sqrt(mass / slope), 5e-3)
     yield Measurement("force [N]", force.max(), speed * np.sqrt(mass * slope), 5e-3)
     yield Measurement("time of contact [s]", inside.sum() * dt, np.pi * np.sqrt(mass / slope), 5e-3)
@@ -85,11 +92,9 @@ def super_ellipsoid_constants() -> Iterator[Measurement]:
         section = _unit_integral(lambda x, n=n: (1.0 - x**n) ** (1.0 / n))
         unit_volume = 8.0 * section * _unit_integral(lambda z, n=n: (1.0 - z**n) ** (2.0 / n))
         second_moment = 8.0 * section * _unit_integral(lambda z, n=n: z * z * (1.0 - z**n) ** (2.0 / n))
-        yield Measurement(
-            f"volume/(a b c), n = {n} [-]", super_ellipsoid.volume(radii, n) / np.prod(radii), unit_volume, 1e-6
-        )
-        described = schema_obstacle.SuperEllipsoid(shape="super-ellipsoid", radii=tuple(radii), degree=n, mass=mass)
-        inertia = build_obstacle(described).body.inertia
+        shape, rigid, _ = ObstacleTable(shape="super-ellipsoid", radii=tuple(radii), degree=n, mass=mass).build()
+        yield Measurement(f"volume/(a b c), n = {n} [-]", shape.volume() / np.prod(radii), unit_volume, 1e-6)
+        inertia = rigid.inertia
         for axis, (i, j) in enumerate(((1, 2), (2, 0), (0, 1))):
             expected = mass * (radii[i] ** 2 + radii[j] ** 2) * second_moment / unit_volume
             yield Measurement(f"inertia about {'xyz'[axis]}, n = {n} [kg m^2]", inertia[axis], expected, 1e-6)
@@ -108,7 +113,7 @@ def closest_points() -> Iterator[Measurement]:
         worst = 0.0
         for measure in np.concatenate([random.uniform(1.0, 1.8, count // 2), random.uniform(0.8, 1.0, count // 2)]):
             point = measure * _on_surface(random.normal(size=(1, 3)), radii, n)[0]
-            found = np.array(super_ellipsoid.closest_point(*point, *radii, n))
+            found = np.array(closest_point(*point, *radii, n))
             closest, normal = found[:3], found[3:]
             true = np.sign(point) * _closest_by_search(np.abs(point), radii, n)
             to_point = point - closest
@@ -118,20 +123,20 @@ def closest_points() -> Iterator[Measurement]:
         yield Measurement(title, worst / radii.max(), 0.0, 1e-6)
 
 
-def _one_node(obstacle: Obstacle) -> Model:
+def _one_node(body: Body) -> Model:
     """A triangle of fixed nodes without fabric; the first, at the origin, has a contact area of 1e-4 m^2."""
     positions = np.array([[0.0, 0.0, 0.0], [-1.0, 0.0, -1.0], [-1.0, 1.0, -1.0]])
+    surface, gravity = Surface.build(np.array([[0, 1, 2]]), np.zeros(1), ("support",), 3), np.zeros(3)
     return Model(
-        surface=Surface.build(np.array([[0, 1, 2]]), np.zeros(1), ("support",), 3),
+        surface=surface,
         start=positions,
-        membranes=(),
-        straps=NO_STRAPS,
-        gas=NoGas(),
-        obstacles=(obstacle,),
         mass=np.zeros(3),
-        contact_area=np.array([1e-4, 0.0, 0.0]),
         fixed=np.ones(3, dtype=bool),
-        gravity=np.zeros(3),
+        gravity=gravity,
+        gas=GasPart(NoGas(), surface, positions),
+        fabric=Fabric(surface, ()),
+        straps=NO_STRAPS,
+        bodies=Bodies((body,), np.array([1e-4, 0.0, 0.0]), gravity),
     )
 
 
@@ -145,11 +150,12 @@ def _downhill(angle: float, friction: float, gravity: float) -> float:
     depth = areal * gravity * np.cos(angle) * 1e-4 / slope
     across = np.array([0.0, 1.0, 0.0])
     start = flat.positions @ np.array([down, across, normal]) - depth * normal
-    plate = Obstacle(
-        "plate", Plate(normal), SurfaceLaw(slope, friction, damping=0.1), RigidBody(1.0, np.ones(3), locked=True),
-        RigidState(np.zeros(3)),
+    pose = of_plane(0.0, normal)
+    plate = Body.of(
+        "plate", HalfSpace(), SurfaceLaw(slope, friction, damping=0.1), RigidBody(1.0, np.ones(3), locked=True),
+        RigidState(pose.centre, pose.quaternion),
     )  # fmt: skip
-    model = fabric_model(shape, fabric, start=start, obstacles=(plate,), gravity=(0.0, 0.0, -gravity))
+    model = fabric_model(shape, fabric, start=start, bodies=(plate,), gravity=(0.0, 0.0, -gravity))
     rows: list[tuple[float, float]] = []
     watch = Observer(lambda state: rows.append((state.time, float(model.mass @ state.velocities @ down))))
     run(model, Schedule(0.020, 1, 4), watch)

@@ -21,6 +21,7 @@ from billow.parts.gas.supply.mixture import mixture_cp, mixture_gas_constant
 from billow.parts.gas.supply.outflow import ORIFICE, orifice_flux
 from billow.parts.gas.supply.passages import VENT, Passage, Passages
 from billow.parts.gas.supply.species import MOLAR_GAS_CONSTANT, SPECIES, Species, mass_fractions, thermo_table
+from billow.parts.gas.supply.supply import Source, Supply
 from billow.parts.gas.uniform.uniform_pressure import UniformPressure, UniformState
 
 GAS_CONSTANT, GAMMA = 287.0, 1.4
@@ -34,13 +35,19 @@ BOX = Chambers.single(12)
 def still_gas(species: list[Species], fractions: np.ndarray, pressure: float, temperature: float) -> UniformPressure:
     """Sealed chamber without inflow, outside and at the start inside: this gas at pressure [Pa] and temperature [K]."""
     nothing = Inflator(np.array([0.0, 1.0]), np.zeros(2), np.array([0.0, 1.0]), np.full(2, 300.0), fractions)
-    return UniformPressure(
+    supply = Supply(
         table=thermo_table(species),
         species_names=tuple(s.name for s in species),
-        inflators=(nothing,),
+        sources=(Source(nothing),),
         ambient=Ambient(pressure, temperature, fractions),
         chambers=BOX,
     )
+    return UniformPressure(supply)
+
+
+def supplied(gas: UniformPressure, **changes) -> UniformPressure:
+    """The gas with parts of its supply replaced."""
+    return UniformPressure(replace(gas.supply, **changes))
 
 
 def inflow(flow: float, duration: float, temperature: float, fractions: np.ndarray) -> Inflator:
@@ -68,7 +75,7 @@ def rigid_tank() -> Iterator[Measurement]:
     error, so the number of steps (300) only adds rounding.
     """
     gas = still_gas(IDEAL, np.ones(1), pressure=1e-9, temperature=300.0)
-    gas = replace(gas, inflators=(inflow(1.0, 0.030, 600.0, np.ones(1)),))
+    gas = supplied(gas, sources=(Source(inflow(1.0, 0.030, 600.0, np.ones(1))),))
     bag = bag_of_height(HEIGHT)
     state = gas.start(bag)
     dt = 1e-4
@@ -91,8 +98,8 @@ def filling_at_constant_pressure() -> Iterator[Measurement]:
     fractions = np.array(list(mass_fractions(PYRO).values()))
     pressure, hot, flow = 101325.0, 600.0, 1.0
     gas = still_gas(species, fractions, pressure, temperature=300.0)
-    gas = replace(gas, inflators=(inflow(flow, 1.0, hot, fractions),))
-    per_second = flow * mixture_gas_constant(gas.table, fractions) * hot / pressure  # m^3/s
+    gas = supplied(gas, sources=(Source(inflow(flow, 1.0, hot, fractions)),))
+    per_second = flow * mixture_gas_constant(gas.supply.table, fractions) * hot / pressure  # m^3/s
     heights = 1e-7 * HEIGHT * 1.01 ** np.arange(1621)  # the last is the first beyond HEIGHT
     times = (heights - heights[0]) * WIDTH * DEPTH / per_second
     state = gas.start(bag_of_height(heights[0]))

@@ -16,7 +16,6 @@ from billow.apps.verification.gas import DEPTH, GAMMA, GAS_CONSTANT, HEIGHT, IDE
 from billow.apps.verification.meshes import box
 from billow.geometry.surface import area_vectors
 from billow.parts.gas.corpuscular.corpuscular import Corpuscular
-from billow.parts.gas.corpuscular.setup import Source
 from billow.parts.gas.corpuscular.state import CorpuscularState
 from billow.parts.gas.supply.ambient import Ambient, InitialGas
 from billow.parts.gas.supply.inflator import Inflator, JetRing
@@ -24,6 +23,7 @@ from billow.parts.gas.supply.jets import Jets
 from billow.parts.gas.supply.outflow import ORIFICE
 from billow.parts.gas.supply.passages import VENT, Passage, Passages
 from billow.parts.gas.supply.species import Species, thermo_table
+from billow.parts.gas.supply.supply import Source, Supply
 
 LID = np.array([10, 11])
 WHOLE = np.ones(1)
@@ -41,18 +41,17 @@ def in_a_box(
     bottom = np.flatnonzero(shape.positions[:, 2] == 0.0)
     ring = JetRing(1, 0.0, 0.1, 0.0, cone=0.5 * np.pi)
     jets = Jets(ring, bottom, np.array([0.0, 0.0, 1.0]))
-    return Corpuscular(
+    supply = Supply(
         table=thermo_table(species),
         species_names=tuple(s.name for s in species),
         sources=() if inflator is None else (Source(inflator, jets),),
         ambient=Ambient(outside, 295.0, fractions),
-        surface=shape.surface,
-        reference=shape.reference,
+        chambers=shape.surface.chambers,
         passages=Passages(passages),
         initial=InitialGas.like(Ambient(pressure, temperature, fractions), 1),
         heat_conductance=heat_conductance,
-        particles=particles,
     )
+    return Corpuscular(supply, shape.surface, shape.reference, particles)
 
 
 def steps(

@@ -9,10 +9,12 @@ import numpy as np
 from billow.apps.verification.check import Measurement
 from billow.apps.verification.meshes import disc
 from billow.apps.verification.scenes import fabric_model, isotropic
-from billow.geometry.shapes.super_ellipsoid import principal_inertia
-from billow.parts.bodies.rigid_body import RigidBody, RigidState, kinetic_energy, quaternion_about
-from billow.parts.bodies.rigid_contact import SuperEllipsoid, SurfaceLaw
-from billow.solver.model import Obstacle, start_state
+from billow.geometry.shapes.pose import quaternion_about
+from billow.geometry.shapes.super_ellipsoid import SuperEllipsoid
+from billow.parts.bodies.body import Body
+from billow.parts.bodies.contact import SurfaceLaw
+from billow.parts.bodies.rigid_body import RigidBody, RigidState, kinetic_energy
+from billow.solver.model import start_state
 from billow.solver.step import advance
 
 
@@ -28,18 +30,20 @@ def torque_free_top() -> Iterator[Measurement]:
     L_2.
     """
     radii, mass, rate = np.array([0.10, 0.15, 0.22]), 4.5, 20.0
-    inertia = principal_inertia(mass, radii, 3.0)
+    shape = SuperEllipsoid(radii, 3.0)
+    inertia = shape.inertia(mass)
     momentum = inertia * rate * np.array([0.05, 1.0, 0.08])
     body = RigidBody(mass, inertia, locked=False)
     attitude = RigidState(np.array([0.0, 0.0, 10.0]), quaternion_about(np.array([0.6, 0.0, 0.8]), 0.7))
     attitude.angular_momentum = attitude.rotation @ momentum
-    top = Obstacle("top", SuperEllipsoid(radii, 3.0), SurfaceLaw(1e6, 0.0, 0.0), body, attitude)
-    model = fabric_model(disc(0.1, 0.05), isotropic(1e8, 0.3, 1000.0, 1e-3), obstacles=(top,))
+    top = Body.of("top", shape, SurfaceLaw(1e6, 0.0, 0.0), body, attitude)
+    model = fabric_model(disc(0.1, 0.05), isotropic(1e8, 0.3, 1000.0, 1e-3), bodies=(top,))
     state = start_state(model)
     dt, steps = 2e-3 / rate, 10_000
     quaternions, energies = np.empty((steps + 1, 4)), np.empty(steps + 1)
     for k in range(steps + 1):
-        quaternions[k], energies[k] = state.bodies[0].quaternion, kinetic_energy(body, state.bodies[0])
+        motion = state.bodies.motion[0]
+        quaternions[k], energies[k] = motion.quaternion, kinetic_energy(body, motion)
         advance(model, state, dt)
 
     size = np.linalg.norm(momentum)

@@ -1,7 +1,4 @@
-"""From the `[gas]`, `[inflator]` and `[ambient]` tables to a gas model.
-
-Inflators, passages and ambient are the same objects for all models.
-"""
+"""From the `[gas]`, `[inflator]` and `[ambient]` tables to the gas of a model."""
 
 from __future__ import annotations
 
@@ -12,18 +9,18 @@ import numpy as np
 from billow.base.errors import InputError
 from billow.case import schema
 from billow.case.gas import schema_gas
-from billow.case.gas.build_passages import build_passages, chamber_of, flat_area
+from billow.case.gas.build_passages import build_passages, chamber_of
+from billow.case.gas.models import GAS_MODELS, no_mouth
 from billow.geometry.bag_shapes import BagShape
 from billow.geometry.chambers import OUTSIDE
+from billow.geometry.flat_cut import flat_area
 from billow.geometry.surface import area_vectors
-from billow.parts.gas.corpuscular.corpuscular import Corpuscular
-from billow.parts.gas.corpuscular.setup import Source
-from billow.parts.gas.gas_model import GasModel
-from billow.parts.gas.no_gas import NoGas
+from billow.parts.gas.gas_part import GasPart
 from billow.parts.gas.supply.ambient import Ambient, InitialGas
 from billow.parts.gas.supply.inflator import Inflator, JetRing
 from billow.parts.gas.supply.jets import Jets
 from billow.parts.gas.supply.species import AIR, Species, find_species, mass_fractions, thermo_table
+from billow.parts.gas.supply.supply import Source, Supply
 from billow.parts.gas.switching import Switching
 from billow.parts.gas.uniform.uniform_pressure import UniformPressure
 
@@ -52,74 +49,47 @@ class GasNames:
         return fractions / fractions.sum()
 
 
-def build_gas(case: schema.Case, shape: BagShape) -> GasModel:
-    """The gas model named in the case.
+def build_gas(case: schema.Case, shape: BagShape) -> GasPart:
+    """The gas of a case.
 
     Raises InputError E-GAS-001 (unknown species), E-GAS-004 (a chamber without volume), E-GAS-006 (jets into a chamber
-    without a mouth), and those of `build_passages`.
+    without a mouth), those of `build_passages`, and those of the model's builder.
     """
-    if case.gas.model == "none":
-        return NoGas(case.ambient.pressure, case.ambient.temperature)
-    if case.gas.model == "uniform-pressure":
-        return build_uniform_pressure(case, shape)
-    corpuscular = build_corpuscular(case, shape)
-    if not case.gas.switch_time:
-        return corpuscular
-    return Switching(corpuscular, build_uniform_pressure(case, shape), case.gas.switch_time)
+    kind = GAS_MODELS[case.gas.model]
+    supply = build_supply(case, shape) if kind.has_supply else None
+    model = kind.build(case, shape, supply)
+    if kind.is_local and case.gas.switch_time:
+        model = Switching(shape.surface, model, UniformPressure(supply), case.gas.switch_time)
+    return GasPart(model, shape.surface, np.ascontiguousarray(shape.positions), supply)
 
 
-def build_uniform_pressure(case: schema.Case, shape: BagShape) -> UniformPressure:
-    """One well-mixed gas in each chamber. Raises as `build_gas`."""
+def build_supply(case: schema.Case, shape: BagShape) -> Supply:
+    """What feeds the gas and where it can go, whatever model it is. Raises as `build_gas`."""
     _require_volume(shape)
     gas, chambers = GasNames.of(case), shape.surface.chambers
-    inflators = tuple(build_inflator(case, i, gas, shape) for i in case.inflators)
-    return UniformPressure(
+    return Supply(
         table=thermo_table(list(gas.species)),
         species_names=gas.names,
-        inflators=inflators,
+        sources=tuple(build_source(case, inflator, gas, shape) for inflator in case.inflators),
         ambient=Ambient(case.ambient.pressure, case.ambient.temperature, gas.mass_fractions(AIR)),
         chambers=chambers,
         passages=build_passages(case, shape),
-        jets=tuple(
-            build_jets(case, i, inflator.chamber, shape) for i, inflator in zip(case.inflators, inflators, strict=True)
-        ),
         initial=build_initial(case, gas, chambers.count),
         heat_conductance=heat_conductance(case, shape),
     )
 
 
-def build_corpuscular(case: schema.Case, shape: BagShape) -> Corpuscular:
-    """Particles, from the same inflators, passages and ambient. Raises as `build_gas`, and InputError E-GAS-007 if a
-    passage has no triangles that a particle could pass."""
-    _require_volume(shape)
-    gas, surface = GasNames.of(case), shape.surface
-    inflators = tuple(build_inflator(case, i, gas, shape) for i in case.inflators)
-    passages = build_passages(case, shape)
-    for row in passages.rows:
-        if not len(row.triangles):
-            raise InputError(
-                "E-GAS-007",
-                f"particles cannot pass {row.name}",
-                where="gas.orifices",
-                why="an orifice without geometry has no place in the mesh",
-                remedy='remove it, draw it into the mesh as an opening, or set gas.model = "uniform-pressure"',
-            )
-    return Corpuscular(
-        table=thermo_table(list(gas.species)),
-        species_names=gas.names,
-        sources=tuple(
-            Source(inflator, mount(case, i, source_ring(i, shape), inflator.chamber, shape))
-            for i, inflator in zip(case.inflators, inflators, strict=True)
-        ),
-        ambient=Ambient(case.ambient.pressure, case.ambient.temperature, gas.mass_fractions(AIR)),
-        surface=surface,
-        reference=shape.reference,
-        passages=passages,
-        initial=build_initial(case, gas, surface.chambers.count),
-        heat_conductance=heat_conductance(case, shape),
-        particles=case.gas.particles,
-        seed=case.gas.seed,
-    )
+def build_source(case: schema.Case, inflator: schema_gas.Inflator, gas: GasNames, shape: BagShape) -> Source:
+    """An inflator and its jets; a diffuse one blows out of half its mouth, in all directions into the bag."""
+    built = build_inflator(case, inflator, gas, shape)
+    if inflator.jets.count:
+        return Source(built, mount(case, inflator, build_ring(inflator), built.chamber, shape))
+    surface = shape.surface
+    mouth = surface.triangles_of_kind("mouth")
+    if not (surface.chambers.behind[mouth] == built.chamber).any():
+        return Source(built, None, diffuse=True)
+    half = JetRing(1, 0.0, float(np.sqrt(flat_area(shape.reference)[mouth].sum() / np.pi)), 0.0, cone=0.5 * np.pi)
+    return Source(built, mount(case, inflator, half, built.chamber, shape), diffuse=True)
 
 
 def heat_conductance(case: schema.Case, shape: BagShape) -> np.ndarray:
@@ -128,15 +98,9 @@ def heat_conductance(case: schema.Case, shape: BagShape) -> np.ndarray:
     outer = (chambers.ahead == OUTSIDE) & np.isin(
         np.arange(len(chambers.ahead)), shape.surface.triangles_of_kind("fabric")
     )
-    return case.gas.heat_transfer * np.bincount(chambers.behind[outer], flat_area(shape)[outer], chambers.count)
-
-
-def source_ring(inflator: schema_gas.Inflator, shape: BagShape) -> JetRing:
-    """The inflator's jets; a diffuse source blows out of half its mouth, in all directions into the bag."""
-    if inflator.jets.count:
-        return build_ring(inflator)
-    area = flat_area(shape)[shape.surface.triangles_of_kind("mouth")].sum()
-    return JetRing(1, 0.0, float(np.sqrt(area / np.pi)), 0.0, cone=0.5 * np.pi)
+    return case.gas.heat_transfer * np.bincount(
+        chambers.behind[outer], flat_area(shape.reference)[outer], chambers.count
+    )
 
 
 def build_inflator(case: schema.Case, inflator: schema_gas.Inflator, gas: GasNames, shape: BagShape) -> Inflator:
@@ -146,13 +110,10 @@ def build_inflator(case: schema.Case, inflator: schema_gas.Inflator, gas: GasNam
         temperature_time, temperature_value = [0.0, 1.0], [temperature, temperature]
     else:
         temperature_time, temperature_value = temperature.time, temperature.value
-    names = shape.surface.chambers.names
-    chamber = inflator.chamber
-    if (
-        chamber == "mouth" and chamber not in names
-    ):  # the chamber with the mouth; the first if there are none or several
-        found = np.unique(shape.surface.chambers.behind[shape.surface.triangles_of_kind("mouth")])
-        chamber = names[found[0] if len(found) == 1 else 0]
+    names, chamber = shape.surface.chambers.names, inflator.chamber
+    if chamber in ("mouth", "first") and chamber not in names:
+        mouths = np.unique(shape.surface.chambers.behind[shape.surface.triangles_of_kind("mouth")])
+        chamber = names[mouths[0] if chamber == "mouth" and len(mouths) == 1 else 0]
     return Inflator(
         flow_time=np.array(inflator.mass_flow.time) + inflator.delay,
         mass_flow=np.array(inflator.mass_flow.value),
@@ -162,13 +123,6 @@ def build_inflator(case: schema.Case, inflator: schema_gas.Inflator, gas: GasNam
         name=inflator.name,
         chamber=chamber_of(chamber, shape, f"{_key(case, inflator)}.chamber"),
     )
-
-
-def build_jets(case: schema.Case, inflator: schema_gas.Inflator, chamber: int, shape: BagShape) -> Jets | None:
-    """The inflator's ring of jets in the mouth of its chamber; None for a diffuse source."""
-    if not inflator.jets.count:
-        return None
-    return mount(case, inflator, build_ring(inflator), chamber, shape)
 
 
 def build_ring(inflator: schema_gas.Inflator) -> JetRing:
@@ -188,14 +142,7 @@ def mount(case: schema.Case, inflator: schema_gas.Inflator, ring: JetRing, chamb
     mouth = surface.triangles_of_kind("mouth")
     mouth = mouth[chambers.behind[mouth] == chamber]
     if not len(mouth):
-        raise InputError(
-            "E-GAS-006",
-            f"inflator {inflator.name} has jets, and chamber {chambers.names[chamber]} has no mouth",
-            where=f"{_key(case, inflator)}.jets",
-            why="jets blow from a mouth into the bag",
-            remedy="set inflator.jets.count = 0 for a diffuse source, or name a chamber with a mouth in "
-            "inflator.chamber",
-        )
+        raise no_mouth(inflator.name, chambers.names[chamber])
     inwards = -area_vectors(surface.triangles[mouth], shape.positions).sum(axis=0)
     nodes = np.unique(surface.triangles[mouth]).astype(np.int64)
     axis = inwards / np.linalg.norm(inwards)

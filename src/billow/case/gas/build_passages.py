@@ -12,6 +12,7 @@ from billow.case.bag.schema_bag import VentFlow
 from billow.case.gas.schema_leakage import PartLeakage
 from billow.geometry.bag_shapes import BagShape
 from billow.geometry.chambers import OUTSIDE
+from billow.geometry.flat_cut import flat_area
 from billow.parts.gas.supply.curve import Curve
 from billow.parts.gas.supply.outflow import GRAEFE, ORIFICE, PERMEABILITY, POROUS_MEDIUM, VELOCITY
 from billow.parts.gas.supply.passages import (
@@ -65,7 +66,7 @@ def chamber_of(name: str, shape: BagShape, where: str) -> int:
 def _parts(case: schema.Case, shape: BagShape) -> Iterator[Passage]:
     """One passage for every vent, opening and piece of fabric between the same two chambers."""
     surface, chambers = shape.surface, shape.surface.chambers
-    flat = flat_area(shape)
+    flat = flat_area(shape.reference)
     for part, kind in zip(surface.part_names, surface.part_kinds, strict=True):
         if kind == "mouth":
             continue
@@ -86,12 +87,6 @@ def _parts(case: schema.Case, shape: BagShape) -> Iterator[Passage]:
                     name, OPENING, ORIFICE, behind, ahead, members, float(flat[members].sum()),
                     coefficient=case.gas.opening_discharge, area_terms=PRESENT_AREA,
                 )  # fmt: skip
-
-
-def flat_area(shape: BagShape) -> np.ndarray:
-    """Area as cut [m^2], (triangles,)."""
-    u, w = (shape.reference[:, k] - shape.reference[:, 0] for k in (1, 2))
-    return 0.5 * np.abs(u[:, 0] * w[:, 1] - u[:, 1] * w[:, 0])
 
 
 def _vent(vents: VentFlow, name: str, behind: int, ahead: int, triangles: np.ndarray, area: float) -> Passage:

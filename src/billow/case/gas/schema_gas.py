@@ -8,6 +8,7 @@ from pydantic import Discriminator, Field, Tag, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
 from billow.case.gas.factor import over_time
+from billow.case.gas.models import GAS_MODELS
 from billow.case.quantity import Strict, curve, quantity
 from billow.case.text import Name
 from billow.parts.gas.supply.species import AIR, COLDEST, HOTTEST, MOLAR_GAS_CONSTANT
@@ -96,9 +97,9 @@ class Orifice(Strict):
 class Gas(Strict):
     """What fills the bag."""
 
-    model: Literal["uniform-pressure", "corpuscular", "none"] = "uniform-pressure"
+    model: Literal[tuple(GAS_MODELS)] = "uniform-pressure"
     """uniform-pressure: one well-mixed gas in each chamber; corpuscular: particles that fly, collide and push, so that
-    jets, narrow gaps and the way of the gas are felt; none: no gas at all."""
+    jets, narrow gaps and the flow path matter; none: no gas at all."""
     particles: int = 100_000
     """Of the corpuscular gas, for all there will be inside, injected and initial."""
     seed: int = 1
@@ -160,7 +161,8 @@ class Inflator(Strict):
     name: Name = "inflator"
     """Name; inflators are told apart by it."""
     chamber: Name = "mouth"
-    """Chamber it blows into; first: the only one, or the first."""
+    """Chamber it blows into; mouth: the one with the mouth, or the first if none or several have one; first: the
+    first."""
     delay: quantity("s", 0.0, 10.0) = 0.0
     """Added to the times of its curves."""
     gas: dict[str, Fraction] = Field(default_factory=lambda: {"N2": 0.45, "H2O": 0.30, "CO2": 0.25})

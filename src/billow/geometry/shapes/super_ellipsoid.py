@@ -1,34 +1,101 @@
-"""Super-ellipsoid |x/a|^n + |y/b|^n + |z/c|^n = 1: inside test, closest point, volume and inertia.
+"""Super-ellipsoid |x/a|^n + |y/b|^n + |z/c|^n <= 1, in its own axes about its centre.
 
-Points are given in the body's own axes, relative to its centre. The shape is symmetric, so all work is done in the
-first octant.
+The shape is symmetric, so the closest point is found in the first octant.
 """
 
 from __future__ import annotations
 
-from math import gamma
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 
 from billow.base.compiled import scalar
+from billow.geometry.shapes.pose import into_axes, into_space
+from billow.geometry.shapes.shape import NUMBERS
 
 NEWTON_STEPS = 40
 
 
-def volume(radii: np.ndarray, degree: float) -> float:
-    """Volume [m^3]: 8abc Gamma(1+1/n)^3 / Gamma(1+3/n)."""
-    return float(8.0 * np.prod(radii) * gamma(1.0 + 1.0 / degree) ** 3 / gamma(1.0 + 3.0 / degree))
+@dataclass(frozen=True)
+class SuperEllipsoid:
+    """radii (a, b, c) [m], (3,); degree n [-]: 2 is an ellipsoid, larger is boxier."""
+
+    radii: np.ndarray
+    degree: float
+    kind: ClassVar[str] = "super-ellipsoid"
+
+    @cached_property
+    def numbers(self) -> np.ndarray:
+        """Radii, degree, and its flatness: an ellipsoid larger by 1/flatness holds the body (norm inequality)."""
+        flatness = 3.0 ** (1.0 / self.degree - 0.5)
+        numbers = np.array([*self.radii, self.degree, flatness])
+        return np.pad(numbers, (0, NUMBERS - len(numbers)))
+
+    @property
+    def bound(self) -> float:
+        return float(max(self.radii) / self.numbers[4])
+
+    @property
+    def size(self) -> float:
+        return float(min(self.radii))
+
+    def volume(self) -> float:
+        """8abc Gamma(1+1/n)^3 / Gamma(1+3/n)."""
+        n = self.degree
+        return float(8.0 * np.prod(self.radii) * math.gamma(1.0 + 1.0 / n) ** 3 / math.gamma(1.0 + 3.0 / n))
+
+    def inertia(self, mass: float) -> np.ndarray:
+        """Ixx = m (b^2 + c^2) k with k = Gamma(3/n) Gamma(1+3/n) / (Gamma(1/n) Gamma(1+5/n)); 1/5 for an ellipsoid."""
+        n = self.degree
+        k = math.gamma(3.0 / n) * math.gamma(1.0 + 3.0 / n) / (math.gamma(1.0 / n) * math.gamma(1.0 + 5.0 / n))
+        square = np.asarray(self.radii) ** 2
+        return mass * k * (square.sum() - square)
+
+    def distance(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """With G = (sum |y_k / a_k|^n)^(1/n), homogeneous of degree one, the distance is (G - 1) / |grad G|: exact for
+        a sphere, and on the surface of any."""
+        y = points / self.radii
+        size = np.abs(y)
+        # Scaled by its largest entry, no power overflows or vanishes; a point in the centre has no direction.
+        largest = np.maximum(size.max(axis=1, keepdims=True), 1e-12)
+        power = (size / largest) ** (self.degree - 1.0)
+        sum_of_powers = np.maximum((power * size / largest).sum(axis=1), 1e-300)
+        gauge = largest[:, 0] * sum_of_powers ** (1.0 / self.degree)
+        gradient = np.sign(y) * power / self.radii * (sum_of_powers ** (1.0 / self.degree - 1.0))[:, None]
+        steepness = np.maximum(np.linalg.norm(gradient, axis=1), 1e-12)
+        return (gauge - 1.0) / steepness, gradient / steepness[:, None]
+
+    def level(self, points: np.ndarray) -> np.ndarray:
+        return (np.abs(points / np.asarray(self.radii)) ** self.degree).sum(axis=-1) - 1.0
+
+    def describe(self) -> dict:
+        return {"kind": self.kind, "radii": [float(r) for r in self.radii], "degree": float(self.degree)}
+
+    @classmethod
+    def from_description(cls, described: dict) -> SuperEllipsoid:
+        return cls(np.array(described["radii"], float), float(described["degree"]))
 
 
-def principal_inertia(mass: float, radii: np.ndarray, degree: float) -> np.ndarray:
-    """Moments of inertia [kg m^2], (3,), of a solid of uniform density and mass [kg].
-
-    Ixx = m (b^2 + c^2) k with k = Gamma(3/n) Gamma(1+3/n) / (Gamma(1/n) Gamma(1+5/n)); k = 1/5 for an ellipsoid.
-    """
-    n = degree
-    k = gamma(3.0 / n) * gamma(1.0 + 3.0 / n) / (gamma(1.0 / n) * gamma(1.0 + 5.0 / n))
-    square = np.asarray(radii) ** 2
-    return mass * k * (square.sum() - square)
+@scalar
+def near_super_ellipsoid(numbers, pose, o, rx, ry, rz, tx, ty, tz):
+    """As `Shape` says."""
+    a, b, c, degree, flatness = numbers[o, 0], numbers[o, 1], numbers[o, 2], numbers[o, 3], numbers[o, 4]
+    x, y, z = into_axes(pose, o, rx, ry, rz)
+    # G is convex with slope at most 1/smallest, so (G - 1) smallest is a lower bound of the distance. No power is taken
+    # where the box or the enclosing and enclosed ellipsoids (norm inequalities, n >= 2) decide.
+    near = 1.0 + math.sqrt(tx * tx + ty * ty + tz * tz) / min(a, b, c)
+    if abs(x) >= near * a or abs(y) >= near * b or abs(z) >= near * c:
+        return False, 0.0, 0.0, 0.0, 0.0
+    ellipsoid = math.sqrt((x / a) ** 2 + (y / b) ** 2 + (z / c) ** 2)
+    if ellipsoid > 1.0 and (flatness * ellipsoid >= near or radial_measure(x, y, z, a, b, c, degree) >= near):
+        return False, 0.0, 0.0, 0.0, 0.0
+    qx, qy, qz, mx, my, mz = closest_point(x, y, z, a, b, c, degree)
+    depth = (qx - x) * mx + (qy - y) * my + (qz - z) * mz
+    nx, ny, nz = into_space(pose, o, mx, my, mz)
+    return True, depth, nx, ny, nz
 
 
 @scalar
@@ -70,7 +137,7 @@ def closest_point(x, y, z, a, b, c, degree):
         multiplier = ((px - qx) * gx + (py - qy) * gy + (pz - qz) * gz) / (gx * gx + gy * gy + gz * gz)
         if shrink == 1.0 and step < tolerance:
             break
-    length = np.sqrt(gx * gx + gy * gy + gz * gz)
+    length = math.sqrt(gx * gx + gy * gy + gz * gz)
     flip_x, flip_y, flip_z = _sign(x), _sign(y), _sign(z)
     return (
         flip_x * qx, flip_y * qy, flip_z * qz,

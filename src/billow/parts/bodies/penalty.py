@@ -16,7 +16,7 @@ stay and exit, and it is stable for any stiffness, so that contact never limits 
 
 from __future__ import annotations
 
-import numpy as np
+import math
 
 from billow.base.compiled import scalar
 
@@ -39,7 +39,7 @@ def normal_contact(depth, closing, stiffness, inverse_mass, damping, dt):
         force = stiffness * (depth + 0.5 * travel)
         inside = 1.0
         if depth + travel < 0.0:  # leaves within the step
-            travel = 0.5 * (free - np.sqrt(free * free + 2.0 * elastic * depth * depth))
+            travel = 0.5 * (free - math.sqrt(free * free + 2.0 * elastic * depth * depth))
             force = -0.5 * stiffness * depth * depth / travel if travel < 0.0 else 0.0
             inside = -depth / travel if travel < 0.0 else 0.0
     else:
@@ -47,11 +47,11 @@ def normal_contact(depth, closing, stiffness, inverse_mass, damping, dt):
             return 0.0, depth + free
         b = elastic * depth - free
         a, c = 1.0 + 0.5 * elastic, 0.5 * elastic * depth * depth
-        travel = (-b + np.sqrt(max(0.0, b * b - 4.0 * a * c))) / (2.0 * a)
+        travel = (-b + math.sqrt(max(0.0, b * b - 4.0 * a * c))) / (2.0 * a)
         inside = max(0.0, depth + travel) / travel
         force = 0.5 * stiffness * inside * (depth + travel)
     if damping > 0.0 and inverse_mass > 0.0:
-        viscosity = 2.0 * damping * np.sqrt(stiffness / inverse_mass) * inside
+        viscosity = 2.0 * damping * math.sqrt(stiffness / inverse_mass) * inside
         force = max(0.0, force + viscosity * travel / dt / (1.0 + half * viscosity / dt))
     return force, depth + free - half * force
 
@@ -78,20 +78,20 @@ def contact_force(depth, nx, ny, nz, vx, vy, vz, stiffness, inverse_mass, dampin
     sx, sy, sz = sx - along * nx, sy - along * ny, sz - along * nz
     tx, ty, tz = vx - speed * nx, vy - speed * ny, vz - speed * nz
     kick = 0.5 * dt * inverse_mass
-    viscosity = 2.0 * damping * np.sqrt(stiffness / inverse_mass) if inverse_mass > 0.0 else 0.0
+    viscosity = 2.0 * damping * math.sqrt(stiffness / inverse_mass) if inverse_mass > 0.0 else 0.0
     resist = 0.5 * stiffness * dt + viscosity
     share = 1.0 / (1.0 + kick * resist)
     fx = -share * (stiffness * sx + resist * tx)
     fy = -share * (stiffness * sy + resist * ty)
     fz = -share * (stiffness * sz + resist * tz)
-    size, limit = np.sqrt(fx * fx + fy * fy + fz * fz), friction * normal
+    size, limit = math.sqrt(fx * fx + fy * fy + fz * fz), friction * normal
     slips = size > limit
     if slips:
         fx, fy, fz = fx * limit / size, fy * limit / size, fz * limit / size
     mx, my, mz = tx + kick * fx, ty + kick * fy, tz + kick * fz  # tangential velocity at the middle
     sx, sy, sz = sx + dt * mx, sy + dt * my, sz + dt * mz
     if slips:  # the sticking point is dragged along; it is never farther than the travel put it
-        longest, stretch = limit / stiffness, np.sqrt(sx * sx + sy * sy + sz * sz)
+        longest, stretch = limit / stiffness, math.sqrt(sx * sx + sy * sy + sz * sz)
         if stretch > longest:
             sx, sy, sz = sx * longest / stretch, sy * longest / stretch, sz * longest / stretch
     if after <= 0.0:  # it left

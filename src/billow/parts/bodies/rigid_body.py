@@ -7,11 +7,13 @@ body is constant to rounding and its energy error stays bounded at second order.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from billow.base.compiled import scalar
+from billow.geometry.shapes.pose import Pose, rotation_matrix
 
 
 @dataclass(frozen=True)
@@ -40,10 +42,16 @@ class RigidState:
         """Rotation matrix body to space, (3, 3)."""
         return rotation_matrix(self.quaternion)
 
+    def copy(self) -> RigidState:
+        return RigidState(*(array.copy() for array in vars(self).values()))
 
-def quaternion_about(axis: np.ndarray, angle: float) -> np.ndarray:
-    """Quaternion (w, x, y, z) of a rotation by angle [rad] about a unit axis."""
-    return np.concatenate([[np.cos(0.5 * angle)], np.sin(0.5 * angle) * np.asarray(axis, dtype=float)])
+
+def moving(body: RigidBody, pose: Pose, velocity: np.ndarray, spin: np.ndarray) -> RigidState:
+    """State of a body in a pose with a velocity [m/s] and a spin [rad/s], both in space; a locked one rests."""
+    if body.locked:
+        return RigidState(pose.centre, pose.quaternion)
+    rotation = pose.rotation
+    return RigidState(pose.centre, pose.quaternion, velocity, rotation @ (body.inertia * (rotation.T @ spin)))
 
 
 def spin(body: RigidBody, state: RigidState) -> np.ndarray:
@@ -78,17 +86,6 @@ def advance(body: RigidBody, state: RigidState, gravity: np.ndarray, dt: float) 
 
 
 @scalar
-def rotation_matrix(q):
-    """Rotation matrix (3, 3) of a unit quaternion (w, x, y, z)."""
-    w, x, y, z = q[0], q[1], q[2], q[3]
-    out = np.empty((3, 3))
-    out[0, 0], out[0, 1], out[0, 2] = 1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)
-    out[1, 0], out[1, 1], out[1, 2] = 2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)
-    out[2, 0], out[2, 1], out[2, 2] = 2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)
-    return out
-
-
-@scalar
 def rotate_freely(quaternion, angular_momentum, inertia, dt):
     """Torque-free rotation over dt [s]; changes quaternion in place, the angular momentum in space stays as it is."""
     rotation = rotation_matrix(quaternion)
@@ -103,15 +100,15 @@ def rotate_freely(quaternion, angular_momentum, inertia, dt):
     for k, share in ((0, 0.5), (1, 0.5), (2, 1.0), (1, 0.5), (0, 0.5)):
         angle = share * dt * momentum[k] / inertia[k]
         i, j = (k + 1) % 3, (k + 2) % 3
-        c, s = np.cos(angle), np.sin(angle)
+        c, s = math.cos(angle), math.sin(angle)
         momentum[i], momentum[j] = c * momentum[i] + s * momentum[j], c * momentum[j] - s * momentum[i]
-        turn[0], turn[1], turn[2], turn[3] = np.cos(0.5 * angle), 0.0, 0.0, 0.0
-        turn[1 + k] = np.sin(0.5 * angle)
+        turn[0], turn[1], turn[2], turn[3] = math.cos(0.5 * angle), 0.0, 0.0, 0.0
+        turn[1 + k] = math.sin(0.5 * angle)
         w, x, y, z = quaternion[0], quaternion[1], quaternion[2], quaternion[3]
         quaternion[0] = w * turn[0] - x * turn[1] - y * turn[2] - z * turn[3]
         quaternion[1] = w * turn[1] + x * turn[0] + y * turn[3] - z * turn[2]
         quaternion[2] = w * turn[2] - x * turn[3] + y * turn[0] + z * turn[1]
         quaternion[3] = w * turn[3] + x * turn[2] - y * turn[1] + z * turn[0]
-    norm = np.sqrt(quaternion[0] ** 2 + quaternion[1] ** 2 + quaternion[2] ** 2 + quaternion[3] ** 2)
+    norm = math.sqrt(quaternion[0] ** 2 + quaternion[1] ** 2 + quaternion[2] ** 2 + quaternion[3] ** 2)
     for k in range(4):
         quaternion[k] /= norm

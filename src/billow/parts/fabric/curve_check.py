@@ -9,15 +9,13 @@ import numpy as np
 
 from billow.base.errors import InputError
 from billow.parts.fabric.curve import Curve, TestedCurve
-from billow.parts.fabric.curve_fabric import SHEAR, CurveFabric
+from billow.parts.fabric.curve_fabric import NAMES, CurveFabric
 
 LARGEST_TURN = np.radians(80.0)
 """Shear angle, counted from right angles, up to which a curve may go: at 90 degrees the yarns lie on each other."""
 
 SAME = 0.02
 """Part of the stress by which unloading may miss the end of loading, or rise above it."""
-
-NAMES = ("warp", "weft", "shear", "shear")
 
 
 def check_curves(fabric: CurveFabric, where: str) -> None:
@@ -134,31 +132,3 @@ def _check_heat(spring, name: str, where: str) -> None:
 
 def _no_curve(where: str, why: str, remedy: str) -> InputError:
     return InputError("E-FAB-003", "the points do not make a curve", where=where, why=why, remedy=remedy)
-
-
-def cost_of_steepness(fabric: CurveFabric, altitude: float) -> tuple[str, float, float]:
-    """What the steepest curve does to the step: (its name, stable step [s], stable step without it [s]).
-
-    Without it: as if it were nowhere steeper than the straight line to its end. altitude: of the smallest element [m].
-    """
-    slopes = [spring.steepest for spring in fabric.springs]
-    chords = [spring.loading.stress[-1] / spring.loading.end for spring in fabric.springs]
-    k = int(np.argmax(slopes))
-    density = fabric.density
-    milder = max(chords[k], *(s for i, s in enumerate(slopes) if i != k and (i < SHEAR) == (k < SHEAR)), 0.0)
-    squared = fabric.wave_speed**2 - (slopes[k] - milder) / density
-    xi = fabric.damping
-    safe = 0.75 * altitude * (np.sqrt(1.0 + xi**2) - xi)
-    return NAMES[k], float(safe / fabric.wave_speed), float(safe / np.sqrt(max(squared, milder / density)))
-
-
-def reach(fabric: CurveFabric) -> dict[str, tuple[float, float]]:
-    """How far the curves of warp and weft go: name -> (true strain [-], force per width [N/m]) at their end.
-
-    Beyond, they go on with their last slope.
-    """
-    ends = {name: getattr(fabric, name).loading for name in NAMES[:2]}
-    return {
-        name: (curve.end, curve.stress[-1] * float(np.exp(fabric.transverse * curve.end)) * fabric.thickness)
-        for name, curve in ends.items()
-    }

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
 
+from billow.base.errors import Concern
 from billow.parts.fabric.curve import TestedCurve
 from billow.parts.fabric.curve_table import Spring, SpringTable, Stress
 from billow.parts.fabric.nominal import green_strain, shear_measure, shear_stress, yarn_stress
+from billow.parts.part import Setting
 
 WARP, WEFT, SHEAR, SHEAR_BACK = range(4)
 """Springs of a fabric. Where the yarns are not at right angles, shear differs between its two senses and has a spring
@@ -18,6 +21,15 @@ for either; otherwise there is no SHEAR_BACK."""
 
 HEAT = 0
 """Column of the history: energy turned to heat so far [J/m^3]."""
+
+NAMES = ("warp", "weft", "shear", "shear")
+"""What a case calls the curve of each spring."""
+
+COSTLY = 0.5
+"""Part of the stable step that a single steep curve may leave of what it would be without."""
+
+PEAK_PRESSURE = 60e3
+"""Gauge pressure [Pa] that curves should reach: that of a hot driver bag at its peak."""
 
 STRAP_STRAIN = 0.05
 """Elongation at which the secant of the warp curve gives the modulus of straps."""
@@ -116,6 +128,57 @@ class CurveFabric:
         d11, d12, d21, d22 = reference_inverse
         c, s = np.sin(self.start_angle), np.cos(self.start_angle)
         return np.array([d11, c * d11 + s * d12, d21, c * d21 + s * d22])
+
+    def cost_of_steepness(self, altitude: float) -> tuple[str, float, float]:
+        """What the steepest curve does to the step: (its name, stable step [s], stable step without it [s]).
+
+        Without it: as if it were nowhere steeper than the straight line to its end. altitude: of the smallest element
+        [m].
+        """
+        slopes = [spring.steepest for spring in self.springs]
+        chords = [spring.loading.stress[-1] / spring.loading.end for spring in self.springs]
+        k = int(np.argmax(slopes))
+        milder = max(chords[k], *(s for i, s in enumerate(slopes) if i != k and (i < SHEAR) == (k < SHEAR)), 0.0)
+        squared = self.wave_speed**2 - (slopes[k] - milder) / self.density
+        xi = self.damping
+        safe = 0.75 * altitude * (np.sqrt(1.0 + xi**2) - xi)
+        return NAMES[k], float(safe / self.wave_speed), float(safe / np.sqrt(max(squared, milder / self.density)))
+
+    def reach(self) -> dict[str, tuple[float, float]]:
+        """How far the curves of warp and weft go: name -> (true strain [-], force per width [N/m]) at their end.
+
+        Beyond, they go on with their last slope.
+        """
+        ends = {name: getattr(self, name).loading for name in NAMES[:2]}
+        return {
+            name: (curve.end, curve.stress[-1] * float(np.exp(self.transverse * curve.end)) * self.thickness)
+            for name, curve in ends.items()
+        }
+
+    def concerns(self, altitude: float, setting: Setting) -> Iterator[Concern]:
+        """Curves so steep that they alone cost half the step, and curves that end before the stresses of a deployment.
+
+        altitude: of the smallest element [m].
+        """
+        name, now, without = self.cost_of_steepness(altitude)
+        if now < COSTLY * without:
+            yield Concern(
+                "W-FAB-004",
+                f"the curve of {name} makes the step {1e6 * now:.3g} us instead of {1e6 * without:.3g} us",
+                f"fabric.curves.{name}",
+                "its steepest piece, or unloading from it, sets the step of all: a kink, noise, or a wrong unit",
+                "smooth the steepest piece, or end the curve before it",
+            )
+        needed = 0.25 * PEAK_PRESSURE * float(np.ptp(setting.start, axis=0).max())  # p R / 2 of a round bag
+        for name, (strain, force) in self.reach().items():
+            if force < needed:
+                yield Concern(
+                    "W-FAB-005",
+                    f"the curve of {name} ends at {force:.3g} N/m, a strain of {strain:.3g}",
+                    f"fabric.curves.{name}.loading",
+                    f"{1e-3 * PEAK_PRESSURE:g} kPa in this bag pull with {needed:.3g} N/m; beyond, it goes on straight",
+                    "measure further, or check the unit of the stress",
+                )
 
 
 def _spring(tested: TestedCurve, stress, end, table_end: float, *, scaled: bool) -> Spring:

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
+
+from billow.base.errors import Concern
+from billow.parts.part import Setting
 
 if TYPE_CHECKING:
     from billow.parts.fabric.membrane import Membrane
@@ -68,3 +72,6 @@ class FabricLaw(Protocol):
         heat [W], a bound on the largest squared stretch [-] (for the stable step), and the energy turned to heat so far
         that follows from the history [J].
         """
+
+    def concerns(self, altitude: float, setting: Setting) -> Iterator[Concern]:
+        """What of this law is allowed but probably not meant; altitude: of the smallest element [m]."""

@@ -16,6 +16,7 @@ Damping stress S_v = viscosity dE/dt is proportional to stiffness in the highest
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import ClassVar
@@ -24,8 +25,10 @@ import numpy as np
 from numba import prange
 
 from billow.base.compiled import CHUNK, kernel, scalar
+from billow.base.errors import Concern
 from billow.parts.fabric.membrane import Membrane
 from billow.parts.fabric.triangle import add_corner_forces, along
+from billow.parts.part import Setting
 
 KEEP, PRINCIPAL, YARN = 0, 1, 2  # what compression does
 
@@ -98,6 +101,18 @@ class LinearFabric:
     def warp_modulus(self) -> float:
         """[Pa]."""
         return self.young_warp
+
+    def concerns(self, altitude: float, setting: Setting) -> Iterator[Concern]:
+        """Moduli that do not go together."""
+        young = self.young_warp, self.young_weft
+        if max(young) > 20.0 * min(young) or self.shear > 2.0 * max(young):
+            yield Concern(
+                "W-FAB-003",
+                "the moduli of the fabric do not go together",
+                "fabric.young_warp, fabric.young_weft, fabric.shear",
+                "warp and weft differ by a small factor, and woven fabric is far softer in shear",
+                "check the powers of ten",
+            )
 
     def along_yarns(self, reference_inverse: np.ndarray) -> np.ndarray:
         """As it is: the yarns lie along the axes of the flat cut."""

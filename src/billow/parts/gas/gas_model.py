@@ -12,17 +12,20 @@ tests/contracts/test_gas_contract.py checks for every implementation:
 6. work given equals work received: what the gas books as p dV is what the nodal forces do, to the scheme's order;
 7. same seed, same bits, for any number of threads.
 
-`NoGas` is an ordinary implementation.
+Inflators with their jets, passages, ambient, initial gas and heat loss are the same objects for all gases
+(`supply.supply.Supply`). `NoGas` is an ordinary implementation.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Protocol, runtime_checkable
 
 import numpy as np
 
+from billow.base.quality import Criterion
 from billow.geometry.surface import Surface
 
 
@@ -30,14 +33,20 @@ from billow.geometry.surface import Surface
 class Bag:
     """All a gas may see.
 
-    positions: [m] at the end of the step, velocities: [m/s] at its middle, both (nodes, 3). touched: (nodes,) bool,
-    nodes in contact with any obstacle; None where nothing can be touched.
+    positions: [m] at the end of the step, before: at its start, velocities: [m/s] at its middle, all (nodes, 3). before
+    is positions where no step was made. touched: (nodes,) bool, nodes in contact with any body; None where nothing can
+    be touched.
     """
 
     surface: Surface
     positions: np.ndarray
     velocities: np.ndarray
     touched: np.ndarray | None = None
+    before: np.ndarray | None = None
+
+    def __post_init__(self):
+        if self.before is None:
+            self.before = self.positions
 
 
 @dataclass(frozen=True)
@@ -65,8 +74,7 @@ class GasTotals:
 
     Of several chambers pressure is the mean over volume and temperature the mean over mass; `chambers` has them one by
     one, and is empty for a single one. vented_by, leaked_by [kg] split the outflow by vent and by part of the fabric;
-    passed [kg] is what went through passages between chambers, back flow subtracted. escaped: particles that were found
-    outside their chamber and put back.
+    passed [kg] is what went through passages between chambers, back flow subtracted.
     """
 
     pressure: float
@@ -74,26 +82,25 @@ class GasTotals:
     volume: float
     mass_by_species: np.ndarray
     energy: float
-    injected: float
-    vented: float
-    leaked: float
-    drawn_in: float
-    enthalpy_in: float
-    enthalpy_out: float
-    work: float
-    ambient_work: float
-    jet_work: float
-    jet_impulse_in: float
-    jet_impulse_out: float
-    mass_error: float
-    energy_error: float
+    injected: float = 0.0
+    vented: float = 0.0
+    leaked: float = 0.0
+    drawn_in: float = 0.0
+    enthalpy_in: float = 0.0
+    enthalpy_out: float = 0.0
+    work: float = 0.0
+    ambient_work: float = 0.0
+    jet_work: float = 0.0
+    jet_impulse_in: float = 0.0
+    jet_impulse_out: float = 0.0
+    mass_error: float = 0.0
+    energy_error: float = 0.0
     heat_lost: float = 0.0
     blocked_area: float = 0.0
     vented_by: Mapping[str, float] = field(default_factory=dict)
     leaked_by: Mapping[str, float] = field(default_factory=dict)
     passed: Mapping[str, float] = field(default_factory=dict)
     chambers: tuple[ChamberTotals, ...] = ()
-    escaped: int = 0
 
     @property
     def mass(self) -> float:
@@ -106,36 +113,105 @@ class GasTotals:
         return self.work - self.ambient_work + self.jet_work
 
 
-class GasModel(Protocol):
+class GasModel(ABC):
     """A gas: parameters only; everything that changes is in the state it hands out."""
 
+    @abstractmethod
     def start(self, bag: Bag) -> object:
         """State at time zero for the bag's start shape."""
 
-    def advance(self, gas: object, bag: Bag, time: float, dt: float, corner_force: np.ndarray) -> None:
+    @abstractmethod
+    def advance(self, gas, bag: Bag, time: float, dt: float, corner_force: np.ndarray) -> None:
         """From `time` to `time + dt` [s]; the bag has already moved. Changes `gas`, adds to `corner_force`."""
 
-    def stable_dt(self, gas: object) -> float:
-        """Largest step [s] of the structure that the gas tolerates now."""
-
-    def totals(self, gas: object) -> GasTotals:
+    @abstractmethod
+    def totals(self, gas) -> GasTotals:
         """Totals of the state."""
 
-    def fields(self, gas: object) -> dict[str, np.ndarray]:
+    @abstractmethod
+    def fields(self, gas) -> dict[str, np.ndarray]:
         """What users want to see on the fabric, for example {"pressure": gauge [Pa], (triangles,)}."""
 
+    def stable_dt(self, gas) -> float:
+        """Largest step [s] of the structure that the gas tolerates now; any, for a gas that acts at the end of a step
+        on where the fabric is then."""
+        return math.inf
 
-@runtime_checkable
-class LocalGas(GasModel, Protocol):
-    """A gas that differs from place to place, and says how. A gas without these methods is the same everywhere."""
+    def view(self) -> LocalGas | None:
+        """How a gas that differs from place to place shows it; None for one that is the same everywhere."""
+        return None
 
-    def cells(self, gas: object) -> dict[str, np.ndarray]:
+    def books(self, gas) -> dict[str, float]:
+        """Its own entries in the ledger of run.json."""
+        return {}
+
+    def verdicts(self, books: Mapping[str, float]) -> Iterator[Criterion]:
+        """Its own criteria for the verdict of a run; books: entries of the ledger."""
+        return iter(())
+
+    def remarks(self, gas) -> list[str]:
+        """Lines for the log when a run ends."""
+        return []
+
+    def seconds_per_step(self, gas, dt: float) -> float:
+        """Rough cost of a step of dt [s] on one core of a 2020s processor [s]."""
+        return 0.0
+
+
+@dataclass(frozen=True)
+class Content:
+    """All the gas that is in the chambers, as one gas hands it to another.
+
+    masses: [kg], (chambers, species); energy [J], volume [m^3] and temperature [K], a guess: (chambers,). is_open:
+    (passages,) bool, passages that have opened for good.
+    """
+
+    masses: np.ndarray
+    energy: np.ndarray
+    volume: np.ndarray
+    temperature: np.ndarray
+    is_open: np.ndarray
+
+
+class LocalGas(GasModel):
+    """A gas that differs from place to place, and says how."""
+
+    def view(self) -> LocalGas:
+        return self
+
+    @abstractmethod
+    def cells(self, gas) -> dict[str, np.ndarray]:
         """Boxes to look at: "centre" and "size" [m], (n, 3); "pressure" [Pa] absolute, "temperature" [K], "density"
         [kg/m^3], (n,); "velocity" [m/s], (n, 3); and what else there is."""
 
-    def points(self, gas: object) -> dict[str, np.ndarray]:
-        """The particles: "position" [m], (n, 3), and what is known of each by name, (n,) or (n, 3)."""
-
-    def at(self, gas: object, places: np.ndarray) -> dict[str, np.ndarray]:
+    @abstractmethod
+    def at(self, gas, places: np.ndarray) -> dict[str, np.ndarray]:
         """Readings at places [m], (m, 3): "pressure" [Pa] absolute, "temperature" [K], "density" [kg/m^3], (m,);
         "velocity" [m/s], (m, 3). Outside the bag those of the surroundings."""
+
+    def points(self, gas) -> dict[str, np.ndarray]:
+        """The particles, if it has any: "position" [m], (n, 3), and what is known of each by name, (n,) or (n, 3)."""
+        return {}
+
+
+class SwitchableGas(LocalGas):
+    """A local gas that can hand all it holds to uniform pressure."""
+
+    @abstractmethod
+    def can_hand_over(self, gas) -> bool:
+        """Whether every chamber holds gas."""
+
+    @abstractmethod
+    def hand_over(self, gas, bag: Bag, time: float, dt: float) -> Content:
+        """The last step, from `time` to `time + dt` [s]: books the half of the step's work that belongs to the force at
+        its beginning, gives away all it holds, and keeps nothing but its books."""
+
+    @abstractmethod
+    def book_work(self, gas, work: float, ambient_work: float) -> None:
+        """Book the work [J] of the force at the end of that step, which is another gas'; ambient_work: the part of it
+        against the ambient."""
+
+    @abstractmethod
+    def outside(self, positions: np.ndarray, places: np.ndarray, chamber: int) -> np.ndarray:
+        """Whether places [m], (m, 3), are not in a chamber of the bag as it stands, (m,) bool; positions: [m], (nodes,
+        3)."""

@@ -6,17 +6,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from billow.parts.gas.gas_model import Bag, GasTotals
+from billow.parts.gas.gas_model import Bag, GasModel, GasTotals
 
 
 @dataclass
 class EmptyState:
+    """triangle_count; volume: enclosed now [m^3]."""
+
     triangle_count: int
     volume: float
 
 
 @dataclass(frozen=True)
-class NoGas:
+class NoGas(GasModel):
     """ambient_pressure [Pa] and ambient_temperature [K] are only reported."""
 
     ambient_pressure: float = 101325.0
@@ -28,14 +30,8 @@ class NoGas:
     def advance(self, gas: EmptyState, bag: Bag, time: float, dt: float, corner_force: np.ndarray) -> None:
         gas.volume = bag.surface.volume(bag.positions)
 
-    def stable_dt(self, gas: EmptyState) -> float:
-        return float("inf")
-
     def totals(self, gas: EmptyState) -> GasTotals:
-        return GasTotals(
-            self.ambient_pressure, self.ambient_temperature, gas.volume, np.zeros(0),
-            *[0.0] * 14,
-        )  # fmt: skip
+        return GasTotals(self.ambient_pressure, self.ambient_temperature, gas.volume, np.zeros(0), energy=0.0)
 
     def fields(self, gas: EmptyState) -> dict[str, np.ndarray]:
         return {"pressure": np.zeros(gas.triangle_count)}

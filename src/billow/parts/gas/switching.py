@@ -1,33 +1,30 @@
-"""Particles first, uniform pressure from a given time on.
+"""A local gas first, uniform pressure from a given time on.
 
-While a bag unfolds, jets, gaps and the way of the gas matter; once pressure is even, particles cost time for nothing.
-In the step that ends nearest to the given time the particles fly to its end for the last time. What each chamber then
-holds goes into uniform pressure: mass by species, with what inflators have delivered and is no particle yet, and all
-energy, with what is pending or pooled and what walls were given and have not passed on. Mass and energy thus go over
-exactly. Uniform pressure knows no flow: the kinetic energy of the gas' bulk motion becomes heat, and its momentum, with
-the impulses that patches of fabric still hold, is dropped.
+While a bag unfolds, jets, gaps and the flow path matter; once pressure is even, a local gas costs time for nothing. In
+the step that ends nearest to the given time the local gas comes to its end for the last time, and hands all that each
+chamber holds to uniform pressure: mass by species and energy go over exactly. Uniform pressure knows no flow: the
+kinetic energy of the gas' bulk motion becomes heat, and its momentum is dropped.
 
-Work is booked by trapezia. The force at the beginning of that step was the particles', the one at its end is that of
+Work is booked by trapezia. The force at the beginning of that step was the local gas', the one at its end is that of
 uniform pressure; each has done half of the step's work. The pressure at the end must know that work, which is found by
 iteration.
 
-The books of the particles are kept as they stood; totals are theirs plus those of uniform pressure.
+The books of the local gas are kept as they stood; totals are theirs plus those of uniform pressure.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from billow.geometry.chambers import OUTSIDE, Chambers
-from billow.geometry.surface import area_vectors
-from billow.parts.gas.corpuscular.corpuscular import Corpuscular
-from billow.parts.gas.corpuscular.state import CorpuscularState
-from billow.parts.gas.gas_model import Bag, GasTotals
-from billow.parts.gas.supply.ambient import Ambient
-from billow.parts.gas.supply.inflator import Inflator
+from billow.base.quality import Criterion
+from billow.geometry.chambers import OUTSIDE
+from billow.geometry.surface import Surface, area_vectors
+from billow.parts.gas.gas_model import Bag, GasTotals, LocalGas, SwitchableGas
 from billow.parts.gas.supply.mixture import mixture_gas_constant, mixture_temperature
+from billow.parts.gas.supply.supply import Supply
 from billow.parts.gas.uniform.uniform_pressure import UniformPressure, UniformState
 
 ITERATIONS = 6
@@ -36,119 +33,109 @@ ITERATIONS = 6
 
 @dataclass
 class SwitchingState:
-    """corpuscular: the particles, and for ever their books; uniform: means nothing until switched."""
+    """local: the local gas, and its books ever after; uniform: without meaning until switched. positions: of the
+    surface now [m], (nodes, 3). mass_error, energy_error: of what went over [-]."""
 
-    corpuscular: CorpuscularState
+    local: object
     uniform: UniformState
+    positions: np.ndarray
     switched: bool = False
+    mass_error: float = 0.0
+    energy_error: float = 0.0
 
-    # Totals of the particles' books, made anew from them after a restart.
+    # Totals of the local gas' books, made anew from them after a restart.
     so_far = None
 
 
 @dataclass(frozen=True)
-class Switching:
-    """corpuscular and uniform: the same bag, inflators, passages and ambient. time: of the switch [s]; it waits until
-    every chamber holds gas."""
+class Switching(LocalGas):
+    """local and uniform: of the same supply, in the same bag. time: of the switch [s]; it waits until every chamber
+    holds gas."""
 
-    corpuscular: Corpuscular
+    surface: Surface
+    local: SwitchableGas
     uniform: UniformPressure
     time: float
 
     @property
-    def table(self) -> np.ndarray:
-        return self.uniform.table
-
-    @property
-    def species_names(self) -> tuple[str, ...]:
-        return self.uniform.species_names
-
-    @property
-    def inflators(self) -> tuple[Inflator, ...]:
-        return self.uniform.inflators
-
-    @property
-    def ambient(self) -> Ambient:
-        return self.uniform.ambient
-
-    @property
-    def chambers(self) -> Chambers:
-        return self.uniform.chambers
+    def supply(self) -> Supply:
+        return self.uniform.supply
 
     # --- the contract ----------------------------------------------------------------------------------------------
 
     def start(self, bag: Bag) -> SwitchingState:
-        """Particles in the start shape."""
-        return SwitchingState(self.corpuscular.start(bag), self.uniform.start(bag))
+        """The local gas in the start shape."""
+        return SwitchingState(self.local.start(bag), self.uniform.start(bag), bag.positions.copy())
 
     def advance(self, gas: SwitchingState, bag: Bag, time: float, dt: float, corner_force: np.ndarray) -> None:
+        gas.positions[...] = bag.positions
         if gas.switched:
             self.uniform.advance(gas.uniform, bag, time, dt, corner_force)
-            gas.corpuscular.positions[...] = bag.positions
-        elif dt > 0.0 and time + 1.5 * dt > self.time and gas.corpuscular.masses.any(axis=1).all():
+        elif dt > 0.0 and time + 1.5 * dt > self.time and self.local.can_hand_over(gas.local):
             self._switch(gas, bag, time, dt, corner_force)
         else:
-            self.corpuscular.advance(gas.corpuscular, bag, time, dt, corner_force)
+            self.local.advance(gas.local, bag, time, dt, corner_force)
 
     def _switch(self, gas: SwitchingState, bag: Bag, time: float, dt: float, corner_force: np.ndarray) -> None:
         """From time to time + dt [s], at the end of which the gas is uniform."""
-        old = gas.corpuscular
-        self.corpuscular.arrive(old, bag, time, dt)
-        masses, energy = self.corpuscular.content(old)
+        start = self.local.totals(gas.local)
+        content = self.local.hand_over(gas.local, bag, time, dt)
+        masses, energy, table = content.masses, content.energy, self.supply.table
         swept = self._swept(bag, dt)
-        pressure, temperature = np.empty_like(energy), old.temperature.copy()
+        pressure, temperature = np.empty_like(energy), content.temperature
         work = np.zeros_like(energy)
         for c in range(len(energy)):
             for _ in range(ITERATIONS):
-                temperature[c] = mixture_temperature(self.table, masses[c], energy[c] - work[c], temperature[c])
-                pressure[c] = mixture_gas_constant(self.table, masses[c]) * temperature[c] / old.volume[c]
+                temperature[c] = mixture_temperature(table, masses[c], energy[c] - work[c], temperature[c])
+                pressure[c] = mixture_gas_constant(table, masses[c]) * temperature[c] / content.volume[c]
                 work[c] = pressure[c] * swept[c]
-        old.load.work += float(work.sum())
-        old.load.ambient_work += self.ambient.pressure * float(swept.sum())
-        gas.uniform = self.uniform.holding(masses, energy - work, old.volume.copy(), pressure, temperature, time + dt)
-        gas.uniform.is_open[...] = old.is_open
+        self.local.book_work(gas.local, float(work.sum()), self.supply.ambient.pressure * float(swept.sum()))
+        gas.uniform = self.uniform.holding(masses, energy - work, content.volume, pressure, temperature, time + dt)
+        gas.uniform.is_open[...] = content.is_open
         self.uniform.press(gas.uniform, bag, corner_force)
-        self.corpuscular.dismiss(old)
         gas.switched = True
-        self._close_books(gas)
+        self._close_books(gas, start)
 
     def _swept(self, bag: Bag, dt: float) -> np.ndarray:
         """Volume [m^3] (chambers,) that the walls, as they stand at the end, gain in half a step of dt [s]."""
-        triangles, chambers = bag.surface.triangles, self.chambers
+        triangles, chambers = bag.surface.triangles, self.supply.chambers
         normals = area_vectors(triangles, bag.positions)
         rate = np.sum(normals * bag.velocities[triangles].mean(axis=1), axis=1)
         inner, outer = chambers.behind != OUTSIDE, chambers.ahead != OUTSIDE
         gained = np.bincount(chambers.behind[inner], rate[inner], chambers.count)
         return 0.5 * dt * (gained - np.bincount(chambers.ahead[outer], rate[outer], chambers.count))
 
-    def _close_books(self, gas: SwitchingState) -> None:
-        """Hold what went over against all that came and left since the start."""
-        old, totals = gas.corpuscular, self.totals(gas)
-        came = float(old.start_masses.sum()) + totals.injected + totals.drawn_in
-        gap = totals.mass + totals.vented + totals.leaked - came
-        old.mass_error = max(old.mass_error, abs(gap) / came)
-        scale = old.start_energy + totals.enthalpy_in
-        gap = totals.energy + totals.enthalpy_out + totals.work - scale
-        old.energy_error = max(old.energy_error, abs(gap) / scale)
+    def _close_books(self, gas: SwitchingState, before: GasTotals) -> None:
+        """Hold what went over against the books. before: totals of the local gas before the step."""
         gas.so_far = None
+        now = self.totals(gas)
+
+        def balance(totals: GasTotals) -> tuple[float, float]:
+            """Mass [kg] and energy [J] that was there at the start, by the totals of any time."""
+            mass = totals.mass + totals.vented + totals.leaked - totals.injected - totals.drawn_in
+            return mass, totals.energy + totals.enthalpy_out + totals.work + totals.heat_lost - totals.enthalpy_in
+
+        (mass, energy), (start_mass, start_energy) = balance(now), balance(before)
+        gas.mass_error = abs(mass - start_mass) / (start_mass + now.injected + now.drawn_in)
+        gas.energy_error = abs(energy - start_energy) / (start_energy + now.enthalpy_in)
 
     def stable_dt(self, gas: SwitchingState) -> float:
         """That of the gas it is now."""
-        return self.uniform.stable_dt(gas.uniform) if gas.switched else self.corpuscular.stable_dt(gas.corpuscular)
+        return self.uniform.stable_dt(gas.uniform) if gas.switched else self.local.stable_dt(gas.local)
 
     # --- what users see --------------------------------------------------------------------------------------------
 
     def totals(self, gas: SwitchingState) -> GasTotals:
         if not gas.switched:
-            return self.corpuscular.totals(gas.corpuscular)
+            return self.local.totals(gas.local)
         if gas.so_far is None:
-            gas.so_far = self.corpuscular.totals(gas.corpuscular)
-        return _together(gas.so_far, self.uniform.totals(gas.uniform))
+            gas.so_far = self.local.totals(gas.local)
+        return _together(gas.so_far, self.uniform.totals(gas.uniform), gas)
 
     def fields(self, gas: SwitchingState) -> dict[str, np.ndarray]:
         if not gas.switched:
-            return self.corpuscular.fields(gas.corpuscular)
-        chambers, uniform = self.chambers, gas.uniform
+            return self.local.fields(gas.local)
+        chambers, uniform = self.supply.chambers, gas.uniform
         side = np.where(chambers.behind != OUTSIDE, chambers.behind, chambers.ahead)
         return self.uniform.fields(uniform) | {
             "gas_temperature": uniform.temperature[side],
@@ -159,11 +146,11 @@ class Switching:
     def cells(self, gas: SwitchingState) -> dict[str, np.ndarray]:
         """After the switch, a box about each chamber."""
         if not gas.switched:
-            return self.corpuscular.cells(gas.corpuscular)
-        triangles, positions = self.corpuscular.surface.triangles, gas.corpuscular.positions
-        corners = [positions[self.chambers.boundary(c, triangles)].reshape(-1, 3) for c in range(self.chambers.count)]
+            return self.local.cells(gas.local)
+        triangles, chambers = self.surface.triangles, self.supply.chambers
+        corners = [gas.positions[chambers.boundary(c, triangles)].reshape(-1, 3) for c in range(chambers.count)]
         low, high = (np.array([extreme(places, axis=0) for places in corners]) for extreme in (np.min, np.max))
-        uniform, nothing = gas.uniform, np.zeros(len(low))
+        uniform = gas.uniform
         return {
             "centre": 0.5 * (low + high),
             "size": high - low,
@@ -171,21 +158,21 @@ class Switching:
             "temperature": uniform.temperature.copy(),
             "density": uniform.masses.sum(axis=1) / uniform.volume,
             "velocity": np.zeros_like(low),
-            "particles": nothing,
+            "particles": np.zeros(len(low)),
         }
 
     def points(self, gas: SwitchingState) -> dict[str, np.ndarray]:
-        """The particles; after the switch there are none."""
-        return self.corpuscular.points(gas.corpuscular)
+        """Of the local gas; after the switch there are none."""
+        return self.local.points(gas.local)
 
     def at(self, gas: SwitchingState, places: np.ndarray) -> dict[str, np.ndarray]:
         if not gas.switched:
-            return self.corpuscular.at(gas.corpuscular, places)
-        uniform, ambient, bag = gas.uniform, self.ambient, self.corpuscular.inside(gas.corpuscular)
-        air = ambient.pressure / (mixture_gas_constant(self.table, ambient.mass_fractions) * ambient.temperature)
+            return self.local.at(gas.local, places)
+        uniform, ambient = gas.uniform, self.supply.ambient
+        air = ambient.pressure / (mixture_gas_constant(self.supply.table, ambient.mass_fractions) * ambient.temperature)
         rows = np.tile([ambient.pressure, ambient.temperature, air], (len(places), 1))
-        for c in range(self.chambers.count):
-            within = ~bag.outside(places, np.full(len(places), c))
+        for c in range(self.supply.chambers.count):
+            within = ~self.local.outside(gas.positions, places, c)
             rows[within] = uniform.pressure[c], uniform.temperature[c], uniform.masses[c].sum() / uniform.volume[c]
         return {
             "pressure": rows[:, 0],
@@ -194,22 +181,38 @@ class Switching:
             "velocity": np.zeros((len(places), 3)),
         }
 
+    def books(self, gas: SwitchingState) -> dict[str, float]:
+        return self.local.books(gas.local)
 
-def _together(before: GasTotals, now: GasTotals) -> GasTotals:
+    def verdicts(self, books: Mapping[str, float]) -> Iterator[Criterion]:
+        return self.local.verdicts(books)
+
+    def remarks(self, gas: SwitchingState) -> list[str]:
+        return self.local.remarks(gas.local)
+
+    def seconds_per_step(self, gas: SwitchingState, dt: float) -> float:
+        """As long as the local gas is there."""
+        return self.local.seconds_per_step(gas.local, dt)
+
+
+SUMS = (
+    "injected", "vented", "leaked", "drawn_in", "enthalpy_in", "enthalpy_out", "work", "ambient_work", "jet_work",
+    "jet_impulse_in", "jet_impulse_out", "heat_lost",
+)  # fmt: skip
+SPLIT = ("vented_by", "leaked_by", "passed")
+
+
+def _together(before: GasTotals, now: GasTotals, gas: SwitchingState) -> GasTotals:
     """The state now, sums since the start."""
-    sums = (
-        "injected", "vented", "leaked", "drawn_in", "enthalpy_in", "enthalpy_out", "work", "ambient_work", "jet_work",
-        "jet_impulse_in", "jet_impulse_out", "heat_lost", "escaped",
-    )  # fmt: skip
-    split = ("vented_by", "leaked_by", "passed")
+
+    def added(name: str) -> dict[str, float]:
+        earlier, later = getattr(before, name), getattr(now, name)
+        return {key: earlier[key] + later[key] for key in later}
+
     return replace(
         now,
-        **{name: getattr(before, name) + getattr(now, name) for name in sums},
-        **{name: _added(getattr(before, name), getattr(now, name)) for name in split},
-        mass_error=max(before.mass_error, now.mass_error),
-        energy_error=max(before.energy_error, now.energy_error),
+        **{name: getattr(before, name) + getattr(now, name) for name in SUMS},
+        **{name: added(name) for name in SPLIT},
+        mass_error=max(before.mass_error, now.mass_error, gas.mass_error),
+        energy_error=max(before.energy_error, now.energy_error, gas.energy_error),
     )
-
-
-def _added(before, now) -> dict[str, float]:
-    return {name: before[name] + now[name] for name in now}

@@ -15,7 +15,6 @@ from billow.parts.gas.corpuscular.setup import Setup
 from billow.parts.gas.corpuscular.state import CorpuscularState
 from billow.parts.gas.gas_model import ChamberTotals, GasTotals
 from billow.parts.gas.supply.mixture import mixture_cp, mixture_gas_constant, mixture_temperature
-from billow.parts.gas.supply.passages import FABRIC
 
 
 def take_stock(setup: Setup, gas: CorpuscularState, kinds: ParticleKinds) -> None:
@@ -55,7 +54,7 @@ def _energy(gas: CorpuscularState) -> float:
 
 def close_books(setup: Setup, gas: CorpuscularState, kinds: ParticleKinds) -> None:
     """Hold mass, energy and momentum of the state against the books; keep the largest relative errors."""
-    injected = sum(i.delivered(gas.gas_time) * i.mass_fractions for i in setup.inflators)
+    injected = sum(i.delivered(gas.gas_time) * i.mass_fractions for i in setup.supply.inflators)
     came = gas.start_masses + injected + gas.drawn
     gap = _mass(setup, gas, kinds) + gas.left.sum(axis=0) - came
     gas.mass_error = max(gas.mass_error, float(np.abs(gap).max() / came.sum()))
@@ -92,14 +91,11 @@ def totals(setup: Setup, gas: CorpuscularState) -> GasTotals:
     """What the gas is as a whole, for histories and ledgers."""
     kinds = setup.kinds(gas)
     left = gas.left.sum(axis=1)
-    vented_by, leaked_by, passed = {}, {}, {}
-    for k, row in enumerate(setup.passages.rows):
-        if row.behind != OUTSIDE and row.ahead != OUTSIDE:
-            passed[row.name] = float(gas.passed[k])
-        elif row.kind == FABRIC:
-            leaked_by[row.name] = float(left[k])
-        else:
-            vented_by[row.name] = float(left[k])
+    flows = [
+        (passed, 0.0) if OUTSIDE not in (row.behind, row.ahead) else (gone, gone)
+        for row, passed, gone in zip(setup.passages.rows, gas.passed.tolist(), left.tolist(), strict=True)
+    ]
+    vented_by, leaked_by, passed = setup.supply.outflow_by_name(flows)
     single = setup.chambers.count == 1
     volume = float(gas.volume.sum())
     mass = gas.masses.sum(axis=1)
@@ -110,7 +106,7 @@ def totals(setup: Setup, gas: CorpuscularState) -> GasTotals:
         volume=volume,
         mass_by_species=_mass(setup, gas, kinds),
         energy=_energy(gas),
-        injected=float(sum(i.delivered(gas.gas_time) for i in setup.inflators)),
+        injected=float(sum(i.delivered(gas.gas_time) for i in setup.supply.inflators)),
         vented=sum(vented_by.values()),
         leaked=sum(leaked_by.values()),
         drawn_in=float(gas.drawn.sum()),
@@ -118,9 +114,6 @@ def totals(setup: Setup, gas: CorpuscularState) -> GasTotals:
         enthalpy_out=gas.enthalpy_out,
         work=gas.load.work,
         ambient_work=gas.load.ambient_work,
-        jet_work=0.0,
-        jet_impulse_in=0.0,
-        jet_impulse_out=0.0,
         mass_error=gas.mass_error,
         energy_error=gas.energy_error,
         heat_lost=gas.heat_lost,
@@ -129,7 +122,6 @@ def totals(setup: Setup, gas: CorpuscularState) -> GasTotals:
         leaked_by=leaked_by,
         passed=passed,
         chambers=() if single else _each(setup, gas, kinds),
-        escaped=gas.escaped,
     )
 
 

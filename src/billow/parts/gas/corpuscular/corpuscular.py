@@ -9,11 +9,13 @@ particles, every two are merged into one.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 
 from billow.base.compiled import CHUNK
 from billow.base.errors import NumericalStop
+from billow.base.quality import Criterion, criterion
 from billow.geometry.chambers import OUTSIDE
 from billow.geometry.search_grid import SearchGrid
 from billow.geometry.surface import area_vectors
@@ -36,8 +38,7 @@ from billow.parts.gas.corpuscular.readings import Inside, on_faces, read_boxes, 
 from billow.parts.gas.corpuscular.setup import Setup
 from billow.parts.gas.corpuscular.state import CorpuscularState
 from billow.parts.gas.corpuscular.wall_load import Patches, WallLoad, wall_speed
-from billow.parts.gas.gas_model import Bag, GasTotals
-from billow.parts.gas.supply.ambient import InitialGas
+from billow.parts.gas.gas_model import Bag, Content, GasTotals, SwitchableGas
 
 SMOOTHING = 0.2e-3
 """Time constant [s] of wall pressure and incident flow (physics notes, section 2)."""
@@ -64,12 +65,15 @@ SOUND_CROSSES = 1.0
 LARGEST_LEAD = 1.1
 """Change of a chamber's volume by which its pressure is led, at most: half a gas step does not change it more."""
 
+SECONDS_PER_PARTICLE, SECONDS_PER_TRIANGLE = 400e-9, 60e-9
+"""Rough cost of a particle in a gas step, and of a triangle in a step of the structure."""
+
 MOST_STEPS = 8
 """Of the structure within one gas step."""
 
 
-class Corpuscular(Setup):
-    """The gas model (`billow.parts.gas.gas_model.GasModel`); its parameters are those of `Setup`."""
+class Corpuscular(Setup, SwitchableGas):
+    """The gas model; its parameters are those of `Setup`."""
 
     # --- the contract ----------------------------------------------------------------------------------------------
 
@@ -77,11 +81,10 @@ class Corpuscular(Setup):
         """The initial gas in the start shape."""
         chambers, species, rows = self.chambers.count, len(self.table), len(self.passages.rows)
         volume = self.chambers.volumes(bag.surface.triangles, bag.positions)
-        initial = self.initial or InitialGas.like(self.ambient, chambers)
-        specific = initial.mass_fractions @ self.table[:, 0]
-        at_start = (initial.pressure * volume / (specific * initial.temperature)) @ initial.mass_fractions
+        initial = self.supply.start_gas
+        at_start = self.supply.start_amount(volume) @ initial.mass_fractions
         total = at_start.copy()
-        for inflator in self.inflators:
+        for inflator in self.supply.inflators:
             total = total + inflator.cumulative[-1] * inflator.mass_fractions
         merges = merges_ahead(self.table, at_start, total)
         kinds = ParticleKinds.sharing(self.table, total, self.particles * 2**merges)
@@ -341,9 +344,14 @@ class Corpuscular(Setup):
 
     # --- handing over to another gas -------------------------------------------------------------------------------
 
-    def arrive(self, gas: CorpuscularState, bag: Bag, time: float, dt: float) -> None:
-        """The last step, from `time` to `time + dt` [s]: the particles come to its end, and of the step's work the half
-        is booked that belongs to the force at its beginning. The force at its end is another gas'."""
+    def can_hand_over(self, gas: CorpuscularState) -> bool:
+        return bool(gas.masses.any(axis=1).all())
+
+    def hand_over(self, gas: CorpuscularState, bag: Bag, time: float, dt: float) -> Content:
+        """The particles fly to the end of the step and go; their books stay.
+
+        Of the step's work the half is booked that belongs to the force at its beginning.
+        """
         triangles = bag.surface.triangles
         gas.volume = self.chambers.volumes(triangles, bag.positions)
         self._gas_step(gas, bag, time + dt, dt)
@@ -354,14 +362,15 @@ class Corpuscular(Setup):
         before = area_vectors(triangles, bag.positions - dt * bag.velocities)
         rate = np.sum(before * bag.velocities[triangles].mean(axis=1), axis=1)
         gas.load.ambient_work += 0.5 * dt * float(self.ambient_load @ rate)
-
-    def content(self, gas: CorpuscularState) -> tuple[np.ndarray, np.ndarray]:
-        return content(self, gas)
-
-    def dismiss(self, gas: CorpuscularState) -> None:
-        """Let the particles go, and what they needed; the books stay."""
+        masses, energy = content(self, gas)
+        given = Content(masses, energy, gas.volume.copy(), gas.temperature.copy(), gas.is_open.copy())
         gas.particles, gas.cells = Particles.room_for(0), Cells.of(self.chambers.count)
         gas.grid = gas.hits = gas.sums = gas.patches = None
+        return given
+
+    def book_work(self, gas: CorpuscularState, work: float, ambient_work: float) -> None:
+        gas.load.work += work
+        gas.load.ambient_work += ambient_work
 
     # --- what users see --------------------------------------------------------------------------------------------
 
@@ -393,9 +402,26 @@ class Corpuscular(Setup):
         kinds = self.kinds(gas)
         return read_points(places, gas.particles, kinds, self.inside(gas), self.ambient)
 
+    def outside(self, positions: np.ndarray, places: np.ndarray, chamber: int) -> np.ndarray:
+        return Inside(self.surface.triangles, positions, self.chambers).outside(places, np.full(len(places), chamber))
+
     def inside(self, gas: CorpuscularState) -> Inside:
         """What is inside the bag and in which chamber, as the surface was at the last gas step."""
         return Inside(self.surface.triangles, gas.positions, self.chambers)
+
+    def books(self, gas: CorpuscularState) -> dict[str, float]:
+        return {"leaked_particles": float(gas.escaped), "leaked_particles_share": gas.escaped / self.particles}
+
+    def verdicts(self, books: Mapping[str, float]) -> Iterator[Criterion]:
+        yield criterion("particles found outside, of all", 100.0 * books["leaked_particles_share"], 0.01, 1.0, "%")
+
+    def remarks(self, gas: CorpuscularState) -> list[str]:
+        return [f"particles found outside and put back: {gas.escaped}"]
+
+    def seconds_per_step(self, gas: CorpuscularState, dt: float) -> float:
+        """Of the particles there may be: the flight of all of them, and what every step costs a triangle."""
+        each = SECONDS_PER_PARTICLE * self.particles / self._steps(gas, dt)
+        return each + SECONDS_PER_TRIANGLE * len(self.surface.triangles)
 
 
 def _flock(particles: Particles) -> Flock:

@@ -14,9 +14,7 @@ from billow.parts.gas.supply.mixture import mixture_cp, mixture_gas_constant
 
 def lose_heat(setup: Setup, gas: CorpuscularState, span: float) -> None:
     """Owe what is lost in `span` [s] at the temperatures of the last gas step."""
-    if setup.heat_conductance is None:
-        return
-    for c, conductance in enumerate(setup.heat_conductance):
+    for c, conductance in enumerate(() if setup.supply.heat_conductance is None else setup.supply.heat_conductance):
         masses, temperature = gas.masses[c], gas.temperature[c]
         if conductance > 0.0 and masses.any():
             capacity = mixture_cp(setup.table, masses, temperature) - mixture_gas_constant(setup.table, masses)

@@ -25,9 +25,9 @@ from billow.base.compiled import scalar
 from billow.parts.gas.corpuscular.internal_energy import ParticleKinds, degrees_of_freedom
 from billow.parts.gas.corpuscular.particles import Particles
 from billow.parts.gas.corpuscular.random_numbers import gamma, normal, stream, uniform
-from billow.parts.gas.supply.inflator import Inflator, delivered_mass, interpolate
+from billow.parts.gas.supply.curve import interpolate
+from billow.parts.gas.supply.inflator import Inflator, delivered_mass, jet_speed
 from billow.parts.gas.supply.mixture import mixture_enthalpy, mixture_gas_constant, mixture_temperature
-from billow.parts.gas.uniform.uniform_pressure import jet_speed
 
 INJECTION = 0x494E4A45
 """Names the random numbers of injection."""

@@ -9,60 +9,57 @@ from functools import cached_property
 import numpy as np
 
 from billow.geometry.chambers import OUTSIDE, Chambers
+from billow.geometry.flat_cut import flat_area
 from billow.geometry.surface import Surface
 from billow.parts.gas.corpuscular.internal_energy import ParticleKinds
 from billow.parts.gas.corpuscular.outlets import Outlets
 from billow.parts.gas.corpuscular.state import CorpuscularState
 from billow.parts.gas.corpuscular.wall_load import Squares
 from billow.parts.gas.corpuscular.walls import Walls
-from billow.parts.gas.supply.ambient import Ambient, InitialGas
-from billow.parts.gas.supply.inflator import Inflator
-from billow.parts.gas.supply.jets import Jets
-from billow.parts.gas.supply.passages import NO_PASSAGES, Passages
-
-
-@dataclass(frozen=True)
-class Source:
-    """An inflator in its mouth, and the ring of its holes."""
-
-    inflator: Inflator
-    jets: Jets
+from billow.parts.gas.supply.ambient import Ambient
+from billow.parts.gas.supply.passages import Passages
+from billow.parts.gas.supply.supply import Source, Supply
 
 
 @dataclass(frozen=True)
 class Setup:
-    """Parameters of the gas; see the classes they belong to.
+    """Parameters of the gas.
 
-    table: (species, 16), species.thermo_table. surface: of the bag, its chambers and kinds of parts. reference: flat
-    corner coordinates [m], (triangles, 3, 2). particles: as many as there are at most (to 2 %); at the start at least
-    half of them, unless there is hardly any gas. initial: ambient air by default. seed: of the random numbers.
-    heat_conductance: heat transfer coefficient times outer area of each chamber [W/K], (chambers,); none by default.
+    supply: its sources all have jets; a diffuse one is a hole that blows in all directions. surface: of the bag, its
+    chambers and kinds of parts. reference: flat corner coordinates [m], (triangles, 3, 2). particles: the most there
+    are (to 2 %); at the start at least half of them, unless there is hardly any gas. seed: of the random numbers.
     """
 
-    table: np.ndarray
-    species_names: tuple[str, ...]
-    sources: tuple[Source, ...]
-    ambient: Ambient
+    supply: Supply
     surface: Surface
     reference: np.ndarray
-    passages: Passages = NO_PASSAGES
-    initial: InitialGas | None = None
     particles: int = 100_000
     seed: int = 1
-    heat_conductance: np.ndarray | None = None
+
+    @property
+    def table(self) -> np.ndarray:
+        return self.supply.table
+
+    @property
+    def sources(self) -> tuple[Source, ...]:
+        return self.supply.sources
+
+    @property
+    def ambient(self) -> Ambient:
+        return self.supply.ambient
+
+    @property
+    def passages(self) -> Passages:
+        return self.supply.passages
 
     @property
     def chambers(self) -> Chambers:
-        return self.surface.chambers
+        return self.supply.chambers
 
     @property
     def room(self) -> int:
         """Particles there may be; more than `particles`, lest the last ones to come, one too many, cause a merge."""
         return self.particles + self.particles // 50 + 64
-
-    @property
-    def inflators(self) -> tuple[Inflator, ...]:
-        return tuple(source.inflator for source in self.sources)
 
     @cached_property
     def walls(self) -> Walls:
@@ -87,8 +84,7 @@ class Setup:
     @cached_property
     def flat_area(self) -> np.ndarray:
         """Of each triangle of the flat cut [m^2], (triangles,)."""
-        edges = self.reference[:, 1:] - self.reference[:, :1]
-        return 0.5 * np.abs(edges[:, 0, 0] * edges[:, 1, 1] - edges[:, 0, 1] * edges[:, 1, 0])
+        return flat_area(self.reference)
 
     @cached_property
     def edge(self) -> float:

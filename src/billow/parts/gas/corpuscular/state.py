@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from billow.parts.gas.corpuscular.injection import Delivery
 from billow.parts.gas.corpuscular.merging import Remainder
 from billow.parts.gas.corpuscular.particles import Particles
 from billow.parts.gas.corpuscular.wall_load import WallLoad
+from billow.parts.part import VARYING
 
 
 @dataclass
@@ -31,8 +32,8 @@ class CorpuscularState:
     """
 
     molecules: float
-    particles: Particles
-    cells: Cells
+    particles: Particles = field(metadata=VARYING)
+    cells: Cells = field(metadata=VARYING)
     bank: ImpactBank
     load: WallLoad
     deliveries: tuple[Delivery, ...]

@@ -6,20 +6,17 @@ flows in it in exchange.py.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
 
-from billow.base.compiled import scalar
-from billow.geometry.chambers import OUTSIDE, Chambers
-from billow.parts.gas.gas_model import Bag, ChamberTotals, GasTotals
-from billow.parts.gas.supply.ambient import Ambient, InitialGas
+from billow.parts.gas.gas_model import Bag, ChamberTotals, GasModel, GasTotals
 from billow.parts.gas.supply.curve import interpolate
-from billow.parts.gas.supply.inflator import Inflator, InflowTable
-from billow.parts.gas.supply.jets import UPDATE_INTERVAL, JetPattern, Jets, add_jet_force, aim, power_of_last_force
-from billow.parts.gas.supply.mixture import mixture_cp, mixture_enthalpy, mixture_gas_constant
-from billow.parts.gas.supply.passages import FABRIC, NO_PASSAGES, Passages
+from billow.parts.gas.supply.inflator import InflowTable, jet_speed
+from billow.parts.gas.supply.jets import UPDATE_INTERVAL, JetPattern, add_jet_force, aim, power_of_last_force
+from billow.parts.gas.supply.mixture import mixture_enthalpy, mixture_gas_constant
+from billow.parts.gas.supply.supply import Source, Supply
 from billow.parts.gas.uniform.chamber_step import (
     ALL_HEAT,
     ALL_IN,
@@ -45,6 +42,7 @@ from billow.parts.gas.uniform.chamber_step import (
     sum_up,
 )
 from billow.parts.gas.uniform.pressure_load import add_pressure, add_pressures
+from billow.parts.part import VARYING
 
 
 @dataclass
@@ -70,55 +68,37 @@ class UniformState:
     books: np.ndarray
     sums: np.ndarray
     start_volume: float
-    pattern: tuple[JetPattern, ...]
+    pattern: tuple[JetPattern, ...] = field(metadata=VARYING)
     next_aim: np.ndarray
     jet_impulse_in: float = 0.0
     jet_impulse_out: float = 0.0
 
 
 @dataclass(frozen=True)
-class UniformPressure:
-    """Parameters of the gas; see the classes they belong to.
+class UniformPressure(GasModel):
+    """Parameters of the gas: what it is supplied with."""
 
-    table: (species, 16), species.thermo_table. chambers: of the bag; the indices in inflators and passages are theirs.
-    jets: one per inflator, None for a diffuse source; all None by default. initial: ambient air by default.
-    heat_conductance: heat transfer coefficient times outer area of each chamber [W/K], (chambers,); none by default.
-    """
-
-    table: np.ndarray
-    species_names: tuple[str, ...]
-    inflators: tuple[Inflator, ...]
-    ambient: Ambient
-    chambers: Chambers
-    passages: Passages = NO_PASSAGES
-    jets: tuple[Jets | None, ...] = ()
-    initial: InitialGas | None = None
-    heat_conductance: np.ndarray | None = None
+    supply: Supply
 
     @cached_property
     def _inflow(self) -> InflowTable:
-        return InflowTable.build(self.inflators)
+        return InflowTable.build(self.supply.inflators)
 
     @cached_property
     def _heat_conductance(self) -> np.ndarray:
-        return np.zeros(self.chambers.count) if self.heat_conductance is None else self.heat_conductance
-
-    @property
-    def _jets(self) -> tuple[Jets | None, ...]:
-        return self.jets or (None,) * len(self.inflators)
+        given = self.supply.heat_conductance
+        return np.zeros(self.supply.chambers.count) if given is None else given
 
     def _volumes(self, bag: Bag) -> np.ndarray:
-        return self.chambers.volumes(bag.surface.triangles, bag.positions)
+        return self.supply.chambers.volumes(bag.surface.triangles, bag.positions)
 
     def start(self, bag: Bag) -> UniformState:
         """The initial gas in the start shape."""
-        volume = self._volumes(bag)
-        initial = self.initial or InitialGas.like(self.ambient, len(volume))
-        specific = initial.mass_fractions @ self.table[:, 0]
-        masses = (initial.pressure * volume / (specific * initial.temperature))[:, None] * initial.mass_fractions
+        volume, initial, table = self._volumes(bag), self.supply.start_gas, self.supply.table
+        masses = self.supply.start_amount(volume)[:, None] * initial.mass_fractions
         energy = np.array(
             [
-                mixture_enthalpy(self.table, m, t) - mixture_gas_constant(self.table, m) * t
+                mixture_enthalpy(table, m, t) - mixture_gas_constant(table, m) * t
                 for m, t in zip(masses, initial.temperature, strict=True)
             ]
         )
@@ -132,33 +112,31 @@ class UniformPressure:
 
         What inflators delivered before is no gain of these books.
         """
-        earlier = np.zeros_like(masses)
-        for inflator in self.inflators:
-            earlier[inflator.chamber] += inflator.delivered(time) * inflator.mass_fractions
-        start_masses = masses - earlier
+        passages, sources = self.supply.passages, len(self.supply.sources)
+        start_masses = masses - self.supply.delivered(time)
         books = np.zeros((len(volume), BOOKS))
         books[:, START_MASS], books[:, START_ENERGY] = start_masses.sum(axis=1), energy
-        rows = len(self.passages.rows)
+        rows = len(passages.rows)
         state = UniformState(
             masses, energy, volume, pressure, temperature,
             np.zeros(rows, np.bool_), np.zeros((rows, 2)), np.zeros_like(masses), start_masses, books, np.zeros(SUMS),
-            float(volume.sum()), tuple(JetPattern.nothing() for _ in self.inflators), np.zeros(len(self.inflators)),
+            float(volume.sum()), tuple(JetPattern.nothing() for _ in range(sources)), np.zeros(sources),
         )  # fmt: skip
         sum_up(
-            masses, energy, volume, state.pressure, state.temperature, self.passages.plan, state.passed, books,
+            masses, energy, volume, state.pressure, state.temperature, passages.plan, state.passed, books,
             np.zeros(rows), state.sums,
         )  # fmt: skip
         return state
 
     def advance(self, gas: UniformState, bag: Bag, time: float, dt: float, corner_force: np.ndarray) -> None:
         jet_work = self._blow(gas, bag, time, dt, corner_force)
-        inflow, passages = self._inflow, self.passages
+        supply, inflow, passages = self.supply, self._inflow, self.supply.passages
         flow, heat, curves = inflow.flow, inflow.temperature, passages.curves
         advance_chambers(
-            self.table, gas.masses, gas.energy, gas.volume, gas.pressure, gas.temperature, self._volumes(bag), time, dt,
-            jet_work, self._heat_conductance, flow.start, flow.x, flow.y, inflow.cumulative, heat.start, heat.x, heat.y,
-            inflow.mass_fractions, inflow.chamber, self.ambient.pressure, self.ambient.temperature,
-            self.ambient.mass_fractions, passages.plan, passages.numbers, curves.start, curves.x, curves.y,
+            supply.table, gas.masses, gas.energy, gas.volume, gas.pressure, gas.temperature, self._volumes(bag), time,
+            dt, jet_work, self._heat_conductance, flow.start, flow.x, flow.y, inflow.cumulative, heat.start, heat.x,
+            heat.y, inflow.mass_fractions, inflow.chamber, supply.ambient.pressure, supply.ambient.temperature,
+            supply.ambient.mass_fractions, passages.plan, passages.numbers, curves.start, curves.x, curves.y,
             passages.first_chunk, passages.measure(bag.surface.triangles, bag.positions, bag.touched), gas.is_open,
             gas.passed, gas.through, gas.start_masses, gas.books, gas.sums,
         )  # fmt: skip
@@ -166,28 +144,30 @@ class UniformPressure:
 
     def press(self, gas: UniformState, bag: Bag, corner_force: np.ndarray) -> None:
         """Add the force of the pressure to corner_force [N] (triangles, 3, 3)."""
-        if self.chambers.count == 1:
-            gauge = gas.pressure[0] - self.ambient.pressure
-            add_pressure(bag.surface.triangles, bag.positions, gauge, corner_force)
+        chambers, triangles = self.supply.chambers, bag.surface.triangles
+        if chambers.count == 1:
+            add_pressure(triangles, bag.positions, gas.pressure[0] - self.supply.ambient.pressure, corner_force)
         else:
             add_pressures(
-                bag.surface.triangles, bag.positions, self.chambers.behind, self.chambers.ahead, self._gauge(gas),
-                corner_force,
+                triangles, bag.positions, chambers.behind, chambers.ahead, self._gauge(gas), corner_force
             )  # fmt: skip
 
     def _gauge(self, gas: UniformState) -> np.ndarray:
         """Pressure above ambient [Pa], (chambers + 1,); the last is that of the surroundings."""
-        return np.append(gas.pressure - self.ambient.pressure, 0.0)
+        return np.append(gas.pressure - self.supply.ambient.pressure, 0.0)
 
     def _blow(self, gas: UniformState, bag: Bag, time: float, dt: float, corner_force: np.ndarray) -> np.ndarray:
         """Add the jets' force; returns their work in this step [J], (chambers,): the mean force over the motion."""
-        work = np.zeros(self.chambers.count)
-        for k, (inflator, jets) in enumerate(zip(self.inflators, self._jets, strict=True)):
-            if jets is not None:
-                work[inflator.chamber] += self._blow_one(gas, k, inflator, jets, bag, time, dt, corner_force)
+        work = np.zeros(self.supply.chambers.count)
+        for k, source in enumerate(self.supply.sources):
+            if source.jets is not None and not source.diffuse:
+                work[source.inflator.chamber] += self._blow_one(gas, k, source, bag, time, dt, corner_force)
         return work
 
-    def _blow_one(self, gas, k, inflator, jets, bag, time, dt, corner_force) -> float:
+    def _blow_one(
+        self, gas: UniformState, k: int, source: Source, bag: Bag, time: float, dt: float, corner_force: np.ndarray
+    ) -> float:
+        inflator, jets = source.inflator, source.jets
         after = time + dt
         flow = interpolate(inflator.flow_time, inflator.mass_flow, after)
         blows = inflator.flow_time[0] < after < inflator.flow_time[-1] and flow > 0.0
@@ -207,7 +187,7 @@ class UniformPressure:
             gas.next_aim[k] = after + UPDATE_INTERVAL
         temperature = interpolate(inflator.temperature_time, inflator.temperature, after)
         count = jets.ring.count
-        thrust = flow / count * jet_speed(self.table, inflator.mass_fractions, temperature)
+        thrust = flow / count * jet_speed(self.supply.table, inflator.mass_fractions, temperature)
         last, power = add_jet_force(
             pattern, thrust, triangles, bag.positions, bag.velocities, mouth_velocity, corner_force
         )  # fmt: skip
@@ -215,20 +195,10 @@ class UniformPressure:
         gas.jet_impulse_out += pattern.seen * thrust * dt
         return 0.5 * (before + last + power) * dt
 
-    def stable_dt(self, gas: UniformState) -> float:
-        """Any: the gas acts at the end of a step on where the fabric is then."""
-        return float("inf")
-
     def totals(self, gas: UniformState) -> GasTotals:
         sums = gas.sums.tolist()
-        vented_by, leaked_by, passed = {}, {}, {}
-        for row, (forth, back) in zip(self.passages.rows, gas.passed.tolist(), strict=True):
-            if OUTSIDE not in (row.behind, row.ahead):
-                passed[row.name] = forth - back
-            else:
-                by = leaked_by if row.kind == FABRIC else vented_by
-                by[row.name] = forth if row.ahead == OUTSIDE else back
-        single = self.chambers.count == 1
+        vented_by, leaked_by, passed = self.supply.outflow_by_name(gas.passed.tolist())
+        single = self.supply.chambers.count == 1
         return GasTotals(
             pressure=sums[PRESSURE],
             temperature=sums[TEMPERATURE],
@@ -242,7 +212,7 @@ class UniformPressure:
             enthalpy_in=sums[ALL_IN],
             enthalpy_out=sums[ALL_OUT],
             work=sums[ALL_WORK],
-            ambient_work=self.ambient.pressure * (sums[VOLUME] - gas.start_volume),
+            ambient_work=self.supply.ambient.pressure * (sums[VOLUME] - gas.start_volume),
             jet_work=sums[ALL_JET_WORK],
             jet_impulse_in=gas.jet_impulse_in,
             jet_impulse_out=gas.jet_impulse_out,
@@ -258,22 +228,13 @@ class UniformPressure:
 
     def _each(self, gas: UniformState) -> tuple[ChamberTotals, ...]:
         columns = (gas.pressure, gas.temperature, gas.volume, gas.masses.sum(axis=1), gas.energy)
-        return tuple(map(ChamberTotals, self.chambers.names, *(column.tolist() for column in columns)))
+        return tuple(map(ChamberTotals, self.supply.chambers.names, *(column.tolist() for column in columns)))
 
     def fields(self, gas: UniformState) -> dict[str, np.ndarray]:
-        gauge = self._gauge(gas)
-        return {"pressure": gauge[self.chambers.behind] - gauge[self.chambers.ahead]}
+        gauge, chambers = self._gauge(gas), self.supply.chambers
+        return {"pressure": gauge[chambers.behind] - gauge[chambers.ahead]}
 
 
 def _replace(pattern: JetPattern, new: JetPattern) -> None:
     """Give a pattern of the state the contents of another."""
     pattern.triangles, pattern.share, pattern.seen, pattern.force = new.triangles, new.share, new.seen, new.force
-
-
-@scalar
-def jet_speed(table, mass_fractions, temperature):
-    """Speed [m/s] of a choked jet from total temperature [K]: sqrt(2 g/(g+1) R T)."""
-    gas_constant = mixture_gas_constant(table, mass_fractions)
-    cp = mixture_cp(table, mass_fractions, temperature)
-    gamma = cp / (cp - gas_constant)
-    return np.sqrt(2.0 * gamma / (gamma + 1.0) * gas_constant * temperature)

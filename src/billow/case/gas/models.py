@@ -1,0 +1,68 @@
+"""The gas models that a case chooses among with `gas.model`; a new one is an entry of GAS_MODELS."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+from billow.base.errors import InputError
+from billow.geometry.bag_shapes import BagShape
+from billow.parts.gas.corpuscular.corpuscular import Corpuscular
+from billow.parts.gas.gas_model import GasModel
+from billow.parts.gas.no_gas import NoGas
+from billow.parts.gas.supply.supply import Supply
+from billow.parts.gas.uniform.uniform_pressure import UniformPressure
+
+
+def _none(case, shape: BagShape, supply: None) -> NoGas:
+    return NoGas(case.ambient.pressure, case.ambient.temperature)
+
+
+def _uniform_pressure(case, shape: BagShape, supply: Supply) -> UniformPressure:
+    return UniformPressure(supply)
+
+
+def _corpuscular(case, shape: BagShape, supply: Supply) -> Corpuscular:
+    """Raises InputError E-GAS-006 if a source has no mouth, E-GAS-007 if a passage has no triangles."""
+    for source in supply.sources:
+        if source.jets is None:
+            raise no_mouth(source.inflator.name, supply.chambers.names[source.inflator.chamber])
+    for row in supply.passages.rows:
+        if not len(row.triangles):
+            raise InputError(
+                "E-GAS-007",
+                f"particles cannot pass {row.name}",
+                where="gas.orifices",
+                why="an orifice without geometry has no place in the mesh",
+                remedy='remove it, draw it into the mesh as an opening, or set gas.model = "uniform-pressure"',
+            )
+    return Corpuscular(supply, shape.surface, shape.reference, case.gas.particles, case.gas.seed)
+
+
+def no_mouth(inflator: str, chamber: str) -> InputError:
+    """What to say of an inflator whose holes have no mouth to lie in."""
+    return InputError(
+        "E-GAS-006",
+        f"inflator {inflator} has jets, and chamber {chamber} has no mouth",
+        where=f"inflator {inflator}, jets",
+        why="jets and particles come from a mouth into the bag",
+        remedy="name a chamber with a mouth in inflator.chamber; with uniform pressure, set inflator.jets.count = 0",
+    )
+
+
+class Kind(NamedTuple):
+    """build: the model from a case, the bag's shape, and its supply. is_local: whether the gas differs from place to
+    place; layers of fabric are then kept apart by default, and `gas.switch_time` applies. has_supply: whether there is
+    gas at all."""
+
+    build: Callable[..., GasModel]
+    is_local: bool = False
+    has_supply: bool = True
+
+
+GAS_MODELS = {
+    "uniform-pressure": Kind(_uniform_pressure),
+    "corpuscular": Kind(_corpuscular, is_local=True),
+    "none": Kind(_none, has_supply=False),
+}
+"""Name in a case -> how it is built."""

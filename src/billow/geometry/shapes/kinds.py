@@ -1,0 +1,28 @@
+"""All kinds of shapes: a new one adds its class to SHAPES and its compiled function to `near_shape`, in one order."""
+
+from __future__ import annotations
+
+from billow.base.compiled import scalar
+from billow.geometry.shapes.half_space import HalfSpace, near_half_space
+from billow.geometry.shapes.shape import Shape
+from billow.geometry.shapes.super_ellipsoid import SuperEllipsoid, near_super_ellipsoid
+
+SHAPES = (HalfSpace, SuperEllipsoid)
+
+
+def number_of(shape: Shape) -> int:
+    """Number by which `near_shape` knows a shape's kind."""
+    return [cls.kind for cls in SHAPES].index(shape.kind)
+
+
+def from_description(described: dict) -> Shape:
+    """The shape that `Shape.describe` described. Raises KeyError if there is no such kind."""
+    return {cls.kind: cls for cls in SHAPES}[described["kind"]].from_description(described)
+
+
+@scalar
+def near_shape(number, numbers, pose, o, rx, ry, rz, tx, ty, tz):
+    """Whether and how a point touches shape o, as `Shape` says."""
+    if number == 0:
+        return near_half_space(numbers, pose, o, rx, ry, rz, tx, ty, tz)
+    return near_super_ellipsoid(numbers, pose, o, rx, ry, rz, tx, ty, tz)

@@ -1,0 +1,83 @@
+"""Where a body is and how it is turned: the one place where poses are computed."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from billow.base.compiled import scalar
+
+
+@dataclass(frozen=True)
+class Pose:
+    """centre [m], (3,); quaternion (w, x, y, z) body to space."""
+
+    centre: np.ndarray
+    quaternion: np.ndarray
+
+    @property
+    def rotation(self) -> np.ndarray:
+        """Rotation matrix body to space, (3, 3)."""
+        return rotation_matrix(self.quaternion)
+
+
+NOT_TURNED = np.array([1.0, 0.0, 0.0, 0.0])
+
+
+def above_bag(third_radius: float, clearance: float, offset: np.ndarray, angle_about_x: float) -> Pose:
+    """Pose of an impactor: its centre lies clearance + third_radius [m] above the plane z = 0, offset [m] (2,) across
+    the bag's axis; it is turned about the x axis by an angle [rad]."""
+    centre = np.array([*offset, clearance + third_radius])
+    return Pose(centre, quaternion_about(np.array([1.0, 0.0, 0.0]), angle_about_x))
+
+
+def of_plane(height: float, normal: np.ndarray) -> Pose:
+    """Pose of a half space whose surface passes through (0, 0, height) [m] and whose third axis is the unit normal."""
+    axis = np.cross([0.0, 0.0, 1.0], normal)
+    sine = float(np.linalg.norm(axis))
+    centre = np.array([0.0, 0.0, height])
+    if sine == 0.0:  # upright, or upside down
+        about_x = np.array([1.0, 0.0, 0.0])
+        return Pose(centre, NOT_TURNED if normal[2] > 0.0 else quaternion_about(about_x, math.pi))
+    return Pose(centre, quaternion_about(axis / sine, math.atan2(sine, float(normal[2]))))
+
+
+def quaternion_about(axis: np.ndarray, angle: float) -> np.ndarray:
+    """Quaternion (w, x, y, z) of a rotation by angle [rad] about a unit axis."""
+    return np.concatenate([[np.cos(0.5 * angle)], np.sin(0.5 * angle) * np.asarray(axis, dtype=float)])
+
+
+@scalar
+def rotation_matrix(q):
+    """Rotation matrix (3, 3) of a unit quaternion (w, x, y, z)."""
+    w, x, y, z = q[0], q[1], q[2], q[3]
+    out = np.empty((3, 3))
+    out[0, 0], out[0, 1], out[0, 2] = 1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)
+    out[1, 0], out[1, 1], out[1, 2] = 2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)
+    out[2, 0], out[2, 1], out[2, 2] = 2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)
+    return out
+
+
+# Rows of poses for kernels, (n, 9): a rotation body to space, row by row.
+
+
+@scalar
+def into_axes(pose, o, x, y, z):
+    """A vector of space in the axes of row o."""
+    return (
+        pose[o, 0] * x + pose[o, 3] * y + pose[o, 6] * z,
+        pose[o, 1] * x + pose[o, 4] * y + pose[o, 7] * z,
+        pose[o, 2] * x + pose[o, 5] * y + pose[o, 8] * z,
+    )
+
+
+@scalar
+def into_space(pose, o, x, y, z):
+    """A vector in the axes of row o in space."""
+    return (
+        pose[o, 0] * x + pose[o, 1] * y + pose[o, 2] * z,
+        pose[o, 3] * x + pose[o, 4] * y + pose[o, 5] * z,
+        pose[o, 6] * x + pose[o, 7] * y + pose[o, 8] * z,
+    )

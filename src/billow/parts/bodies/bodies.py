@@ -1,0 +1,230 @@
+"""The part of all bodies: how they move, what touches them, and what a run says of them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from billow.base.errors import Concern, NumericalStop
+from billow.base.quality import Criterion, criterion
+from billow.parts.bodies import rigid_body
+from billow.parts.bodies.body import Body
+from billow.parts.bodies.contact import ContactState, ShapeMotion, ShapeTable, push
+from billow.parts.bodies.penalty import A_REFERENCE
+from billow.parts.bodies.rigid_body import RigidState
+from billow.parts.part import (
+    FRICTION,
+    GRAVITY_WORK,
+    MOTION,
+    STORED,
+    WORKING_PRESSURE,
+    Account,
+    Booking,
+    Frame,
+    Moment,
+    Part,
+    Quantity,
+    Setting,
+)
+
+BODY_KINETIC = Account("body_kinetic", MOTION, renewed=True)
+"""Kinetic energy of the bodies."""
+CONTACT = Account("contact", STORED, renewed=True)
+"""Energy in the springs between fabric and bodies."""
+
+DEEPEST = 0.5
+"""Of a body's smallest radius; fabric that goes deeper makes the contact meaningless."""
+
+TOUCHES = 1e-6
+"""Depth [m] from which on a body touches the bag at the start."""
+
+SECONDS_PER_NODE = 25e-9
+"""Rough cost of the contact of one node with one body in a step."""
+
+
+@dataclass
+class BodiesState:
+    """motion: of each body; contact: of all their shapes, body by body."""
+
+    motion: tuple[RigidState, ...]
+    contact: ContactState
+
+
+@dataclass(frozen=True)
+class Bodies(Part):
+    """bodies: any number; area: fabric that each node stands for in contact [m^2], (nodes,); gravity: [m/s^2], (3,)."""
+
+    bodies: tuple[Body, ...]
+    area: np.ndarray
+    gravity: np.ndarray
+
+    accounts = (BODY_KINETIC, CONTACT, FRICTION, GRAVITY_WORK)
+
+    @cached_property
+    def owner(self) -> list[int]:
+        """Index of the body of each shape."""
+        return [k for k, body in enumerate(self.bodies) for _ in body.shapes]
+
+    @cached_property
+    def table(self) -> ShapeTable:
+        """Shapes and laws, as kernels need them."""
+        shapes = [carried.shape for body in self.bodies for carried in body.shapes]
+        return ShapeTable.build(shapes, [self.bodies[k].law for k in self.owner])
+
+    def start(self, bag=None) -> BodiesState:
+        """Bodies where they start; nothing touches."""
+        motion = tuple(body.start.copy() for body in self.bodies)
+        return BodiesState(motion, ContactState.none(len(self.owner), len(self.area)))
+
+    # --- in a step -------------------------------------------------------------------------------------------------
+
+    def push(
+        self, state: BodiesState, positions: np.ndarray, velocities: np.ndarray, inverse_mass: np.ndarray, dt: float
+    ) -> list[Booking]:
+        """Contact over the coming drift: half of each impulse on the nodes, all of it on the bodies."""
+        if not self.bodies:
+            return []
+        contact = state.contact
+        reaction = push(self.table, self._motion(state), self.area, inverse_mass, positions, velocities, dt, contact)
+        for motion in state.motion:
+            motion.force, motion.torque = np.zeros(3), np.zeros(3)
+        for k, received in zip(self.owner, reaction, strict=True):
+            state.motion[k].force += received[:3]
+            state.motion[k].torque += received[3:]
+        stored, lost = sum(contact.stored.tolist()), sum(contact.dissipated.tolist())
+        return [Booking(CONTACT, stored), Booking(FRICTION, lost)]
+
+    def _motion(self, state: BodiesState) -> ShapeMotion:
+        """Where the shapes are now."""
+        rows = ShapeMotion.room(len(self.owner))
+        o = 0
+        for body, motion in zip(self.bodies, state.motion, strict=True):
+            rotation, spin = motion.rotation, rigid_body.spin(body.rigid, motion)
+            for carried in body.shapes:
+                row = rows.body[o]
+                row[:3], row[3:6], row[6:] = motion.centre, motion.velocity, spin
+                rows.centre[o] = rotation @ carried.centre
+                rows.pose[o] = (rotation if carried.rotation is None else rotation @ carried.rotation).ravel()
+                o += 1
+        return rows
+
+    def move(self, state: BodiesState, dt: float) -> list[Booking]:
+        """Bodies over a step of dt [s] under the contact forces and gravity."""
+        bookings = []
+        for body, motion in zip(self.bodies, state.motion, strict=True):
+            rigid_body.advance(body.rigid, motion, self.gravity, dt)
+            if self.gravity.any() and not body.rigid.locked:  # the velocity is the new one already
+                middle = motion.velocity - 0.5 * dt * (motion.force / body.rigid.mass + self.gravity)
+                bookings.append(Booking(GRAVITY_WORK, float(body.rigid.mass * self.gravity @ middle) * dt))
+        return bookings + self.kinetic_energy(state)
+
+    def kinetic_energy(self, state: BodiesState) -> list[Booking]:
+        """That of all bodies now."""
+        pairs = zip(self.bodies, state.motion, strict=True)
+        return [Booking(BODY_KINETIC, sum(rigid_body.kinetic_energy(body.rigid, motion) for body, motion in pairs))]
+
+    def touched(self, state: BodiesState) -> np.ndarray:
+        """Nodes in contact with any body, (nodes,) bool."""
+        return state.contact.touching.any(axis=0)
+
+    # --- what a run says of them -----------------------------------------------------------------------------------
+
+    def _deepest(self, state: BodiesState) -> list[float]:
+        """Penetration of each body [m]."""
+        depths = state.contact.deepest.tolist()
+        return [max(d for k, d in zip(self.owner, depths, strict=True) if k == b) for b in range(len(self.bodies))]
+
+    def _of_bodies(self, per_shape: np.ndarray) -> list[float]:
+        """Sums over the shapes of each body."""
+        return np.bincount(self.owner, per_shape, len(self.bodies)).tolist() if self.owner else []
+
+    def quantities(self, state: BodiesState, moment: Moment) -> Iterator[Quantity]:
+        contact = zip(self._of_bodies(state.contact.stored), self._deepest(state), strict=True)
+        for body, motion, (stored, deepest) in zip(self.bodies, state.motion, contact, strict=True):
+            yield Quantity(body.name, "force", "N", motion.force)
+            if not body.rigid.locked:
+                yield Quantity(body.name, "centre", "m", motion.centre)
+                yield Quantity(body.name, "velocity", "m/s", motion.velocity)
+                yield Quantity(body.name, "acceleration", "m/s^2", motion.force / body.rigid.mass + self.gravity)
+                yield Quantity(body.name, "spin", "rad/s", rigid_body.spin(body.rigid, motion))
+                yield Quantity(body.name, "quaternion", "-", motion.quaternion)
+            yield Quantity(body.name, "contact", "J", stored)
+            yield Quantity(body.name, "penetration", "m", deepest)
+
+    def frame(self, state: BodiesState) -> Frame:
+        """Contact forces [N] on the nodes: of impactors, and of plates, which have no end."""
+        of_impactors, of_plates = (np.zeros((len(self.area), 3)) for _ in range(2))
+        for k, force in zip(self.owner, state.contact.force, strict=True):
+            field = of_impactors if self.bodies[k].is_bounded else of_plates
+            field += force
+        return Frame(point={"contact_force": of_impactors, "plate_force": of_plates})
+
+    def guard(self, state: BodiesState, moment: Moment) -> None:
+        """Raises NumericalStop E-NUM-006 if fabric went too deep into a body."""
+        for body, deepest in zip(self.bodies, self._deepest(state), strict=True):
+            if deepest > DEEPEST * body.size:
+                raise NumericalStop(
+                    "E-NUM-006",
+                    f"fabric went {1e3 * deepest:.3g} mm into {body.name}",
+                    where=f"obstacle {body.name}, {moment.when}",
+                    why="the obstacle is too soft for the load, so its surface has no meaning any more",
+                    remedy=f"raise obstacles.{body.name}.slope (N/m per cm^2 of fabric)",
+                )
+
+    def books(self, state: BodiesState, moment: Moment, history) -> dict[str, float]:
+        rigid = [history.of(body.name).contact for body in self.bodies if body.is_rigid]
+        return {"rigid_contact_energy_joule": float(np.sum(rigid, axis=0).max()) if rigid else 0.0}
+
+    def verdicts(self, books: Mapping[str, float], history) -> Iterator[Criterion]:
+        share = books["rigid_contact_energy_joule"] / max(books["largest_internal_energy_joule"], 1e-300)
+        yield criterion("penalty energy of rigid contact, of peak internal", 100.0 * share, 5, 10, "%")
+
+    def seconds_per_step(self, state: BodiesState, dt: float) -> float:
+        return SECONDS_PER_NODE * len(self.area) * len(self.owner)
+
+    # --- before a run ----------------------------------------------------------------------------------------------
+
+    def touching_at_start(self, positions: np.ndarray, inverse_mass: np.ndarray) -> Iterator[tuple[Body, float]]:
+        """Bodies that reach into fabric at positions [m] (nodes, 3), and how deep [m]."""
+        state = self.start()
+        self.push(state, positions, np.zeros_like(positions), inverse_mass, 0.0)
+        for body, deepest in zip(self.bodies, self._deepest(state), strict=True):
+            if deepest > TOUCHES:
+                yield body, deepest
+
+    def concerns(self, setting: Setting) -> Iterator[Concern]:
+        across = setting.across
+        for body in self.bodies:
+            if not body.is_bounded:
+                continue
+            key = f"obstacles.{body.name}"
+            gap = float(body.distance(setting.start).min())
+            if gap > 0.7 * across:
+                yield Concern(
+                    "W-OBS-001",
+                    f"{body.name} is {gap:.3g} m away from a bag of {across:.3g} m",
+                    f"{key}.clearance",
+                    "the bag will not reach it",
+                    "reduce the clearance, or remove the obstacle",
+                )
+            density = body.rigid.mass / sum(carried.shape.volume() for carried in body.shapes)
+            if not body.rigid.locked and not 5.0 <= density <= 20e3:
+                yield Concern(
+                    "W-OBS-002",
+                    f"{body.name} has a mean density of {density:.3g} kg/m^3",
+                    f"{key}.mass, {key}.radii",
+                    "heads and impactors lie between 50 and 8,000: mass or radii may be in another unit",
+                    'write units, for example mass = "4500 g"',
+                )
+            if body.law.slope < 200.0:
+                yields = 1e3 * WORKING_PRESSURE * A_REFERENCE / body.law.slope
+                yield Concern(
+                    "W-OBS-003",
+                    f"{body.name} yields {yields:.3g} mm at {1e-3 * WORKING_PRESSURE:g} kPa",
+                    f"{key}.slope",
+                    "it is softer than the bag: the slope may be in N/mm",
+                    'write units, for example slope = "100 N/mm"',
+                )

@@ -1,0 +1,76 @@
+"""A body: a rigid mass that moves, or is locked, and carries the shapes that fabric can touch."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from billow.geometry.shapes.shape import Shape
+from billow.parts.bodies.contact import SurfaceLaw
+from billow.parts.bodies.rigid_body import RigidBody, RigidState
+
+
+@dataclass(frozen=True)
+class Carried:
+    """A shape and its place on a body: centre from the body's [m], (3,), and rotation of its axes to the body's, (3,
+    3), None for the same axes."""
+
+    shape: Shape
+    centre: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    rotation: np.ndarray | None = None
+
+
+@dataclass(frozen=True)
+class Body:
+    """Something rigid the fabric can touch. shapes: all with the same surface law; start: its motion at time zero."""
+
+    name: str
+    shapes: tuple[Carried, ...]
+    law: SurfaceLaw
+    rigid: RigidBody
+    start: RigidState
+
+    @classmethod
+    def of(cls, name: str, shape: Shape, law: SurfaceLaw, rigid: RigidBody, start: RigidState) -> Body:
+        """A body of one shape in its centre."""
+        return cls(name, (Carried(shape),), law, rigid, start)
+
+    @property
+    def size(self) -> float:
+        """Smallest radius of its shapes [m]."""
+        return min(carried.shape.size for carried in self.shapes)
+
+    @property
+    def is_bounded(self) -> bool:
+        """Whether it has an end, as an impactor has and a plate has not."""
+        return all(np.isfinite(carried.shape.bound) for carried in self.shapes)
+
+    @property
+    def is_rigid(self) -> bool:
+        """Whether its contact springs only keep fabric out; those of a locked impactor are its own characteristic."""
+        return not (self.is_bounded and self.rigid.locked)
+
+    def describe(self) -> list[dict]:
+        """What pictures need, at the start: one entry a shape."""
+        start = self.start
+        found = []
+        for carried in self.shapes:
+            centre = start.centre + start.rotation @ carried.centre
+            rotation = start.rotation if carried.rotation is None else start.rotation @ carried.rotation
+            place = {"center": centre.tolist(), "rotation": rotation.tolist(), "locked": self.rigid.locked}
+            found.append({"name": self.name, **carried.shape.describe(), **place})
+        return found
+
+    def encloses(self, points: np.ndarray) -> np.ndarray:
+        """Whether points [m] (n, 3) lie inside one of its shapes at the start, (n,) bool."""
+        return (self.distance(points) < 0.0).any(axis=0)
+
+    def distance(self, points: np.ndarray) -> np.ndarray:
+        """Distance of points [m] (n, 3) from each shape at the start, to first order: [m], (shapes, n)."""
+        turned = (points - self.start.centre) @ self.start.rotation
+        found = []
+        for carried in self.shapes:
+            own = turned - carried.centre
+            found.append(carried.shape.distance(own if carried.rotation is None else own @ carried.rotation)[0])
+        return np.array(found)

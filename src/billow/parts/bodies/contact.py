@@ -1,0 +1,210 @@
+"""Fabric nodes against the shapes of rigid bodies.
+
+Over a step every fabric node near a shape gets an average contact force (`penalty`), half of whose impulse is added to
+its velocity at once, so that the velocity it drifts with is the mean of before and after; the other half follows after
+the drift. What acts back on the bodies is summed per fixed chunk.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numba import prange
+
+from billow.base.compiled import CHUNK, kernel
+from billow.geometry.shapes.kinds import near_shape, number_of
+from billow.geometry.shapes.pose import into_axes, into_space
+from billow.geometry.shapes.shape import Shape
+from billow.parts.bodies.penalty import A_REFERENCE, contact_force
+
+
+@dataclass(frozen=True)
+class SurfaceLaw:
+    """slope: force per penetration of a node with 1e-4 m^2 of fabric [N/m]; friction [-]; damping: of critical [-]."""
+
+    slope: float
+    friction: float
+    damping: float
+
+
+@dataclass
+class ContactState:
+    """Of all shapes. force: average over the last step on each fabric node, [N], (shapes, nodes, 3). offset: from the
+    sticking point, [m], (shapes, nodes, 3), in each shape's axes. touching: (shapes, nodes) bool. stored: energy in the
+    contact springs [J]; dissipated: in the last step [J]; deepest: penetration [m]; all three (shapes,)."""
+
+    force: np.ndarray
+    offset: np.ndarray
+    touching: np.ndarray
+    stored: np.ndarray
+    dissipated: np.ndarray
+    deepest: np.ndarray
+
+    @classmethod
+    def none(cls, shapes: int, nodes: int) -> ContactState:
+        """Nothing touches."""
+        field, sums = np.zeros((shapes, nodes, 3)), np.zeros(shapes)
+        return cls(field, field.copy(), np.zeros((shapes, nodes), np.bool_), sums, sums.copy(), sums.copy())
+
+
+SWEEPS, SETTLED = 100, 1e-10
+"""Most sweeps over the shapes that pinch a node, and the relative change of force at which they end."""
+
+
+class ShapeTable(NamedTuple):
+    """What kernels need of all shapes and never changes; a row a shape.
+
+    kind: of `near_shape`, (shapes,) int64. numbers: (shapes, NUMBERS). bound: radius of a sphere around it [m],
+    (shapes,). law: slope per fabric area [N/m^3], friction [-], damping [-], (shapes, 3).
+    """
+
+    kind: np.ndarray
+    numbers: np.ndarray
+    bound: np.ndarray
+    law: np.ndarray
+
+    @classmethod
+    def build(cls, shapes: Sequence[Shape], laws: Sequence[SurfaceLaw]) -> ShapeTable:
+        return cls(
+            np.array([number_of(shape) for shape in shapes], dtype=np.int64),
+            np.array([shape.numbers for shape in shapes]),
+            np.array([shape.bound for shape in shapes], dtype=float),
+            np.array([(law.slope / A_REFERENCE, law.friction, law.damping) for law in laws]).reshape(-1, 3),
+        )
+
+
+class ShapeMotion(NamedTuple):
+    """Where shapes are and how they move, a row a shape.
+
+    body: centre [m], velocity [m/s] and spin [rad/s] of the body that carries it, (shapes, 9). centre: of the shape
+    from that of the body [m], in space, (shapes, 3). pose: rotation of the shape's axes to space, row by row, (shapes,
+    9).
+    """
+
+    body: np.ndarray
+    centre: np.ndarray
+    pose: np.ndarray
+
+    @classmethod
+    def room(cls, shapes: int) -> ShapeMotion:
+        """Rows to be filled; shapes lie in their bodies' centres."""
+        return cls(np.zeros((shapes, 9)), np.zeros((shapes, 3)), np.zeros((shapes, 9)))
+
+
+def push(
+    table: ShapeTable, motion: ShapeMotion, area: np.ndarray, inverse_mass: np.ndarray, positions: np.ndarray,
+    velocities: np.ndarray, dt: float, contact: ContactState,
+) -> np.ndarray:  # fmt: skip
+    """Contact of all fabric nodes with all shapes over a step of dt [s]; fills `contact` and adds half of each impulse
+    to velocities [m/s] (nodes, 3).
+
+    area [m^2] and inverse_mass [1/kg]: (nodes,). positions [m]: (nodes, 3), at the start of the step. Returns (shapes,
+    6): force [N] and torque about the centre of the body [N m] that each shape receives.
+    """
+    reaction = np.empty((len(table.kind), 6))
+    _push(
+        len(positions), table, motion, area, inverse_mass, positions, velocities, dt, contact.force, contact.offset,
+        contact.touching, contact.stored, contact.dissipated, contact.deepest, reaction,
+    )  # fmt: skip
+    return reaction
+
+
+@kernel
+def _push(
+    n, table, motion, area, inverse_mass, positions, velocities, dt, force, offset, touching, stored_out,
+    dissipated_out, deepest_out, reaction_out,
+):  # fmt: skip
+    body, centre, pose, law = motion.body, motion.centre, motion.pose, table.law
+    chunks, shapes = (n + CHUNK - 1) // CHUNK, len(table.kind)
+    partial = np.empty((chunks, shapes, 9))  # reaction, stored, dissipated, deepest
+    for chunk in prange(chunks):
+        partial[chunk] = 0.0
+        near = np.empty(shapes, dtype=np.int64)
+        geometry = np.empty((shapes, 4))  # depth and normal
+        answer = np.empty((shapes, 9))  # force, new offset in space, stored, dissipated, depth after
+        for i in range(chunk * CHUNK, min(n, (chunk + 1) * CHUNK)):
+            px, py, pz = positions[i, 0], positions[i, 1], positions[i, 2]
+            count = 0
+            for o in range(shapes):
+                rx, ry, rz = px - body[o, 0], py - body[o, 1], pz - body[o, 2]
+                tx = dt * (velocities[i, 0] - body[o, 3] - (body[o, 7] * rz - body[o, 8] * ry))
+                ty = dt * (velocities[i, 1] - body[o, 4] - (body[o, 8] * rx - body[o, 6] * rz))
+                tz = dt * (velocities[i, 2] - body[o, 5] - (body[o, 6] * ry - body[o, 7] * rx))
+                sx, sy, sz = rx - centre[o, 0], ry - centre[o, 1], rz - centre[o, 2]
+                # The cheap question first: within the sphere around the shape?
+                reach = table.bound[o] + math.sqrt(tx * tx + ty * ty + tz * tz)
+                touches = sx * sx + sy * sy + sz * sz < reach * reach
+                if touches:
+                    touches, depth, nx, ny, nz = near_shape(
+                        table.kind[o], table.numbers, pose, o, sx, sy, sz, tx, ty, tz
+                    )
+                    geometry[o, 0], geometry[o, 1], geometry[o, 2], geometry[o, 3] = depth, nx, ny, nz
+                if touches and area[i] > 0.0:
+                    near[count] = o
+                    answer[o, 0] = answer[o, 1] = answer[o, 2] = 0.0
+                    count += 1
+                    touching[o, i] = True
+                elif touching[o, i]:
+                    touching[o, i] = False
+                    for k in range(3):
+                        force[o, i, k] = 0.0
+                        offset[o, i, k] = 0.0
+            if count == 0:
+                continue
+            half = 0.5 * dt * inverse_mass[i]
+            for _ in range(SWEEPS if count > 1 else 1):
+                change, size = 0.0, 0.0
+                for m in range(count):
+                    o = near[m]
+                    rx, ry, rz = px - body[o, 0], py - body[o, 1], pz - body[o, 2]
+                    # Without its own push, but with those of the others.
+                    ux = velocities[i, 0] - half * answer[o, 0]
+                    uy = velocities[i, 1] - half * answer[o, 1]
+                    uz = velocities[i, 2] - half * answer[o, 2]
+                    sx, sy, sz = into_space(pose, o, offset[o, i, 0], offset[o, i, 1], offset[o, i, 2])
+                    fx, fy, fz, sx, sy, sz, stored, lost, after = contact_force(
+                        geometry[o, 0], geometry[o, 1], geometry[o, 2], geometry[o, 3],
+                        ux - body[o, 3] - (body[o, 7] * rz - body[o, 8] * ry),
+                        uy - body[o, 4] - (body[o, 8] * rx - body[o, 6] * rz),
+                        uz - body[o, 5] - (body[o, 6] * ry - body[o, 7] * rx),
+                        law[o, 0] * area[i], inverse_mass[i], law[o, 2], law[o, 1], sx, sy, sz, dt,
+                    )  # fmt: skip
+                    velocities[i, 0] = ux + half * fx
+                    velocities[i, 1] = uy + half * fy
+                    velocities[i, 2] = uz + half * fz
+                    change += abs(fx - answer[o, 0]) + abs(fy - answer[o, 1]) + abs(fz - answer[o, 2])
+                    size += abs(fx) + abs(fy) + abs(fz)
+                    answer[o, 0], answer[o, 1], answer[o, 2] = fx, fy, fz
+                    answer[o, 3], answer[o, 4], answer[o, 5] = sx, sy, sz
+                    answer[o, 6], answer[o, 7], answer[o, 8] = stored, lost, after
+                if change <= SETTLED * size:
+                    break
+            for m in range(count):
+                o = near[m]
+                rx, ry, rz = px - body[o, 0], py - body[o, 1], pz - body[o, 2]
+                fx, fy, fz = answer[o, 0], answer[o, 1], answer[o, 2]
+                force[o, i, 0], force[o, i, 1], force[o, i, 2] = fx, fy, fz
+                # Kept in the shape's axes, where the sticking point rests.
+                sx, sy, sz = into_axes(pose, o, answer[o, 3], answer[o, 4], answer[o, 5])
+                offset[o, i, 0], offset[o, i, 1], offset[o, i, 2] = sx, sy, sz
+                partial[chunk, o, 0] -= fx
+                partial[chunk, o, 1] -= fy
+                partial[chunk, o, 2] -= fz
+                partial[chunk, o, 3] -= ry * fz - rz * fy
+                partial[chunk, o, 4] -= rz * fx - rx * fz
+                partial[chunk, o, 5] -= rx * fy - ry * fx
+                partial[chunk, o, 6] += answer[o, 6]
+                partial[chunk, o, 7] += answer[o, 7]
+                partial[chunk, o, 8] = max(partial[chunk, o, 8], answer[o, 8])
+    stored_out[:], dissipated_out[:], deepest_out[:], reaction_out[:] = 0.0, 0.0, 0.0, 0.0
+    for chunk in range(chunks):
+        for o in range(shapes):
+            for k in range(6):
+                reaction_out[o, k] += partial[chunk, o, k]
+            stored_out[o] += partial[chunk, o, 6]
+            dissipated_out[o] += partial[chunk, o, 7]
+            deepest_out[o] = max(deepest_out[o], partial[chunk, o, 8])

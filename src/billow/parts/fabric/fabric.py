@@ -1,0 +1,217 @@
+"""The part of the fabric: all its membranes, the ramp from a stretched start shape, and what a run says of them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from billow.base.compiled import CHUNK
+from billow.base.errors import Concern, NumericalStop
+from billow.base.quality import Criterion, criterion
+from billow.geometry.surface import Surface, area_vectors
+from billow.parts.fabric.birth import Birth
+from billow.parts.fabric.concerns import fabric_concerns
+from billow.parts.fabric.fabric_law import ENERGY, HYSTERESIS, POWER, STRETCH, SUMS
+from billow.parts.fabric.membrane import Membrane
+from billow.parts.part import (
+    DAMPING,
+    RECEIVED,
+    STORED,
+    Account,
+    Booking,
+    Moment,
+    Part,
+    Quantity,
+    Setting,
+)
+from billow.parts.part import HYSTERESIS as HEAT_OF_HYSTERESIS
+
+STRAIN = Account("strain", STORED, renewed=True)
+"""Recoverable energy of the fabric."""
+BIRTH_WORK = Account("birth_work", RECEIVED, renewed=False)
+"""Work of a reference that moves from the start shape to the flat cut."""
+
+STEP_FACTOR = 0.75
+"""Of h/c; the exact bound of an undamped triangle with lumped mass is 0.827 h/c if it is equilateral, more if not."""
+
+LARGEST_STRETCH = 3.0
+"""Stretch at which a run is stopped; nylon tears at 1.3."""
+
+SHOOTING = 0.5
+"""Part of the smallest element altitude that a node may travel in one step."""
+
+SECONDS_PER_TRIANGLE = 60e-9
+"""Rough cost of a triangle in a step, with its share of the nodes' motion."""
+
+
+@dataclass
+class FabricState:
+    """history: what each membrane's fabric remembers, (elements, width). largest_stretch: bound of the stretch [-].
+    birth_slope: rate of the strain energy with the moving reference [J per whole way]."""
+
+    history: tuple[np.ndarray, ...]
+    largest_stretch: float = 1.0
+    birth_slope: float = 0.0
+
+
+@dataclass(frozen=True)
+class Fabric(Part):
+    """membranes: of one fabric each. birth: for a start shape that is stretched against the flat cut."""
+
+    surface: Surface
+    membranes: tuple[Membrane, ...]
+    birth: Birth | None = None
+
+    @property
+    def accounts(self) -> tuple[Account, ...]:
+        return (STRAIN, DAMPING, HEAT_OF_HYSTERESIS, *([BIRTH_WORK] if self.birth else []))
+
+    @property
+    def area(self) -> float:
+        """As cut [m^2]."""
+        d = [m.reference_inverse for m in self.membranes]
+        return float(sum(np.sum(0.5 / np.abs(d11 * d22 - d12 * d21)) for d11, d12, d21, d22 in d))
+
+    @property
+    def element_count(self) -> int:
+        return sum(len(m.elements) for m in self.membranes)
+
+    @property
+    def smallest_element(self) -> int:
+        """Triangle of smallest altitude in its flat cut, which limits the step."""
+        membrane = min(self.membranes, key=lambda m: m.altitude.min())
+        return int(membrane.elements[membrane.altitude.argmin()])
+
+    def start(self, bag) -> FabricState:
+        """Fabric that has never been strained."""
+        return FabricState(tuple(m.fresh_history() for m in self.membranes))
+
+    # --- in a step -------------------------------------------------------------------------------------------------
+
+    def add_forces(
+        self, state: FabricState, positions: np.ndarray, velocities: np.ndarray, time: float, dt: float,
+        corner_force: np.ndarray,
+    ) -> list[Booking]:  # fmt: skip
+        """Add the membrane forces [N] at the end of a step from `time` to `time + dt` [s] to corner_force (triangles,
+        3, 3); positions [m] then, velocities [m/s] in its middle: (nodes, 3)."""
+        bookings: list[Booking] = []
+        membranes: Sequence[Membrane] = self.membranes
+        if self.birth is not None:
+            membranes = self._reference(state, positions, time, dt, bookings)
+        largest, strain, heat = 0.0, 0.0, 0.0
+        for membrane, history in zip(membranes, state.history, strict=True):
+            sums = np.empty((-(-len(membrane.elements) // CHUNK), SUMS))
+            membrane.fabric.add_forces(
+                membrane, self.surface.triangles, positions, velocities, history, corner_force, sums
+            )
+            columns = sums.T.tolist()
+            strain += sum(columns[ENERGY])
+            heat += sum(columns[HYSTERESIS])
+            bookings.append(Booking(DAMPING, sum(columns[POWER]) * dt))
+            largest = max([largest, *columns[STRETCH]])
+        state.largest_stretch = math.sqrt(largest)
+        return [*bookings, Booking(STRAIN, strain), Booking(HEAT_OF_HYSTERESIS, heat)]
+
+    def _reference(
+        self, state: FabricState, positions: np.ndarray, time: float, dt: float, bookings: list[Booking]
+    ) -> tuple[Membrane, ...]:
+        """The membranes with the reference of the step's end; books the work of the reference that moved."""
+        before, now = self.birth.fraction(time), self.birth.fraction(time + dt)
+        if before < 1.0:
+            slope = self.birth.energy_slope(self.membranes, now, self.surface.triangles, positions, state.history)
+            bookings.append(Booking(BIRTH_WORK, 0.5 * (state.birth_slope + slope) * (now - before)))
+            state.birth_slope = slope
+        return self.birth.membranes(self.membranes, now)
+
+    def squared_rate(self, state: FabricState) -> float:
+        """1 / dt^2 [1/s^2] of the largest stable step at the present stretch; zero without fabric."""
+        dt = min((STEP_FACTOR * m.stable_dt(state.largest_stretch) for m in self.membranes), default=math.inf)
+        return 1.0 / dt**2
+
+    # --- what a run says of it -------------------------------------------------------------------------------------
+
+    def quantities(self, state: FabricState, moment: Moment) -> Iterator[Quantity]:
+        yield Quantity("", "largest_stretch", "-", state.largest_stretch)
+        yield Quantity("", "shooting_nodes", "-", float(self.shooting_nodes(moment)))
+
+    def shooting_nodes(self, moment: Moment) -> int:
+        """Number of nodes that travel more than half the smallest altitude in one step."""
+        farthest = SHOOTING * min(membrane.altitude.min() for membrane in self.membranes)
+        speed = np.sqrt(np.max(np.sum(moment.velocities**2, axis=1)))
+        if speed * moment.dt <= farthest:
+            return 0
+        return int(np.count_nonzero(np.linalg.norm(moment.velocities, axis=1) * moment.dt > farthest))
+
+    def inverted_elements(self, positions: np.ndarray) -> int:
+        """Number of fabric triangles that face against every one of their neighbours; positions: [m], (nodes, 3).
+
+        Fabric without compression folds through zero area while it crumples, and unfolds again: that is no fault. A
+        triangle that still lies the wrong way round in an inflated bag is.
+        """
+        normals = area_vectors(self.surface.triangles, positions)
+        first, second = _neighbours(self.surface.triangles.astype(np.int64))
+        agree = np.zeros(len(normals), dtype=bool)
+        same = np.einsum("ij,ij->i", normals[first], normals[second]) > 0.0
+        agree[first[same]] = agree[second[same]] = True
+        elements = np.concatenate([membrane.elements for membrane in self.membranes])
+        return int(np.count_nonzero(~agree[elements]))
+
+    def guard(self, state: FabricState, moment: Moment) -> None:
+        """Raises NumericalStop E-NUM-005 if fabric is stretched beyond tearing."""
+        if not state.largest_stretch > LARGEST_STRETCH:
+            return
+        found = ((m, *worst_stretch(m, self.surface.triangles, moment.positions)) for m in self.membranes)
+        membrane, element, stretch = max(found, key=lambda found: found[2])
+        triangle = int(membrane.elements[element])
+        nodes = tuple(int(n) for n in self.surface.triangles[triangle])
+        stop = NumericalStop(
+            "E-NUM-005",
+            f"fabric is stretched {stretch:.3g} times its length",
+            where=f"triangle {triangle} (nodes {nodes}), part {self.surface.parts_at(nodes[0])}, {moment.when}",
+            why="real fabric tears at 1.3; the load is too high or the fabric too soft",
+            remedy="check fabric.young_warp, fabric.young_weft, fabric.thickness and inflator.mass_flow",
+        )
+        stop.nodes = nodes
+        raise stop
+
+    def books(self, state: FabricState, moment: Moment, history) -> dict[str, float]:
+        return {
+            "shooting_nodes": float(history.of("").shooting_nodes.max()),
+            "inverted_elements": float(self.inverted_elements(moment.positions)),
+        }
+
+    def verdicts(self, books: Mapping[str, float], history) -> Iterator[Criterion]:
+        yield criterion("shooting nodes", books["shooting_nodes"], 0, 1, "-")
+        yield criterion("inverted elements at the end", books["inverted_elements"], 0, 1, "-")
+
+    def concerns(self, setting: Setting) -> Iterator[Concern]:
+        for membrane in self.membranes:
+            yield from fabric_concerns(membrane, setting)
+
+    def seconds_per_step(self, state: FabricState, dt: float) -> float:
+        return SECONDS_PER_TRIANGLE * self.element_count
+
+
+def worst_stretch(membrane: Membrane, triangles: np.ndarray, positions: np.ndarray) -> tuple[int, float]:
+    """The element of a membrane, counted from 0, that is stretched most, and its principal stretch [-]; positions: [m],
+    (nodes, 3)."""
+    corners = positions[triangles[membrane.elements]]
+    u, w = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    d = membrane.reference_inverse[:, :, None]
+    f1, f2 = u * d[0] + w * d[2], u * d[1] + w * d[3]
+    c1, c2, c12 = (np.einsum("ij,ij->i", a, b) for a, b in ((f1, f1), (f2, f2), (f1, f2)))
+    stretch = np.sqrt(0.5 * (c1 + c2) + np.sqrt((0.5 * (c1 - c2)) ** 2 + c12**2))
+    return int(stretch.argmax()), float(stretch.max())
+
+
+def _neighbours(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Pairs of triangles that share an edge."""
+    edges = np.sort(np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]), axis=1)
+    owner = np.tile(np.arange(len(triangles)), 3)
+    order = np.lexsort((edges[:, 1], edges[:, 0]))
+    edges, owner = edges[order], owner[order]
+    shared = np.flatnonzero((edges[1:] == edges[:-1]).all(axis=1))
+    return owner[shared], owner[shared + 1]

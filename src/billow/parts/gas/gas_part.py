@@ -1,0 +1,203 @@
+"""The part of the gas: what every gas model is asked in a run, whatever model it is."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from billow.base.errors import Concern, NumericalStop
+from billow.base.quality import SHORT, Criterion, criterion
+from billow.geometry.surface import Surface
+from billow.parts.gas.gas_model import Bag, GasModel, GasTotals
+from billow.parts.gas.supply.concerns import supply_concerns
+from billow.parts.gas.supply.supply import Supply
+from billow.parts.part import RECEIVED, Account, Booking, Frame, Moment, Part, Quantity, Setting
+
+GAS_WORK = Account("gas_work", RECEIVED, renewed=True)
+"""Net work of the gas on the fabric, pressure against ambient and jets, since the start."""
+
+COLDEST, HOTTEST = 150.0, 3000.0
+"""Gas temperatures [K] outside mean a wrong input."""
+
+SMALLEST_VOLUME = 1e-3
+"""Of a chamber's volume at the start; even a flat bag holds air."""
+
+SQUEEZED = 0.1
+"""Likewise; gas that is too hot in there is hot because of it."""
+
+SECONDS_PER_TRIANGLE = 10e-9
+"""Rough cost in a step of volume and pressure on a triangle."""
+
+RUN_ON = 1.2
+"""A run should end no earlier than at this many times the time of its pressure peak."""
+
+
+@dataclass
+class GasState:
+    """content: the gas model's own state."""
+
+    content: object
+
+    # Totals after the last step, which the guards look at.
+    totals = None
+
+
+@dataclass(frozen=True)
+class GasPart(Part):
+    """model: the gas. surface and start: the bag and its positions at time zero [m], (nodes, 3). supply: what the model
+    is fed with, None for one without."""
+
+    model: GasModel
+    surface: Surface
+    start_shape: np.ndarray
+    supply: Supply | None = None
+
+    accounts = (GAS_WORK,)
+
+    @cached_property
+    def start_volumes(self) -> list[float]:
+        """Volume of each chamber at time zero [m^3]."""
+        return self.surface.chambers.volumes(self.surface.triangles, self.start_shape).tolist()
+
+    def start(self, bag: Bag) -> GasState:
+        return GasState(self.model.start(bag))
+
+    # --- in a step -------------------------------------------------------------------------------------------------
+
+    def advance(self, gas: GasState, bag: Bag, time: float, dt: float, corner_force: np.ndarray) -> list[Booking]:
+        """From `time` to `time + dt` [s]; adds the gas' forces to corner_force [N] (triangles, 3, 3)."""
+        self.model.advance(gas.content, bag, time, dt, corner_force)
+        gas.totals = self.totals(gas)
+        return [Booking(GAS_WORK, gas.totals.work_on_fabric)]
+
+    def totals(self, gas: GasState) -> GasTotals:
+        return self.model.totals(gas.content)
+
+    def stable_dt(self, gas: GasState) -> float:
+        return self.model.stable_dt(gas.content)
+
+    # --- what a run says of it -------------------------------------------------------------------------------------
+
+    def quantities(self, gas: GasState, moment: Moment) -> Iterator[Quantity]:
+        totals = self.totals(gas)
+        for name, unit, value in (
+            ("pressure", "Pa", totals.pressure),
+            ("temperature", "K", totals.temperature),
+            ("volume", "m^3", totals.volume),
+            ("gas_mass", "kg", totals.mass),
+            ("gas_energy", "J", totals.energy),
+            ("injected", "kg", totals.injected),
+            ("vented", "kg", totals.vented),
+            ("leaked", "kg", totals.leaked),
+            ("drawn_in", "kg", totals.drawn_in),
+            ("enthalpy_in", "J", totals.enthalpy_in),
+            ("enthalpy_out", "J", totals.enthalpy_out),
+            ("heat_lost", "J", totals.heat_lost),
+            ("pressure_work", "J", totals.work),
+            ("jet_work", "J", totals.jet_work),
+            ("jet_impulse_in", "N s", totals.jet_impulse_in),
+            ("jet_impulse_out", "N s", totals.jet_impulse_out),
+            ("blocked_area", "m^2", totals.blocked_area),
+        ):
+            yield Quantity("", name, unit, value)
+        for name, by in (("vented", totals.vented_by), ("leaked", totals.leaked_by), ("passed", totals.passed)):
+            for passage, mass in by.items():
+                yield Quantity(passage, name, "kg", mass)
+        for chamber in totals.chambers:
+            yield Quantity(chamber.name, "pressure", "Pa", chamber.pressure)
+            yield Quantity(chamber.name, "temperature", "K", chamber.temperature)
+            yield Quantity(chamber.name, "volume", "m^3", chamber.volume)
+            yield Quantity(chamber.name, "mass", "kg", chamber.mass)
+            yield Quantity(chamber.name, "energy", "J", chamber.energy)
+
+    def readings(self, gas: GasState, sensors: Mapping[str, Sequence[float]]) -> Iterator[Quantity]:
+        """What sensors read, by their names and places [m]; nothing of a gas that is the same everywhere."""
+        view = self.model.view()
+        if view is None or not sensors:
+            return
+        found = view.at(gas.content, np.array(list(sensors.values())))
+        for k, name in enumerate(sensors):
+            yield Quantity(name, "gas_pressure", "Pa", float(found["pressure"][k]))
+            yield Quantity(name, "gas_temperature", "K", float(found["temperature"][k]))
+            yield Quantity(name, "gas_density", "kg/m^3", float(found["density"][k]))
+            yield Quantity(name, "gas_velocity", "m/s", found["velocity"][k])
+
+    def boxes(self, gas: GasState) -> dict[str, np.ndarray]:
+        """Boxes to look at, as `LocalGas.cells`; nothing of a gas that is the same everywhere."""
+        view = self.model.view()
+        return view.cells(gas.content) if view else {}
+
+    def particles(self, gas: GasState) -> dict[str, np.ndarray]:
+        """Particles to look at, as `LocalGas.points`."""
+        view = self.model.view()
+        return view.points(gas.content) if view else {}
+
+    def frame(self, gas: GasState) -> Frame:
+        return Frame(cell=self.model.fields(gas.content))
+
+    def guard(self, gas: GasState, moment: Moment) -> None:
+        """Raises NumericalStop: E-NUM-009 a chamber without volume, E-NUM-002 gas outside its temperatures.
+
+        A number that is not finite is found elsewhere.
+        """
+        totals = gas.totals
+        rooms = totals.chambers or (totals,)
+        if totals.energy:  # without gas a chamber may have any volume
+            shares = [room.volume / start for room, start in zip(rooms, self.start_volumes, strict=True)]
+            # Before what a lack of volume does to pressure and temperature.
+            if min(shares) < (SQUEEZED if totals.temperature >= HOTTEST else SMALLEST_VOLUME):
+                raise self._collapsed(rooms, shares, moment)
+        if math.isfinite(totals.temperature) and not COLDEST < totals.temperature < HOTTEST:
+            raise NumericalStop(
+                "E-NUM-002",
+                f"the gas left its range: {totals.temperature:.1f} K (allowed {COLDEST:.0f} to {HOTTEST:.0f} K)",
+                where=moment.when,
+                why=f"pressure {totals.pressure:.4g} Pa, volume {totals.volume:.4g} m^3, mass {totals.mass:.4g} kg",
+                remedy="check inflator.mass_flow (kg/s, seconds) and inflator.temperature (K)",
+            )
+
+    def _collapsed(self, rooms: Sequence, shares: list[float], moment: Moment) -> NumericalStop:
+        worst = shares.index(min(shares))
+        name = self.surface.chambers.names[worst]
+        return NumericalStop(
+            "E-NUM-009",
+            f"chamber {name} has collapsed: {1e3 * rooms[worst].volume:.3g} l of "
+            f"{1e3 * self.start_volumes[worst]:.3g} l at the start",
+            where=f"chamber {name}, {moment.when}",
+            why="its walls passed through each other, or were pushed together by more than the gas can bear; its "
+            f"pressure, {rooms[worst].pressure:.4g} Pa, has no meaning any more",
+            remedy="look at the last frames; reduce run.dt_scale, or raise bag.initial_gap",
+        )
+
+    def books(self, gas: GasState, moment: Moment, history) -> dict[str, float]:
+        totals = self.totals(gas)
+        peak = history.time[np.argmax(history.of("").pressure)]
+        return {
+            "gas_mass_error": totals.mass_error,
+            "gas_energy_error": totals.energy_error,
+            "injected_mass_kg": totals.injected,
+            "injected_enthalpy_joule": totals.enthalpy_in,
+            "jet_impulse_delivered": totals.jet_impulse_out / totals.jet_impulse_in if totals.jet_impulse_in else 1.0,
+            "missing_to_pressure_peak_s": max(0.0, RUN_ON * float(peak) - moment.time),
+            **self.model.books(gas.content),
+        }
+
+    def verdicts(self, books: Mapping[str, float], history) -> Iterator[Criterion]:
+        yield criterion("mass error of the gas", books["gas_mass_error"], 1e-12, 1e-9, "-")
+        yield criterion("energy error of the gas", books["gas_energy_error"], 1e-12, 1e-9, "-")
+        yield from self.model.verdicts(books)
+        yield criterion(SHORT, 1e3 * books["missing_to_pressure_peak_s"], 1e-9, math.inf, "ms")
+
+    def remarks(self, gas: GasState) -> list[str]:
+        return self.model.remarks(gas.content)
+
+    def concerns(self, setting: Setting) -> Iterator[Concern]:
+        if self.supply is not None:
+            yield from supply_concerns(self.supply, setting)
+
+    def seconds_per_step(self, gas: GasState, dt: float) -> float:
+        return SECONDS_PER_TRIANGLE * self.surface.triangle_count + self.model.seconds_per_step(gas.content, dt)

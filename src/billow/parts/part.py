@@ -1,0 +1,173 @@
+"""The contract of a part: whatever acts in a step owns everything about itself.
+
+Fabric, straps, self-contact, bodies with their contact, the gas and driven nodes are parts. How each of them acts is a
+line of `solver/step.py`; what all of them answer is below. The solver, the recorder, the guards, the verdict of a run,
+`billow check` and checkpoints ask these questions of every part and know no part by its type.
+
+A part never writes an energy. It returns `Booking`s, and the ledger adds them up. It never names a column of a file
+either: it gives a `Quantity`, and `results/history.py` writes and reads it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+
+from billow.base.errors import Concern
+from billow.base.quality import Criterion
+from billow.geometry.surface import Surface
+
+MOTION, STORED, LOST, RECEIVED = "motion", "stored", "lost", "received"
+"""Sides of the energy balance: kinetic energy, recoverable energy, heat, and work received from outside."""
+
+VARYING = {"varying": True}
+"""Metadata of a field of a part's state whose arrays may have more or fewer rows than at the start."""
+
+
+class Account(NamedTuple):
+    """Where a kind of energy is booked.
+
+    side: MOTION, STORED, LOST or RECEIVED. renewed: each step's bookings say how much there is now, and replace those
+    of the step before; otherwise they say what one step has added.
+    """
+
+    name: str
+    side: str
+    renewed: bool
+
+
+class Booking(NamedTuple):
+    """An energy [J] for an account."""
+
+    account: Account
+    energy: float
+
+
+DAMPING = Account("damping", LOST, renewed=False)
+"""Heat of viscous damping: fabric, straps and mass damping."""
+HYSTERESIS = Account("hysteresis", LOST, renewed=True)
+"""Heat of fabric that unloads below the curve it was loaded on, and what torn straps held."""
+FRICTION = Account("friction", LOST, renewed=False)
+"""Heat of contact: friction and damping, of bodies and between layers of fabric."""
+GRAVITY_WORK = Account("gravity_work", RECEIVED, renewed=False)
+
+WORKING_PRESSURE = 20e3
+"""Gauge pressure [Pa] at which vents, fabric and obstacles are judged before a run."""
+
+MYLAR_VOLUME = 1.21852
+"""Volume of two sewn inextensible discs of radius a, in a^3 (Paulsen, Am. Math. Monthly 101, 1994)."""
+
+
+class Quantity(NamedTuple):
+    """One value of the histories.
+
+    of: name of what it belongs to, empty for the whole model. value: a number, a vector (3,) or a quaternion (4,), w
+    first.
+    """
+
+    of: str
+    name: str
+    unit: str
+    value: float | np.ndarray
+
+
+class Moment(NamedTuple):
+    """A run between two steps: time [s], number of the step, its length dt [s]; positions [m] and velocities [m/s]:
+    (nodes, 3)."""
+
+    time: float
+    step: int
+    dt: float
+    positions: np.ndarray
+    velocities: np.ndarray
+
+    @property
+    def when(self) -> str:
+        return f"t = {1e3 * self.time:.4f} ms, step {self.step}"
+
+
+@dataclass(frozen=True)
+class Setting:
+    """What a part may see when it looks for what is probably not meant.
+
+    surface and start: the bag and its positions at time zero [m], (nodes, 3). fabric_area: [m^2], as cut. end_time [s].
+    """
+
+    surface: Surface
+    start: np.ndarray
+    fabric_area: float
+    end_time: float
+
+    @property
+    def across(self) -> float:
+        """Largest horizontal size of the bag [m]."""
+        return extent(self.start)
+
+    @property
+    def inflated_volume(self) -> float:
+        """About the volume [m^3] the bag will have: that of two sewn discs of each chamber's share of the fabric."""
+        chambers = self.surface.chambers.count
+        radius = np.sqrt(self.fabric_area / chambers / (2.0 * np.pi))
+        return float(chambers * MYLAR_VOLUME * radius**3)
+
+
+def extent(points: np.ndarray) -> float:
+    """Largest horizontal size [m] of points [m] (n, 3); zero if there are none."""
+    return float(np.ptp(points[:, :2], axis=0).max()) if len(points) else 0.0
+
+
+@dataclass
+class Frame:
+    """Fields of an output frame by name: at nodes and on triangles; (n,) or (n, 3) each."""
+
+    point: dict[str, np.ndarray] = field(default_factory=dict)
+    cell: dict[str, np.ndarray] = field(default_factory=dict)
+
+
+class Part:
+    """What every part answers; a part overrides the questions to which it has something to say.
+
+    `state` is the part's own: whatever of it changes, in arrays, numbers, tuples and dataclasses of them, so that it
+    can be saved and restored. Fields whose arrays change their length carry the metadata VARYING.
+    """
+
+    accounts: tuple[Account, ...] = ()
+    """Accounts it books to."""
+
+    def start(self, bag):
+        """Its state at time zero; bag: surface, positions and velocities of the nodes then."""
+        return None
+
+    def quantities(self, state, moment: Moment) -> Iterator[Quantity]:
+        """Its share of a row of the histories."""
+        return iter(())
+
+    def frame(self, state) -> Frame:
+        """Its share of an output frame."""
+        return Frame()
+
+    def guard(self, state, moment: Moment) -> None:
+        """Raise NumericalStop if its state has become meaningless. Called after every step: a few comparisons."""
+
+    def books(self, state, moment: Moment, history) -> dict[str, float]:
+        """Its entries in the ledger of run.json at the end of a run. history: `results.history.History` of the run."""
+        return {}
+
+    def verdicts(self, books: Mapping[str, float], history) -> Iterator[Criterion]:
+        """Criteria by which a run is judged. books: entries of all parts and of the solver."""
+        return iter(())
+
+    def remarks(self, state) -> list[str]:
+        """Lines for the log when a run ends."""
+        return []
+
+    def concerns(self, setting: Setting) -> Iterator[Concern]:
+        """What of it is allowed but probably not meant."""
+        return iter(())
+
+    def seconds_per_step(self, state, dt: float) -> float:
+        """Rough cost of a step of dt [s] on one core of a 2020s processor [s]."""
+        return 0.0
