@@ -4,7 +4,7 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 READY  := $(VENV)/.ready
 
-.PHONY: demo test lint bench verify trust docs clean
+.PHONY: demo test lint bench verify trust mutants docs clean
 
 demo: $(READY)            ## 60 deployments, a surrogate learned from them, demo/report.html
 	$(BIN)/billow demo --out demo
@@ -24,6 +24,9 @@ bench: $(READY)           ## the measurements quoted in the README
 
 trust: $(READY)           ## reliability goals as a table: determinism, restart, conservation, faults, fuzzing
 	$(BIN)/python -m trust
+
+mutants: $(READY)         ## mistakes put into a copy of the package: each is caught by its test
+	$(BIN)/python -m trust.mutants
 
 docs: $(READY)            ## regenerate the references of cases and errors
 	$(BIN)/python docs/make_reference.py

@@ -11,11 +11,6 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 import pytest
 from hypothesis import settings
 
-from billow.base.compiled import cache_folder
-
-# Test processes side by side keep their kernels apart: numba's index of a kernel is not safe against two writers.
-os.environ["BILLOW_CACHE"] = str(cache_folder().parent / os.environ.get("PYTEST_XDIST_WORKER", ""))
-
 from billow.case.schema import Case
 from billow.results.result import Result
 from billow.run.interrupts import STOP_FILE, RunInterrupted

@@ -9,20 +9,27 @@ reproducibility.
 `@scalar` marks plain scalar functions (a stress, a flux, a closest point) that kernels call; they take and return
 numbers and tuples, so that another back end can compile the same text.
 
-numba keeps a stale kernel when a function in *another* file that it calls has changed. The cache folder of a file is
-therefore keyed by a hash over that file and every file of the package it imports.
+The cache belongs to all processes of a user. Its key is content: the text of a kernel's file and of every file of the
+package that file imports, the types of the arguments, the processor, and the versions of numba and Python. Neither the
+place of a file nor its date counts, so a second checkout of the same text finds its kernels compiled.
 """
 
 from __future__ import annotations
 
+import ast
+import contextlib
+import fcntl
 import functools
 import hashlib
 import os
-import re
 import types
+from collections.abc import Iterator
 from pathlib import Path
+from typing import ClassVar
 
 import numba
+from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataCacheFile, _CacheLocator
+from numba.core.compiler_lock import global_compiler_lock
 
 CHUNK = 1024
 """Items summed by one chunk; fixed, because it decides the order of additions and thereby the last bits."""
@@ -31,7 +38,6 @@ PARALLEL_FROM = 8192
 """Fewest items for which a parallel launch (10-200 us) pays."""
 
 _PACKAGE = Path(__file__).parents[1]
-_IMPORT = re.compile(rb"^\s*(?:from|import) billow\.([\w.]+)", re.MULTILINE)
 
 
 def cache_folder() -> Path:
@@ -42,25 +48,53 @@ def cache_folder() -> Path:
     return Path(root) / "kernels"
 
 
-def _sources(path: Path, found: set[Path]) -> set[Path]:
-    """The file and everything of the package it imports, directly or through others."""
-    if path not in found and path.is_file():
-        found.add(path)
-        for name in _IMPORT.findall(path.read_bytes()):
-            _sources(_PACKAGE.joinpath(*name.decode().split(".")).with_suffix(".py"), found)
-    return found
+@functools.cache
+def _text_and_imports(path: Path) -> tuple[bytes, tuple[Path, ...]]:
+    """The text of a file, and the files of the package that it imports anywhere in it."""
+    text = path.read_bytes()
+    names = set()
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.Import):
+            names |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            # What is imported by name may be a module itself: `from billow.geometry import super_ellipsoid`.
+            names |= {node.module} | {f"{node.module}.{alias.name}" for alias in node.names}
+    files = []
+    for name in sorted(names):
+        package, *rest = name.split(".")
+        if package == _PACKAGE.name:
+            place = _PACKAGE.joinpath(*rest)
+            files += [file for file in (place.with_suffix(".py"), place / "__init__.py") if file.is_file()]
+    return text, tuple(files)
+
+
+def _digest(source: Path) -> str:
+    """Hash over the text of a file and of all files of the package that it imports, directly or through others."""
+    found, open_ends = set(), [source, Path(__file__)]
+    while open_ends:
+        path = open_ends.pop()
+        if path not in found:
+            found.add(path)
+            open_ends += _text_and_imports(path)[1]
+    digest = hashlib.sha256(numba.__version__.encode())
+    for name, path in sorted((_name(path), path) for path in found):
+        text = _text_and_imports(path)[0]
+        digest.update(f"{name} {len(text)} ".encode() + text)
+    return digest.hexdigest()
+
+
+def _name(path: Path) -> str:
+    """A file's place in the package; for a file outside it, its name."""
+    return path.relative_to(_PACKAGE).as_posix() if path.is_relative_to(_PACKAGE) else path.name
 
 
 @functools.cache
 def _module_folder(source: str) -> str | None:
-    """Folder for the kernels of one file, keyed by its text and all it imports; None if it cannot be written, or if
-    there is no file (a kernel typed into a prompt)."""
+    """Folder for the kernels of one file; None if it cannot be written, or if there is no file (a kernel typed into a
+    prompt)."""
     if not Path(source).is_file():
         return None
-    digest = hashlib.sha256(numba.__version__.encode())
-    for path in sorted(_sources(Path(source), {Path(__file__)})):
-        digest.update(path.name.encode() + path.read_bytes())
-    folder = cache_folder() / f"{Path(source).stem}-{digest.hexdigest()[:16]}"
+    folder = cache_folder() / f"{Path(source).stem}-{_digest(Path(source))[:16]}"
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError:  # a read-only home: kernels are compiled again in every process
@@ -68,10 +102,115 @@ def _module_folder(source: str) -> str | None:
     return str(folder) if os.access(folder, os.W_OK) else None
 
 
+class _ByContent(_CacheLocator):
+    """Tells numba the folder of a file's kernels; its name is a hash of all that matters, so no stamp is needed."""
+
+    def __init__(self, function, source: str):
+        self._py_file = source
+        self._line = function.__code__.co_firstlineno
+
+    @classmethod
+    def from_function(cls, py_func, py_file):
+        return cls(py_func, py_file)
+
+    def get_cache_path(self) -> str:
+        return _module_folder(self._py_file)
+
+    def get_source_stamp(self) -> str:
+        return ""
+
+    def get_disambiguator(self) -> str:
+        return str(self._line)
+
+
+class _Impl(CompileResultCacheImpl):
+    _locator_classes = (_ByContent,)
+
+
+class _Entries:
+    """The compilations of one kernel on disk, each in a file of its own.
+
+    numba keeps an index of all compilations of a kernel, which two writers could set against each other's files. With
+    an index of one entry the worst that two writers do is to write the same twice. numba writes to a temporary file and
+    renames it, so that a process killed meanwhile leaves nothing half-written.
+    """
+
+    def __init__(self, folder: str, kernel: str):
+        self._folder, self._kernel = folder, kernel
+
+    def _file(self, key) -> IndexDataCacheFile:
+        digest = hashlib.sha256(repr(key).encode()).hexdigest()[:16]
+        return IndexDataCacheFile(self._folder, f"{self._kernel}-{digest}", "")
+
+    def load(self, key):
+        """What was saved under `key` (argument types, processor, bytecode), or None."""
+        try:
+            return self._file(key).load(key)
+        except Exception:  # damaged, e.g. by a loss of power: it is compiled again
+            return None
+
+    def save(self, key, data) -> None:
+        file = self._file(key)
+        file.flush()  # a damaged index could not be added to
+        file.save(key, data)
+
+    def flush(self) -> None:
+        """Nothing: a folder belongs to one text and never grows stale."""
+
+
+class _KernelCache(FunctionCache):
+    """numba's cache of one kernel, compiled by one process while others wait for it.
+
+    Dask workers and test processes start together and need the same kernels. The lock ends with the process that holds
+    it, however it dies. Who compiles a kernel waits for its callees only, and calls form no circle, so there is no
+    deadlock; threads of one process take turns by numba's own lock, which comes first.
+    """
+
+    _impl_class = _Impl
+    _held: ClassVar[set[Path]] = set()
+    """Locks of this process."""
+
+    def __init__(self, function):
+        super().__init__(function)
+        self._cache_file = _Entries(self._cache_path, self._impl.filename_base)
+        self._lock_path = Path(self._cache_path) / f"{self._impl.filename_base}.lock"
+        self._scope = contextlib.ExitStack()
+
+    @contextlib.contextmanager
+    def compiling(self) -> Iterator[None]:
+        """Around a compilation: no other thread compiles, and the lock that a miss takes is given back."""
+        with global_compiler_lock, contextlib.ExitStack() as scope:
+            outer, self._scope = self._scope, scope
+            try:
+                yield
+            finally:
+                self._scope = outer
+
+    def load_overload(self, sig, target_context):
+        """What is saved. If nothing is, take the lock and look again: another process may have compiled it."""
+        found = super().load_overload(sig, target_context)
+        if found is None and self._lock_path not in self._held:
+            with contextlib.suppress(OSError):  # a file system without locks: the same work is done twice
+                fcntl.flock(self._scope.enter_context(self._lock_path.open("ab")), fcntl.LOCK_EX)
+            self._held.add(self._lock_path)
+            self._scope.callback(self._held.discard, self._lock_path)
+            found = super().load_overload(sig, target_context)
+        return found
+
+
 def _compile(function, **options):
-    folder = _module_folder(function.__code__.co_filename)
-    numba.config.CACHE_DIR = folder or ""
-    return numba.njit(function, cache=folder is not None, error_model="numpy", **options)
+    compiled = numba.njit(function, error_model="numpy", **options)
+    if numba.config.DISABLE_JIT or _module_folder(function.__code__.co_filename) is None:
+        return compiled
+    cache = compiled._cache = _KernelCache(function)
+    load_or_compile = compiled.compile
+
+    def compile_once(signature):
+        with cache.compiling():
+            return load_or_compile(signature)
+
+    compiled.compile = compile_once
+    return compiled
 
 
 numba.config.DISABLE_INTEL_SVML = 1  # vector math of another library would change last bits between machines

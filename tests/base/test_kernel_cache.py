@@ -1,0 +1,165 @@
+"""The cache of compiled kernels: one for all processes, keyed by content, never stale. Tried with a toy package."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+import threading
+from pathlib import Path
+
+import pytest
+
+from billow.base import compiled
+
+LAW = """
+from billow.base.compiled import scalar
+
+@scalar
+def stress(strain):
+    return 2.0 * strain
+"""
+
+MEMBRANES = {
+    "one": "from billow.toy.law import stress",
+    "two": "from billow.toy import law\nstress = law.stress",
+    "three": "import billow.toy.law\nstress = billow.toy.law.stress",
+    "four": "from billow.toy.between import stress",
+}
+"""Module -> how it imports the scalar; the last one through another file."""
+
+MEMBRANE = """
+from billow.base.compiled import kernel, scalar
+
+@scalar
+def force(strain):
+    return stress(strain) + 1.0
+
+@kernel
+def forces(n, strain):
+    return n * force(strain)
+"""
+
+PROGRAM = """
+import importlib, json, sys
+modules = {name: importlib.import_module("billow.toy." + name) for name in sys.argv[1:]}
+print("ready", flush=True)
+sys.stdin.readline()
+answers = {name: module.forces(1, 1.0) for name, module in modules.items()}
+dispatchers = {d for m in modules.values() for d in (m.forces.serial, m.force, m.stress)}
+compiled = {f"{d.__module__}.{d.__name__}": sum(d.stats.cache_misses.values()) for d in dispatchers}
+print(json.dumps({"answers": answers, "compiled": compiled}))
+"""
+"""Calls the kernels of the modules named and counts how often each function was compiled."""
+
+STALLED = """
+import time
+from billow.toy import one
+def stall(*_):
+    print("compiling", flush=True)
+    time.sleep(600)
+one.force._compiler.compile = stall
+one.forces(1, 1.0)
+"""
+
+UNCACHED = """
+import json
+from billow.toy import one
+from billow.base.compiled import scalar
+print("ready", flush=True)
+exec('@scalar\\ndef typed(x):\\n    return 3.0 * x')
+print(json.dumps([one.forces(1, 1.0), typed(2.0)]))
+"""
+
+
+@pytest.fixture
+def package(tmp_path) -> Path:
+    """A folder with a package `billow` of a few files: the real compiled.py, a law, and kernels that call it."""
+    toy = tmp_path / "checkout" / "billow" / "toy"
+    for folder in (toy.parent, toy.parent / "base", toy):
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / "__init__.py").touch()
+    shutil.copy(compiled.__file__, toy.parent / "base")
+    (toy / "law.py").write_text(LAW)
+    (toy / "between.py").write_text("from billow.toy.law import stress as stress\n")
+    for name, imports in MEMBRANES.items():
+        (toy / f"{name}.py").write_text(imports + MEMBRANE)
+    return toy.parent.parent
+
+
+def start(package: Path, *arguments: str, program: str = PROGRAM, **environment: str) -> subprocess.Popen:
+    paths = {"PYTHONPATH": str(package), "BILLOW_CACHE": str(package.parent / "cache")}
+    return subprocess.Popen(
+        [sys.executable, "-c", program, *arguments],
+        env={**os.environ, **paths, **environment},
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+
+
+def answer(*processes: subprocess.Popen) -> list:
+    """What they print last. They begin when all are ready."""
+    for process in processes:
+        assert process.stdout.readline() == "ready\n"
+    for process in processes:
+        process.stdin.write("\n")
+        process.stdin.flush()
+    outputs = [process.communicate(timeout=120)[0] for process in processes]
+    assert [process.returncode for process in processes] == [0] * len(processes)
+    return [json.loads(output) for output in outputs]
+
+
+def test_kernels_are_compiled_again_after_an_edit_they_depend_on_and_only_then(package, tmp_path):
+    """However the edited file is imported. Elsewhere and later the same text is not compiled again."""
+    (first,) = answer(start(package, *MEMBRANES))
+    assert first["answers"] == dict.fromkeys(MEMBRANES, 3.0)
+    assert set(first["compiled"].values()) == {1}
+
+    elsewhere = tmp_path / "another" / "place"
+    shutil.copytree(package, elsewhere)
+    for path in elsewhere.rglob("*.py"):
+        os.utime(path, (1e9, 1e9))
+    (same,) = answer(start(elsewhere, *MEMBRANES, BILLOW_CACHE=str(tmp_path / "cache")))
+    assert same["answers"] == first["answers"]
+    assert set(same["compiled"].values()) == {0}
+
+    (package / "billow" / "toy" / "law.py").write_text(LAW.replace("2.0", "5.0"))
+    (edited,) = answer(start(package, *MEMBRANES))
+    assert edited["answers"] == dict.fromkeys(MEMBRANES, 6.0)
+
+
+def test_processes_that_need_the_same_kernels_compile_each_once(package):
+    """Two begin at the same time, and call the kernels in opposite order."""
+    one, other = answer(start(package, *MEMBRANES), start(package, *reversed(MEMBRANES)))
+    assert one["answers"] == other["answers"]
+    counts = {name: one["compiled"][name] + other["compiled"][name] for name in one["compiled"]}
+    assert counts == dict.fromkeys(counts, 1)
+
+
+def test_a_process_killed_while_it_compiles_keeps_nobody_waiting(package):
+    stalled, waiting = start(package, program=STALLED), start(package, "one")
+    assert stalled.stdout.readline() == "compiling\n"
+    threading.Timer(0.5, stalled.kill).start()
+    assert answer(waiting)[0]["answers"] == {"one": 3.0}
+    stalled.communicate()
+
+
+def test_damaged_files_are_compiled_again_and_other_processors_have_their_own(package):
+    answer(start(package, "one"))
+    for path in (package.parent / "cache").rglob("*.nb?"):
+        path.write_bytes(path.read_bytes()[:40])
+    (again,) = answer(start(package, "one"))
+    assert again["answers"] == {"one": 3.0}
+    assert set(again["compiled"].values()) == {1}
+    same, other = answer(start(package, "one"), start(package, "one", NUMBA_CPU_NAME="generic"))
+    assert set(same["compiled"].values()) == {0}
+    assert set(other["compiled"].values()) == {1}
+
+
+def test_kernels_are_compiled_in_every_process_without_a_file_or_a_folder_that_can_be_written(package):
+    (package.parent / "file").touch()
+    answers = answer(start(package, program=UNCACHED, BILLOW_CACHE=str(package.parent / "file")))
+    assert answers == [[3.0, 6.0]]

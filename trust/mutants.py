@@ -1,0 +1,165 @@
+"""Mistakes put into a copy of the package, each of which a test must catch.
+
+    python -m trust.mutants            # all, some seconds each
+    python -m trust.mutants lead gain  # those whose name has one of these words
+
+A mutant that no test catches is a promise that nothing keeps. Where a mutant's text is gone because the code has
+changed, the entry is to be changed with it: tests/project/test_trust.py says so.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+PACKAGE = ROOT / "src" / "billow"
+
+
+@dataclass(frozen=True)
+class Mutant:
+    """In `file` of the package the text `right` becomes `wrong`; `test` (a file or a test of it) fails by it."""
+
+    name: str
+    file: str
+    right: str
+    wrong: str
+    test: str
+
+    def apply(self, package: Path) -> None:
+        """Change a copy of the package. ValueError if the text is not there exactly once."""
+        path = package / self.file
+        text = path.read_text(encoding="utf-8") if path.is_file() else ""
+        if text.count(self.right) != 1:
+            raise ValueError(f"mutant '{self.name}': {self.right!r} is {text.count(self.right)} times in {self.file}")
+        path.write_text(text.replace(self.right, self.wrong), encoding="utf-8")
+
+
+PROMISES = "tests/results/test_run_promises.py::"
+COLUMNS = "tests/results/test_history_columns.py::"
+CACHE = "tests/base/test_kernel_cache.py::"
+
+MUTANTS = (
+    Mutant(
+        "no element is ever inverted",
+        "solver/inspection.py",
+        "return int(np.count_nonzero(~agree[elements]))",
+        "return 0",
+        PROMISES + "test_fabric_that_ends_turned_over_fails_the_run",
+    ),
+    Mutant(
+        "inverted elements are not reported",
+        "run/recorder.py",
+        '"inverted_elements": float(inverted_elements(self.model, self.state))',
+        '"inverted_elements": 0.0',
+        PROMISES + "test_fabric_that_ends_turned_over_fails_the_run",
+    ),
+    Mutant(
+        "sign of the energy gain in the ledger",
+        "solver/ledger.py",
+        "max(self.largest_gain, self.residual)",
+        "max(self.largest_gain, -self.residual)",
+        PROMISES + "test_a_run_that_gains_energy_is_stopped_and_fails",
+    ),
+    Mutant(
+        "sign of the energy gain in run.json",
+        "run/recorder.py",
+        '"energy_gain_of_largest": ledger.largest_gain',
+        '"energy_gain_of_largest": -ledger.largest_gain',
+        PROMISES + "test_a_run_that_gains_energy_is_stopped_and_fails",
+    ),
+    Mutant(
+        "sign of the energy gain in the guard",
+        "solver/guards.py",
+        "if ledger.residual > LARGEST_GAIN",
+        "if -ledger.residual > LARGEST_GAIN",
+        PROMISES + "test_a_run_that_gains_energy_is_stopped_and_fails",
+    ),
+    Mutant(
+        "obstacles of run.json at the origin",
+        "run/recorder.py",
+        '"center": obstacle.start.centre.tolist()',
+        '"center": [0.0, 0.0, 0.0]',
+        PROMISES + "test_pictures_show_obstacles_where_the_case_puts_them",
+    ),
+    Mutant(
+        "moving obstacles of pictures at the origin",
+        "rom/judge/obstacle_places.py",
+        'return {"center": centre,',
+        'return {"center": [0.0, 0.0, 0.0],',
+        PROMISES + "test_pictures_show_obstacles_where_the_case_puts_them",
+    ),
+    Mutant(
+        "a column of the energies dropped",
+        "run/history_columns.py",
+        '        "hysteresis [J]": ledger.hysteresis,\n',
+        "",
+        COLUMNS + "test_a_run_with_bodies_and_straps",
+    ),
+    Mutant(
+        "a column of a chamber dropped",
+        "run/history_columns.py",
+        '            f"{chamber.name}_temperature [K]": chamber.temperature,\n',
+        "",
+        COLUMNS + "test_a_run_with_chambers",
+    ),
+    Mutant(
+        "particles answer walls at their own steps only",
+        "parts/gas/corpuscular/corpuscular.py",
+        "return lead[self.chambers.behind] - lead[self.chambers.ahead]",
+        "return 0.0 * lead[self.chambers.behind]",
+        "tests/gas/corpuscular/test_between_gas_steps.py",
+    ),
+    Mutant(
+        "kernels blind to a module imported by name",
+        "base/compiled.py",
+        'names |= {node.module} | {f"{node.module}.{alias.name}" for alias in node.names}',
+        "names |= {node.module}",
+        CACHE + "test_kernels_are_compiled_again_after_an_edit_they_depend_on_and_only_then",
+    ),
+    Mutant(
+        "kernels compiled without waiting for each other",
+        "base/compiled.py",
+        "fcntl.LOCK_EX",
+        "fcntl.LOCK_SH",
+        CACHE + "test_processes_that_need_the_same_kernels_compile_each_once",
+    ),
+)
+
+
+def caught(mutant: Mutant) -> bool:
+    """Whether its test fails with the mutant; RuntimeError if the test does not run at all."""
+    with tempfile.TemporaryDirectory(prefix="billow-mutant-") as folder:
+        copy = Path(folder) / "billow"
+        shutil.copytree(PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
+        mutant.apply(copy)
+        command = [sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", mutant.test]
+        paths = os.pathsep.join([folder, *filter(None, [os.environ.get("PYTHONPATH")])])
+        done = subprocess.run(
+            command, cwd=ROOT, env={**os.environ, "PYTHONPATH": paths}, capture_output=True, text=True, check=False
+        )
+    if done.returncode not in (0, 1):
+        raise RuntimeError(f"mutant '{mutant.name}': {mutant.test} does not run\n{done.stdout}{done.stderr}")
+    return done.returncode == 1
+
+
+def main() -> int:
+    words = sys.argv[1:]
+    survived = 0
+    for mutant in MUTANTS:
+        if words and not any(word in mutant.name for word in words):
+            continue
+        found = caught(mutant)
+        survived += not found
+        verdict = "caught" if found else "SURVIVED"
+        print(f"{verdict:9} {mutant.name:48} {mutant.file:38} {mutant.test}", flush=True)
+    return 1 if survived else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
