@@ -10,11 +10,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from billow.base.errors import Concern
 from billow.case import schema
 from billow.case.bag.plausible_mesh import mesh_warnings
 from billow.case.fabric.plausible_curves import curve_warnings
 from billow.case.obstacles import schema_obstacle
-from billow.case.warning import Warning
 from billow.geometry.shapes import super_ellipsoid
 from billow.parts.gas.supply.mixture import mixture_gas_constant
 from billow.parts.gas.supply.passages import FABRIC, VENT
@@ -29,7 +29,7 @@ WORKING_PRESSURE = 20e3
 """Gauge pressure [Pa] at which vents and fabric are judged."""
 
 
-def warnings(case: schema.Case, model: Model) -> list[Warning]:
+def warnings(case: schema.Case, model: Model) -> list[Concern]:
     """Everything about a case that looks unintended."""
     return [
         *mesh_warnings(case, model),
@@ -40,12 +40,12 @@ def warnings(case: schema.Case, model: Model) -> list[Warning]:
     ]
 
 
-def _fabric(case: schema.Case) -> Iterator[Warning]:
+def _fabric(case: schema.Case) -> Iterator[Concern]:
     fabric = case.fabric
     speed = np.sqrt(max(fabric.young_warp, fabric.young_weft) / fabric.density)
     linear = fabric.law == "linear"
     if linear and not 100.0 <= speed <= 4000.0:
-        yield Warning(
+        yield Concern(
             "W-FAB-001",
             f"sound travels at {speed:.3g} m/s in this fabric",
             "fabric.young_warp, fabric.young_weft, fabric.density",
@@ -54,7 +54,7 @@ def _fabric(case: schema.Case) -> Iterator[Warning]:
         )
     areal = fabric.density * fabric.thickness
     if not 0.05 <= areal <= 2.0:
-        yield Warning(
+        yield Concern(
             "W-FAB-002",
             f"the fabric weighs {1e3 * areal:.3g} g/m^2",
             "fabric.density, fabric.thickness",
@@ -63,7 +63,7 @@ def _fabric(case: schema.Case) -> Iterator[Warning]:
         )
     ratio = max(fabric.young_warp, fabric.young_weft) / min(fabric.young_warp, fabric.young_weft)
     if linear and (ratio > 20.0 or fabric.shear > 2.0 * max(fabric.young_warp, fabric.young_weft)):
-        yield Warning(
+        yield Concern(
             "W-FAB-003",
             "the moduli of the fabric do not go together",
             "fabric.young_warp, fabric.young_weft, fabric.shear",
@@ -72,7 +72,7 @@ def _fabric(case: schema.Case) -> Iterator[Warning]:
         )
 
 
-def _gas(case: schema.Case, model: Model) -> Iterator[Warning]:
+def _gas(case: schema.Case, model: Model) -> Iterator[Concern]:
     if not isinstance(model.gas, UniformPressure):
         return
     inflators = model.gas.inflators
@@ -80,7 +80,7 @@ def _gas(case: schema.Case, model: Model) -> Iterator[Warning]:
     delivered = sum(i.delivered(case.run.end_time) for i in inflators)
     latest = max(i.flow_time[-1] for i in inflators)
     if delivered < 0.5 * total:
-        yield Warning(
+        yield Concern(
             "W-GAS-001",
             f"only {100 * delivered / total:.2g} % of the gas is delivered before the run ends",
             "inflator.mass_flow, run.end_time",
@@ -89,7 +89,7 @@ def _gas(case: schema.Case, model: Model) -> Iterator[Warning]:
         )
     longest = max(i.flow_time[-1] - i.flow_time[0] for i in inflators)
     if longest < 0.02 * case.run.end_time:
-        yield Warning(
+        yield Concern(
             "W-GAS-002",
             f"all gas comes within {1e3 * longest:.3g} ms",
             "inflator.mass_flow",
@@ -103,7 +103,7 @@ def _gas(case: schema.Case, model: Model) -> Iterator[Warning]:
     free_volume = heat / case.ambient.pressure
     bag = inflated_volume(model)
     if not 0.3 <= free_volume / bag <= 6.0:
-        yield Warning(
+        yield Concern(
             "W-GAS-003",
             f"{1e3 * total:.3g} g of gas for a bag of about {1e3 * bag:.3g} l",
             f"inflator.mass_flow, {case.bag.size_key}",
@@ -113,7 +113,7 @@ def _gas(case: schema.Case, model: Model) -> Iterator[Warning]:
     yield from _losses(case, model.gas, heat / total)
     opening = case.bag.vents.opening_pressure
     if len(model.surface.triangles_of_kind("vent")) and not (opening == 0.0 or 100.0 <= opening <= 500e3):
-        yield Warning(
+        yield Concern(
             "W-GAS-005",
             f"the vents open at {opening:g} Pa",
             "bag.vents.opening_pressure",
@@ -123,7 +123,7 @@ def _gas(case: schema.Case, model: Model) -> Iterator[Warning]:
     mouth = 0.5 * extent(model, model.surface.triangles_of_kind("mouth"))
     for jets in (inflator.jets for inflator in case.inflators):
         if jets.count and jets.ring_radius > mouth:
-            yield Warning(
+            yield Concern(
                 "W-GAS-006",
                 f"the jets leave at a radius of {jets.ring_radius:g} m, the mouth has {mouth:.3g} m",
                 "inflator.jets.ring_radius, bag.mouth_radius",
@@ -145,7 +145,7 @@ def extent(model: Model, triangles: np.ndarray) -> float:
     return float(np.ptp(nodes, axis=0).max()) if len(nodes) else 0.0
 
 
-def _losses(case: schema.Case, gas: UniformPressure, specific_heat: float) -> Iterator[Warning]:
+def _losses(case: schema.Case, gas: UniformPressure, specific_heat: float) -> Iterator[Concern]:
     """specific_heat: R T of the inflow [J/kg]."""
     peaks = [(float(i.mass_flow.max()), float(i.flow_time[i.mass_flow.argmax()])) for i in gas.inflators]
     peak, time = sum(flow for flow, _ in peaks), max(peaks)[1]
@@ -156,7 +156,7 @@ def _losses(case: schema.Case, gas: UniformPressure, specific_heat: float) -> It
     fabric = "fabric.permeability" if case.leakage.law == "permeability" else "leakage.pressure_factor"
     for name, loss, key in (("vents let", vents, "bag.vents"), ("fabric lets", leak, fabric)):
         if loss > peak:
-            yield Warning(
+            yield Concern(
                 "W-GAS-004",
                 f"the {name} out {loss:.3g} kg/s at {1e-3 * WORKING_PRESSURE:g} kPa, the inflator gives {peak:.3g}",
                 key,
@@ -165,14 +165,14 @@ def _losses(case: schema.Case, gas: UniformPressure, specific_heat: float) -> It
             )
 
 
-def _obstacles(case: schema.Case, model: Model) -> Iterator[Warning]:
+def _obstacles(case: schema.Case, model: Model) -> Iterator[Concern]:
     across = extent(model, np.arange(model.surface.triangle_count))
     for obstacle in case.obstacles:
         if not isinstance(obstacle, schema_obstacle.SuperEllipsoid):
             continue
         key = f"obstacles.{obstacle.name}"
         if obstacle.clearance > 0.7 * across:
-            yield Warning(
+            yield Concern(
                 "W-OBS-001",
                 f"{obstacle.name} is {obstacle.clearance:g} m away from a bag of {across:.3g} m",
                 f"{key}.clearance",
@@ -182,7 +182,7 @@ def _obstacles(case: schema.Case, model: Model) -> Iterator[Warning]:
         radii = np.array([obstacle.radii] * 3 if isinstance(obstacle.radii, float) else obstacle.radii)
         density = obstacle.mass / super_ellipsoid.volume(radii, obstacle.degree)
         if not obstacle.locked and not 5.0 <= density <= 20e3:
-            yield Warning(
+            yield Concern(
                 "W-OBS-002",
                 f"{obstacle.name} has a mean density of {density:.3g} kg/m^3",
                 f"{key}.mass, {key}.radii",
@@ -190,7 +190,7 @@ def _obstacles(case: schema.Case, model: Model) -> Iterator[Warning]:
                 'write units, for example mass = "4500 g"',
             )
         if obstacle.slope < 200.0:
-            yield Warning(
+            yield Concern(
                 "W-OBS-003",
                 f"{obstacle.name} yields {WORKING_PRESSURE * 1e-4 / obstacle.slope * 1e3:.3g} mm at 20 kPa",
                 f"{key}.slope",

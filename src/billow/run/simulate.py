@@ -10,10 +10,9 @@ from pathlib import Path
 
 import numba
 
-from billow.base.errors import BillowError, InputError, IntegrityError, NumericalStop, ResourceError
+from billow.base.errors import BillowError, Concern, InputError, IntegrityError, NumericalStop, ResourceError
 from billow.case.build import build_model, build_schedule
 from billow.case.obstacles.build_obstacle import require_start_clear
-from billow.case.plausibility import Warning
 from billow.case.schema import Case
 from billow.results.atomic import publish_folder, write_atomically
 from billow.results.result import Result
@@ -131,7 +130,7 @@ def _run(
     return Result.open(folder)
 
 
-def _warned(warnings: list[Warning]) -> str:
+def _warned(warnings: list[Concern]) -> str:
     """What was odd about the case from the beginning is often why a run failed."""
     return "".join(f"; warned before: {warning.code} {warning.what} ({warning.where})" for warning in warnings)
 

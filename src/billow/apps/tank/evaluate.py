@@ -16,8 +16,7 @@ from billow.apps.tank.inverse import (
 )
 from billow.apps.tank.tank_case import TankCase
 from billow.apps.tank.trace import Trace, check_trace, load_trace
-from billow.base.errors import InputError
-from billow.case.plausibility import Warning
+from billow.base.errors import Concern, InputError
 
 PATTERN = 0.3
 """Correlation of neighbouring residuals that white noise of a hundred rows exceeds once in a thousand traces."""
@@ -82,12 +81,12 @@ def evaluate(case: TankCase, trace: Trace) -> Solution:
     return with_uncertainty(best, changes)
 
 
-def warnings(case: TankCase, trace: Trace, found: Solution) -> list[Warning]:
+def warnings(case: TankCase, trace: Trace, found: Solution) -> list[Concern]:
     """What about an evaluation makes its flow or its band doubtful."""
     made = []
     if found.pattern > PATTERN and found.noise > 1e-4 * np.ptp(trace.pressure):
         made.append(
-            Warning(
+            Concern(
                 "W-TANK-001",
                 f"neighbouring residuals are correlated by {found.pattern:.2f}",
                 "the trace",
@@ -100,7 +99,7 @@ def warnings(case: TankCase, trace: Trace, found: Solution) -> list[Warning]:
     weighed, how = case.inflator.total_mass, case.measurement
     if weighed is not None and abs(found.mass - weighed) > np.hypot(found.mass_half_width, how.mass_uncertainty):
         made.append(
-            Warning(
+            Concern(
                 "W-TANK-002",
                 f"{found.mass:.4g} kg were found, {weighed:.4g} kg were weighed",
                 "inflator.total_mass",

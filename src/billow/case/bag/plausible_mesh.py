@@ -6,8 +6,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from billow.base.errors import Concern
 from billow.case import schema
-from billow.case.warning import Warning
 from billow.geometry.reference_check import NOTICED, Panel, panels, place
 from billow.solver.model import Model
 
@@ -21,14 +21,14 @@ FEWEST = 10
 """Elements across a chamber below which shape and volume mean little."""
 
 
-def mesh_warnings(case: schema.Case, model: Model) -> Iterator[Warning]:
+def mesh_warnings(case: schema.Case, model: Model) -> Iterator[Concern]:
     """Everything about the mesh of a case that looks unintended."""
     chambers = model.surface.chambers.count
     fabric = model.contact_area.sum()
     across = 2.0 * np.sqrt(fabric / chambers / (2.0 * np.pi))  # two discs of the same area
     edge = np.sqrt(4.0 / np.sqrt(3.0) * fabric / sum(len(m.elements) for m in model.membranes))
     if edge > across / FEWEST:
-        yield Warning(
+        yield Concern(
             "W-MESH-001",
             f"only {across / edge:.0f} elements across the {'bag' if chambers == 1 else 'chambers'}",
             f"bag.{'start' if case.bag.shape == 'mesh' else 'element_size'}",
@@ -39,14 +39,14 @@ def mesh_warnings(case: schema.Case, model: Model) -> Iterator[Warning]:
     yield from _straps(case, model)
 
 
-def _straps(case: schema.Case, model: Model) -> Iterator[Warning]:
+def _straps(case: schema.Case, model: Model) -> Iterator[Concern]:
     driver = case.bag.shape == "driver"
     ends = model.start[model.straps.bars]
     distance = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
     taut = distance / model.straps.length - 1.0
     if len(taut) and taut.max() > START_STRAIN:
         bar = int(taut.argmax())
-        yield Warning(
+        yield Concern(
             "W-MESH-003",
             f"a strap of {model.straps.length[bar]:g} m starts {distance[bar]:.3g} m long",
             f"{'bag.straps.length' if driver else 'bag.straps'}, strap {model.straps.strap[bar] + 1}",
@@ -68,14 +68,14 @@ def start_panels(model: Model) -> list[Panel]:
     return found
 
 
-def _panels(case: schema.Case, model: Model) -> Iterator[Warning]:
+def _panels(case: schema.Case, model: Model) -> Iterator[Concern]:
     read = case.bag.shape == "mesh"
     if read and case.bag.birth_time:
         return  # the user knows, and the reference moves slowly
     key = "bag.start, bag.reference" if read else "bag.initial_gap"
     for panel in start_panels(model):
         if panel.longest > 1.0 + START_STRAIN:
-            yield Warning(
+            yield Concern(
                 "W-MESH-002",
                 f"{100 * panel.stretched:.3g} % of part {panel.name} starts stretched by more than "
                 f"{100 * NOTICED:g} %, at most by {100 * (panel.longest - 1.0):.3g} %",
@@ -84,7 +84,7 @@ def _panels(case: schema.Case, model: Model) -> Iterator[Warning]:
                 "set bag.birth_time to 1 or 2 ms" if read else "use a bag.initial_gap of a few millimetres",
             )
         if panel.collapsed:
-            yield Warning(
+            yield Concern(
                 "W-MESH-005",
                 f"{100 * panel.collapsed:.3g} % of part {panel.name} has collapsed at the start",
                 f"{place(model.surface, model.start, panel.collapsed_at)}; {key}",
@@ -92,7 +92,7 @@ def _panels(case: schema.Case, model: Model) -> Iterator[Warning]:
                 "move the nodes of the start shape apart",
             )
         elif panel.compressed > MANY and panel.shortest < 1.0 - START_STRAIN:
-            yield Warning(
+            yield Concern(
                 "W-MESH-004",
                 f"{100 * panel.compressed:.3g} % of part {panel.name} starts compressed by more than "
                 f"{100 * NOTICED:g} %, at most by {100 * (1.0 - panel.shortest):.3g} %",

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from billow.case.warning import Warning
+from billow.base.errors import Concern
 from billow.parts.fabric.curve_check import cost_of_steepness, reach
 from billow.parts.fabric.curve_fabric import CurveFabric
 from billow.solver.model import Model
@@ -18,7 +18,7 @@ PEAK_PRESSURE = 60e3
 """Gauge pressure [Pa] that curves should reach: that of a hot driver bag at its peak."""
 
 
-def curve_warnings(model: Model) -> Iterator[Warning]:
+def curve_warnings(model: Model) -> Iterator[Concern]:
     """Curves so steep that they alone cost half the step, and curves that end before the stresses of a deployment."""
     for membrane in model.membranes:
         fabric = membrane.fabric
@@ -26,7 +26,7 @@ def curve_warnings(model: Model) -> Iterator[Warning]:
             continue
         name, now, without = cost_of_steepness(fabric, float(membrane.altitude.min()))
         if now < COSTLY * without:
-            yield Warning(
+            yield Concern(
                 "W-FAB-004",
                 f"the curve of {name} makes the step {1e6 * now:.3g} us instead of {1e6 * without:.3g} us",
                 f"fabric.curves.{name}",
@@ -36,7 +36,7 @@ def curve_warnings(model: Model) -> Iterator[Warning]:
         needed = 0.25 * PEAK_PRESSURE * float(np.ptp(model.start, axis=0).max())  # p R / 2 of a round bag
         for name, (strain, force) in reach(fabric).items():
             if force < needed:
-                yield Warning(
+                yield Concern(
                     "W-FAB-005",
                     f"the curve of {name} ends at {force:.3g} N/m, a strain of {strain:.3g}",
                     f"fabric.curves.{name}.loading",
