@@ -52,7 +52,9 @@ def placeholders(template: str) -> set[str]:
 
 
 def unfilled(code: Code, given: set[str]) -> set[str]:
-    """Placeholders and texts that a message would lack."""
+    """Placeholders and texts that a message would lack; None among the given: some values come as **values."""
+    if None in given:
+        return set()
     declared = {part: getattr(code, part) for part in TEXTS if part not in given}
     needed = {name for text in declared.values() for name in placeholders(text)}
     return needed - given | {part for part, text in declared.items() if not text}
@@ -61,4 +63,4 @@ def unfilled(code: Code, given: set[str]) -> set[str]:
 def unused(code: Code, given: set[str]) -> set[str]:
     """What is given and stands in no text."""
     used = {name for part in TEXTS if part not in given for name in placeholders(getattr(code, part))}
-    return given - used - set(TEXTS)
+    return given - used - {*TEXTS, None}

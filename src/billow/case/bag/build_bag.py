@@ -13,7 +13,7 @@ from billow.case.bag.bags import Bag
 from billow.case.bag.build_mesh_bag import build_mesh_shape
 from billow.case.bag.build_straps import strap_line
 from billow.case.bag.schema_mesh_bag import MeshBag
-from billow.geometry.bag_shapes import BagShape, along_warp
+from billow.geometry.bag_shapes import DOES_NOT_FIT, BagShape, along_warp
 from billow.geometry.driver_bag import driver_bag
 from billow.geometry.local_thickness import doubled, rim_depth, ring_depth
 from billow.geometry.rectangular_bag import FRONT, REAR, Gap, PanelVent, Seam, rectangular_bag
@@ -129,10 +129,9 @@ def _require_modest(bag: schema_bag.PanelBag) -> None:
 def _require_apart(vents: schema_bag.Vents) -> None:
     apart = 2.0 * vents.distance * np.sin(np.pi / vents.count) if vents.count > 1 else np.inf
     if apart <= vents.diameter:
-        raise InputError(
-            "E-GEO-010",
-            "the vents overlap",
-            where="bag.vents",
+        raise DOES_NOT_FIT(
+            what="the vents overlap",
+            key="vents",
             why=f"{vents.count} vents of {vents.diameter:g} m have their centres {apart:.3g} m apart",
             remedy="reduce bag.vents.diameter or bag.vents.count, or raise bag.vents.distance",
         )
