@@ -44,6 +44,7 @@ def raised(path: Path, tree: ast.Module) -> Iterator[tuple[str, Code, set[str]]]
     for node in ast.walk(tree):
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in known:
             assert not node.args
+            assert all(keyword.arg for keyword in node.keywords), "**values hide what is given"
             yield f"{path}:{node.lineno}", known[node.func.id], {keyword.arg for keyword in node.keywords}
 
 
@@ -52,9 +53,7 @@ def placeholders(template: str) -> set[str]:
 
 
 def unfilled(code: Code, given: set[str]) -> set[str]:
-    """Placeholders and texts that a message would lack; None among the given: some values come as **values."""
-    if None in given:
-        return set()
+    """Placeholders and texts that a message would lack."""
     declared = {part: getattr(code, part) for part in TEXTS if part not in given}
     needed = {name for text in declared.values() for name in placeholders(text)}
     return needed - given | {part for part, text in declared.items() if not text}
@@ -63,4 +62,4 @@ def unfilled(code: Code, given: set[str]) -> set[str]:
 def unused(code: Code, given: set[str]) -> set[str]:
     """What is given and stands in no text."""
     used = {name for part in TEXTS if part not in given for name in placeholders(getattr(code, part))}
-    return given - used - {*TEXTS, None}
+    return given - used - set(TEXTS)

@@ -10,7 +10,7 @@ from billow.base.errors import CODES, Concern, InputError
 from billow.error_catalogue import CATALOGUE
 
 CATALOGUED = (
-    "apps", "injury", "study", "cli", "case",
+    "study", "case",
     "error_catalogue", "solver", "run", "parts", "rom", "reproductions", "case/build.py", "case/plausibility.py",
     "case/bag/plausible_mesh.py", "case/fabric/plausible_curves.py", "case/gas", "case/obstacles",
 )  # fmt: skip
@@ -76,6 +76,7 @@ def test_values_fill_in_the_texts_and_a_raise_may_replace_one():
     error = EXAMPLE(name="x{y}", kind="gas", remedy="leave {it}")
     assert (error.code, error.what, error.where) == ("E-TEST-001", "unknown 'x{y}'", "here")
     assert (error.why, error.remedy) == ("no gas", "leave {it}")
+    assert EXAMPLE(name="x", kind="gas", known="y", remedy=None).remedy == "try y"
 
 
 @pytest.mark.parametrize(

@@ -53,12 +53,12 @@ class Code:
     def __call__(self, **given: Any) -> Any:
         """An error or concern.
 
-        given: values of the placeholders, and any of what, where, why and remedy that this raise says better; those are
-        no templates, so they may hold what a user wrote. An exception stands for its reason.
+        given: values of the placeholders, and any of what, where, why and remedy that this raise says better (None where
+        it does not); those are no templates, so they may hold what a user wrote. An exception stands for its reason.
         """
         given = {name: _reason(value) if isinstance(value, Exception) else value for name, value in given.items()}
         texts = {
-            part: str(given[part]) if part in given else getattr(self, part).format(**given)
+            part: getattr(self, part).format(**given) if given.get(part) is None else str(given[part])
             for part in ("what", "where", "why", "remedy")
         }
         return self.kind(self.code, **texts)

@@ -40,12 +40,6 @@ CODES: dict[str, Entry] = {
         "Unloading that gives back much, with loading that stiffens strongly.",
         "Make the unloading curve more hollow, or smooth the kink of the loading curve.",
     ),
-    "E-FAB-020": Entry(
-        InputError,
-        "A file of a fabric test holds nothing to compare with.",
-        "A single point, a column of zeros, or numbers that are not finite.",
-        "Give strain (or angle) and stress of the test, loading first, one point a line.",
-    ),
     "W-FAB-001": Entry(
         None,
         "Sound travels at a speed that no woven fabric has.",

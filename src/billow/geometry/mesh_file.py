@@ -147,8 +147,8 @@ def _read_legacy(path: Path, part_field: str, frame: int):
 
 
 def _require_sound(path: Path, points, offsets, connectivity, types, part, part_field) -> None:
-    def refuse(why: str, **remedy: str) -> None:
-        raise NO_USABLE_MESH(name=path.name, path=path, why=why, **remedy)
+    def refuse(why: str, remedy: str | None = None) -> None:
+        raise NO_USABLE_MESH(name=path.name, path=path, why=why, remedy=remedy)
 
     if not len(types):
         refuse("it has no cells")
