@@ -10,7 +10,7 @@ from billow.base.errors import CODES, Concern, InputError
 from billow.error_catalogue import CATALOGUE
 
 CATALOGUED = (
-    "study", "case",
+    "case",
     "error_catalogue", "solver", "run", "parts", "rom", "reproductions", "case/build.py", "case/plausibility.py",
     "case/bag/plausible_mesh.py", "case/fabric/plausible_curves.py", "case/gas", "case/obstacles",
 )  # fmt: skip

@@ -53,8 +53,8 @@ class Code:
     def __call__(self, **given: Any) -> Any:
         """An error or concern.
 
-        given: values of the placeholders, and any of what, where, why and remedy that this raise says better (None where
-        it does not); those are no templates, so they may hold what a user wrote. An exception stands for its reason.
+        given: values of the placeholders, and any of what, where, why and remedy that this raise says better; they are
+        not templates, so they may hold what a user wrote. None: the declared text. An exception: its reason.
         """
         given = {name: _reason(value) if isinstance(value, Exception) else value for name, value in given.items()}
         texts = {

@@ -12,7 +12,6 @@ from billow.error_catalogue import (
     obstacles,
     results,
     runs,
-    studies,
     surrogates,
 )
 from billow.error_catalogue.entry import Entry
@@ -27,7 +26,6 @@ CATALOGUE: dict[str, Entry] = {
     **obstacles.CODES,
     **results.CODES,
     **runs.CODES,
-    **studies.CODES,
     **surrogates.CODES,
 }
 
