@@ -104,9 +104,9 @@ def _require_fit(radius, element_size, mouth_radius, vent_count, vent_half, vent
         )
     if strap_count and stitch_radius >= 0.9 * radius:
         raise DOES_NOT_FIT(
-            part="the stitch line of the straps",
+            what="the stitch line of the straps lies outside the front panel",
             key="straps.stitch_radius",
-            why=f"its radius, {stitch_radius} m, is more than 90 % of that of the panel, {radius} m",
+            why=f"its radius is {stitch_radius} m, that of the panel {radius} m, of which a tenth must stay free",
             remedy="reduce bag.straps.stitch_radius",
         )
     if vent_count:
