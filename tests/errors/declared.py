@@ -37,29 +37,33 @@ def written_out(tree: ast.Module) -> list[str]:
     return [text for text in texts if PATTERN.fullmatch(text)]
 
 
-def raised(path: Path, tree: ast.Module) -> Iterator[tuple[str, Code, set[str]]]:
-    """Where a module makes an error: the line, its code and the names of what is filled in."""
+def raised(path: Path, tree: ast.Module) -> Iterator[tuple[str, Code, dict[str, bool]]]:
+    """Where a module makes an error: the line, its code, and the names of what is given there.
+
+    Each name with whether a text is written there: what comes from elsewhere may be None, which leaves the declared one.
+    """
     name = ".".join(("billow", *path.with_suffix("").parts)).removesuffix(".__init__")
     known = {name: value for name, value in vars(sys.modules[name]).items() if isinstance(value, Code)}
     for node in ast.walk(tree):
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in known:
             assert not node.args
             assert all(keyword.arg for keyword in node.keywords), "**values hide what is given"
-            yield f"{path}:{node.lineno}", known[node.func.id], {keyword.arg for keyword in node.keywords}
+            given = {k.arg: isinstance(k.value, ast.Constant | ast.JoinedStr) for k in node.keywords}
+            yield f"{path}:{node.lineno}", known[node.func.id], given
 
 
 def placeholders(template: str) -> set[str]:
     return {name for _, name, _, _ in Formatter().parse(template) if name is not None}
 
 
-def unfilled(code: Code, given: set[str]) -> set[str]:
+def unfilled(code: Code, given: dict[str, bool]) -> set[str]:
     """Placeholders and texts that a message would lack."""
-    declared = {part: getattr(code, part) for part in TEXTS if part not in given}
-    needed = {name for text in declared.values() for name in placeholders(text)}
-    return needed - given | {part for part, text in declared.items() if not text}
+    declared = [getattr(code, part) for part in TEXTS if not given.get(part)]
+    needed = {name for text in declared for name in placeholders(text)}
+    return needed - set(given) | {part for part in TEXTS if part not in given and not getattr(code, part)}
 
 
-def unused(code: Code, given: set[str]) -> set[str]:
+def unused(code: Code, given: dict[str, bool]) -> set[str]:
     """What is given and stands in no text."""
-    used = {name for part in TEXTS if part not in given for name in placeholders(getattr(code, part))}
-    return given - used - set(TEXTS)
+    used = {name for part in TEXTS if not given.get(part) for name in placeholders(getattr(code, part))}
+    return set(given) - used - set(TEXTS)

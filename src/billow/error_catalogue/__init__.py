@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from billow.error_catalogue import (
-    case,
     command_line,
     coupled,
     fabric,
@@ -17,7 +16,6 @@ from billow.error_catalogue import (
 from billow.error_catalogue.entry import Entry
 
 CATALOGUE: dict[str, Entry] = {
-    **case.CODES,
     **command_line.CODES,
     **coupled.CODES,
     **fabric.CODES,

@@ -10,18 +10,6 @@ CODES: dict[str, Entry] = {
         "Two of its reference corners coincide, or all three lie on a line.",
         "Correct the reference coordinates of its nodes.",
     ),
-    "E-GEO-011": Entry(
-        InputError,
-        "The mesh would be too large for memory.",
-        "bag.element_size or bag.diameter in another unit.",
-        "Raise bag.element_size.",
-    ),
-    "E-GEO-012": Entry(
-        InputError,
-        "The bag has no such chamber.",
-        "A chamber counted from 0, or more chambers named than bag.chambers makes.",
-        "Count chambers from 1, or raise bag.chambers.",
-    ),
     "E-GEO-020": Entry(
         InputError,
         "An obstacle penetrates the bag at the start.",
@@ -33,12 +21,6 @@ CODES: dict[str, Entry] = {
         "An obstacle lies inside the bag at the start.",
         "A small obstacle within a start shape that is high.",
         "Raise its clearance, or move it aside with offset.",
-    ),
-    "E-GEO-035": Entry(
-        InputError,
-        "The bag's mesh files have changed since the case was made.",
-        "A file that was edited or replaced while a study or an interrupted run still needs it.",
-        "Bring the files back, or remove bag.digest to use them as they are now.",
     ),
     "W-MESH-001": Entry(
         None,
