@@ -114,13 +114,18 @@ def render() -> str:
     return "\n".join(parts).rstrip() + "\n"
 
 
+def _says_something(template: str) -> bool:
+    """Whether a template is more than one placeholder, such as a path."""
+    return any(text for text, *_ in Formatter().parse(template))
+
+
 def _section(code: Code) -> str:
     kind = "warning" if code.kind is Concern else f"{KINDS[code.kind]}, exit code {code.kind.exit_code}"
     what = readable(code.what).rstrip(".")
     if what.split()[0].isalpha():
         what = what[0].upper() + what[1:]
     lines = {"where": code.where, "why": code.why, "usual cause": code.cause, "what helps": code.remedy}
-    listed = "".join(f"- {name}: {readable(text)}\n" for name, text in lines.items() if text)
+    listed = "".join(f"- {name}: {readable(text)}\n" for name, text in lines.items() if _says_something(text))
     return f"### {code.code}\n\n{what}. *{kind}*\n\n{listed}"
 
 

@@ -40,7 +40,7 @@ def written_out(tree: ast.Module) -> list[str]:
 def raised(path: Path, tree: ast.Module) -> Iterator[tuple[str, Code, dict[str, bool]]]:
     """Where a module makes an error: the line, its code, and the names of what is given there.
 
-    Each name with whether a text is written there: what comes from elsewhere may be None, which leaves the declared one.
+    Each name says whether its text is written there: another value may be None, which leaves the declared text.
     """
     name = ".".join(("billow", *path.with_suffix("").parts)).removesuffix(".__init__")
     known = {name: value for name, value in vars(sys.modules[name]).items() if isinstance(value, Code)}

@@ -16,7 +16,7 @@ UNKNOWN_CHOICE = InputError.declare(
     "there is no {option} {text!r}",
     where="billow coupon",
     why="known are {known}",
-    remedy="take one of them, or see what the options of `billow coupon` mean",
+    remedy="choose one of them, or see what the options of `billow coupon` mean",
 )
 
 

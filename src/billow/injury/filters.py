@@ -24,7 +24,7 @@ UNKNOWN_CLASS = InputError.declare(
     "E-INJ-002",
     "there is no channel frequency class {channel_class!r}",
     where="channel filter",
-    why="SAE J211 knows the classes {known}",
+    why="SAE J211 defines the classes {known}",
     cause="a cut-off frequency in hertz instead of a class",
     remedy="choose one of them: 1000 for heads, 600 for forces of the neck, 180 for the chest",
 )

@@ -43,7 +43,7 @@ NO_SUCH_RUN = InputError.declare(
     "E-RES-014",
     "run {run!r} is not available",
     where="{folder}",
-    cause="it failed, is not made yet, or is not a run of the dataset",
+    cause="it failed, has not been made yet, or does not belong to the dataset",
     remedy="use runs listed in Dataset.train and Dataset.test",
 )
 

@@ -10,7 +10,7 @@ from billow.study.design import Design, Values, draw, numbered
 
 ANOTHER_STUDY = InputError.declare(
     "E-STU-008",
-    "the folder holds something else than this study",
+    "the folder holds something other than this study",
     where="{folder}",
     cause="the study or its case was changed after the folder was made",
     remedy="choose another folder, or delete this one; to continue the study in it, give its own study.toml",

@@ -22,8 +22,8 @@ from billow.study.store import RunStore
 
 CASE_REFUSES = InputError.declare(
     "E-STU-007",
-    "the case does not accept a design: {what_case_says}",
-    why="{why_case_says}; tried were {entries}",
+    "the case does not accept a design: {refusal}",
+    why="{reason}; tried: {entries}",
     cause="a misspelt key, or a range that goes beyond what is plausible",
     remedy="correct the parameter; docs/case.md gives keys and ranges",
 )
@@ -44,7 +44,7 @@ CONTRADICTION = IntegrityError.declare(
 )
 UNUSABLE_WORKERS = InputError.declare(
     "E-STU-021",
-    "workers = {workers} cannot be used",
+    "cannot use workers = {workers}",
     where="Study.run",
     why="workers counts local processes, at least 1; a cluster brings its own",
     remedy="give workers or a scheduler address, or neither for one worker on each core",
@@ -169,9 +169,9 @@ def _vary(case, definition: StudyDefinition, values: tuple[float, ...], where: s
         return case.vary(entries)
     except InputError as error:
         raise CASE_REFUSES(
-            what_case_says=error.what,
+            refusal=error.what,
             where=where,
-            why_case_says=error.why,
+            reason=error.why,
             entries=", ".join(f"{key} = {value:g}" for key, value in entries.items()),
             remedy=error.remedy,
         ) from error

@@ -32,7 +32,7 @@ UNUSABLE_KEY = InputError.declare(
     "{key} cannot be used",
     where="{place}, key {key}",
     cause="a misspelt key, or a number in another unit",
-    remedy="docs/tank.md lists the keys and their units",
+    remedy="see docs/tank.md for the keys and their units",
 )
 UNKNOWN_GAS = InputError.declare(
     "E-TANK-003",

@@ -53,7 +53,7 @@ BELOW_ZERO = InputError.declare(
 OTHER_START = InputError.declare(
     "E-TANK-009",
     "the trace does not begin at the pressure of the tank",
-    why="it begins at {start:.5g} Pa, absolute; the tank is said to hold {said:.5g} Pa",
+    why="it begins at {start:.5g} Pa, absolute; the case says that the tank holds {said:.5g} Pa",
     cause="gauge and absolute pressure confused, or another ambient pressure",
     remedy='correct the pressure of [tank], or pressure = "absolute" or "gauge" of [measurement]',
 )
