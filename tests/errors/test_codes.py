@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pickle
+
 import pytest
 from declared import ALL, make_errors, placeholders, raised, trees, unfilled, unused, written_out
 from remedies import unreal
@@ -91,6 +93,13 @@ def test_values_fill_in_the_texts_and_a_raise_may_replace_one():
 )
 def test_an_exception_stands_for_its_reason(reason, why):
     assert EXAMPLE(name="x", known="y", why=reason).why == why
+
+
+def test_an_error_comes_back_whole_from_a_worker_process():
+    error = EXAMPLE(name="x", kind="gas", known="y")
+    again = pickle.loads(pickle.dumps(error))
+    assert type(again) is InputError
+    assert str(again) == str(error)
 
 
 def test_the_page_shows_placeholders_as_words():
