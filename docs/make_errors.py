@@ -1,16 +1,48 @@
-"""Write docs/errors.md from the catalogue of codes, so that the page cannot drift from the code.
+"""Write docs/errors.md from the codes that the modules of Billow declare, so that the page cannot drift from the code.
 
 `make docs` runs it; a test compares its output with the file.
 """
 
 from __future__ import annotations
 
+import importlib
+import pkgutil
 from pathlib import Path
+from string import Formatter
 
-from billow.base.errors import BillowError, InputError, IntegrityError, NumericalStop, ResourceError
-from billow.error_catalogue import CATALOGUE, GROUPS
+import billow
+from billow.base.errors import (
+    CODES,
+    BillowError,
+    Code,
+    Concern,
+    InputError,
+    IntegrityError,
+    NumericalStop,
+    ResourceError,
+)
+from billow.error_catalogue import CATALOGUE
 
 TARGET = Path(__file__).with_name("errors.md")
+
+GROUPS = {
+    "CASE": "The case file",
+    "CLI": "The command line",
+    "CONV": "Convergence studies",
+    "CPL": "Force inputs and coupled models",
+    "FAB": "Fabric",
+    "GAS": "Gas",
+    "GEO": "Geometry",
+    "INJ": "Injury metrics",
+    "MESH": "Mesh",
+    "NUM": "Runs that are stopped",
+    "OBS": "Obstacles",
+    "RES": "Results, datasets and interrupted runs",
+    "ROM": "Surrogates",
+    "STU": "Studies",
+    "TANK": "Tank tests",
+}
+"""What the middle of a code stands for."""
 
 EXIT_CODES = (
     (0, "done"),
@@ -47,23 +79,54 @@ Commands end with one of these exit codes:
 |---|---|
 {chr(10).join(f"| {code} | {meaning} |" for code, meaning in EXIT_CODES)}
 
-Codes that begin with W are warnings: the run goes on, keeps them in its record, and its verdict is at best REVIEW.
+Codes that begin with W are warnings: the run continues, its record keeps them, and its verdict is at best REVIEW.
+In the texts below, _words like this_ stand for what the message fills in. A message may replace a text by one that fits
+its cause more closely.
 """
+
+
+def codes() -> dict[str, Code]:
+    """Every code of the package, in the order of the page; imports all modules, so that all have declared theirs."""
+    for module in pkgutil.walk_packages(billow.__path__, "billow."):
+        importlib.import_module(module.name)
+    listed = {
+        code: Code(entry.kind or Concern, code, entry.meaning, cause=entry.cause, remedy=entry.remedy)
+        for code, entry in CATALOGUE.items()
+    }
+    return dict(sorted((listed | CODES).items()))
+
+
+def readable(template: str) -> str:
+    """A template with its placeholders as words."""
+    parts = Formatter().parse(template)
+    return "".join(text + (f"_{name.replace('_', ' ')}_" if name else "") for text, name, _, _ in parts)
 
 
 def render() -> str:
     """The whole page: one section for each code."""
     parts, group = [INTRODUCTION], ""
-    for code, entry in sorted(CATALOGUE.items()):
-        letter, middle, _ = code.split("-")
+    for name, code in codes().items():
+        letter, middle, _ = name.split("-")
         if group != letter + middle:
             group = letter + middle
             parts.append(f"## {GROUPS[middle]}{' (warnings)' if letter == 'W' else ''}\n")
-        kind = "warning" if entry.kind is None else f"{KINDS[entry.kind]}, exit code {entry.kind.exit_code}"
-        parts.append(
-            f"### {code}\n\n{entry.meaning} *{kind}*\n\n- usual cause: {entry.cause}\n- what helps: {entry.remedy}\n"
-        )
+        parts.append(_section(code))
     return "\n".join(parts).rstrip() + "\n"
+
+
+def _says_something(template: str) -> bool:
+    """Whether a template is more than one placeholder, such as a path."""
+    return any(text for text, *_ in Formatter().parse(template))
+
+
+def _section(code: Code) -> str:
+    kind = "warning" if code.kind is Concern else f"{KINDS[code.kind]}, exit code {code.kind.exit_code}"
+    what = readable(code.what).rstrip(".")
+    if what.split()[0].isalpha():
+        what = what[0].upper() + what[1:]
+    lines = {"where": code.where, "why": code.why, "usual cause": code.cause, "what helps": code.remedy}
+    listed = "".join(f"- {name}: {readable(text)}\n" for name, text in lines.items() if _says_something(text))
+    return f"### {code.code}\n\n{what}. *{kind}*\n\n{listed}"
 
 
 if __name__ == "__main__":

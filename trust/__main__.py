@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+import re
 import subprocess
 import sys
 import tempfile
@@ -11,7 +12,6 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from billow.error_catalogue import CATALOGUE
 from trust import conservation, cost, determinism, faults, fuzz, study_kills
 
 
@@ -104,11 +104,11 @@ def spent() -> Iterator[Goal]:
 def reachable() -> Iterator[Goal]:
     command = [sys.executable, "-m", "pytest", "-q", "tests/errors/test_every_code_is_reachable.py"]
     done = subprocess.run(command, cwd=Path(__file__).parents[1], capture_output=True, text=True, check=False)
-    codes = len(CATALOGUE)
+    passed = re.search(r"\d+(?= passed)", done.stdout)
     yield Goal(
         "IN-2",
         "every error code is produced by an input, with a remedy that exists",
-        f"{codes} codes, pytest exit {done.returncode}",
+        f"{passed[0] if passed else 0} tests, pytest exit {done.returncode}",
         done.returncode == 0,
     )
 

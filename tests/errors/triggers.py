@@ -1,36 +1,20 @@
 """For every code, the smallest thing a user, a disk or a cluster can do that brings it about.
 
-Each function raises the error, or returns what a study has recorded, or returns a warning. `here` offers a folder,
-sound files (`here.bench`) and `here.patch`, pytest's monkeypatch.
+Each function raises the error, or returns what a study has recorded, or returns a concern. `here` offers a folder,
+sound files (`here.bench`) and `here.patch`, pytest's monkeypatch. Every file triggers_*.py beside this one is read.
 """
 
 from __future__ import annotations
 
-import triggers_cases
-import triggers_convergence
-import triggers_coupled
-import triggers_fabric
-import triggers_gas
-import triggers_geometry
-import triggers_injury
-import triggers_runs
-import triggers_studies
-import triggers_surrogates
-import triggers_tank
-from here import Here, Told
+import importlib
+from collections.abc import Callable
+from pathlib import Path
 
-TRIGGERS = {
-    **triggers_cases.TRIGGERS,
-    **triggers_convergence.TRIGGERS,
-    **triggers_coupled.TRIGGERS,
-    **triggers_gas.TRIGGERS,
-    **triggers_fabric.TRIGGERS,
-    **triggers_geometry.TRIGGERS,
-    **triggers_injury.TRIGGERS,
-    **triggers_runs.TRIGGERS,
-    **triggers_studies.TRIGGERS,
-    **triggers_surrogates.TRIGGERS,
-    **triggers_tank.TRIGGERS,
-}
+from here import Here
 
-__all__ = ["TRIGGERS", "Here", "Told"]
+TRIGGERS: dict[str, Callable[[Here], object]] = {}
+
+for file in sorted(Path(__file__).parent.glob("triggers_*.py")):
+    found = importlib.import_module(file.stem).TRIGGERS
+    assert not TRIGGERS.keys() & found.keys(), f"{file.name} brings about a code that another file does too"
+    TRIGGERS |= found

@@ -13,7 +13,7 @@ from here import Here, Told, dotted
 from billow.case.build import build_model
 from billow.case.concerns import concerns_of
 from billow.case.schema import Case
-from billow.cli.main import main as cli
+from billow.cli import main as cli
 from billow.run.check import describe
 from trust import injections as inject
 from trust.faults import SOUND, changed

@@ -17,9 +17,10 @@ from billow.rom.judge.evaluate import evaluate
 from billow.rom.learn import basis
 from billow.rom.learn.snapshots import collect
 from billow.rom.learn.suggest import suggest
+from billow.rom.surrogate import onnx_file, onnx_graph
 from billow.rom.surrogate.intervals import Intervals
 from billow.rom.surrogate.onnx_file import export_onnx
-from billow.rom.surrogate.surrogate import Surrogate, onnx_file, onnx_graph
+from billow.rom.surrogate.surrogate import Surrogate
 from trust.small_surrogate import small_surrogate
 
 ANSWERABLE = {"permeability": 0.03, "temperature": 600.0}

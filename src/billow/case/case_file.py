@@ -20,6 +20,45 @@ VARIANTS = {**OBSTACLES, **BAGS}
 """Tables that a key `shape` chooses among."""
 LARGEST_FILE = 1_000_000  # bytes; a case file is a few kilobytes
 
+UNREADABLE = InputError.declare(
+    "E-CASE-001",
+    "cannot read the case file {path!r}",
+    where="{path!r}",
+    cause="a misspelt path, or no permission",
+    remedy="check the path; `billow check --example` prints a case to start from",
+)
+NOT_TOML = InputError.declare(
+    "E-CASE-002",
+    "{name} is not valid TOML",
+    where="{path}",
+    cause="a missing quote or bracket, a key written twice, or a file of another kind",
+    remedy="correct that line; see docs/case.md for an example",
+)
+UNKNOWN_KEY = InputError.declare(
+    "E-CASE-003",
+    "unknown key {key!r}",
+    where="{file}, key {key}",
+    why="no setting has this name",
+    cause="a misspelt key, or one in the wrong table",
+    remedy="known keys here: {known}",
+)
+MISSING_KEY = InputError.declare(
+    "E-CASE-004",
+    "{key} is missing",
+    where="{file}, key {key}",
+    why="it has no default",
+    cause="a curve with times and no values",
+    remedy="add {last}; docs/case.md describes it",
+)
+UNUSABLE_VALUE = InputError.declare(
+    "E-CASE-005",
+    "{key} = {value} cannot be used",
+    where="{file}, key {key}",
+    cause="a number in another unit, outside its plausible range; a text where a number belongs; quantities that "
+    "contradict each other",
+    remedy='write the unit, for example thickness = "0.3 mm"; docs/case.md gives units and ranges',
+)
+
 
 def load_case(path: str | Path) -> schema.Case:
     """Case from a TOML file. Raises InputError E-CASE-001 (no such file), E-CASE-002 (not TOML), and those of
@@ -29,40 +68,26 @@ def load_case(path: str | Path) -> schema.Case:
         with open(path, "rb") as file:
             content = file.read(LARGEST_FILE + 1)  # a device such as /dev/zero never ends
         if len(content) > LARGEST_FILE:
-            raise InputError(
-                "E-CASE-002",
-                f"{path.name} is not a case file: it is too long",
-                where=str(path),
+            raise NOT_TOML(
+                what=f"{path.name} is not a case file: it is too long",
+                path=path,
                 why=f"case files are text of at most {LARGEST_FILE} bytes",
                 remedy="give the path of a TOML case",
             )
         text = content.decode("utf-8")
     except UnicodeDecodeError as error:
-        raise InputError(
-            "E-CASE-002",
-            f"{path.name} is not a text file",
+        raise NOT_TOML(
+            what=f"{path.name} is not a text file",
             where=f"{path}, byte {error.start}",
             why="TOML is UTF-8 text",
             remedy="save the file as UTF-8",
         ) from None
     except (OSError, ValueError) as error:  # ValueError: a path that no file can have
-        raise InputError(
-            "E-CASE-001",
-            f"cannot read the case file {str(path)!r}",
-            where=repr(str(path)),
-            why=getattr(error, "strerror", None) or str(error),
-            remedy="check the path; `billow check --example` prints a case to start from",
-        ) from None
+        raise UNREADABLE(path=str(path), why=error) from None
     try:
         data = tomllib.loads(text)
     except (ValueError, RecursionError) as error:  # TOMLDecodeError, or an integer of thousands of digits
-        raise InputError(
-            "E-CASE-002",
-            f"{path.name} is not valid TOML",
-            where=str(path),
-            why=str(error) if isinstance(error, ValueError) else "it is nested too deeply",
-            remedy="correct that line; see docs/case.md for an example",
-        ) from None
+        raise NOT_TOML(name=path.name, path=path, why=error) from None
     settle_files(data, path.parent)
     return validate(with_curves_inlined(data, path.parent), str(path))
 
@@ -93,35 +118,24 @@ def _explain(error: ValidationError, data: dict[str, Any], where: str) -> InputE
     keys += [str(last)] if named or not _is_branch(str(last)) else []
     key = ".".join(keys) or "case"
     more = f" ({len(problems) - 1} more)" if len(problems) > 1 and len({p["loc"][:2] for p in problems}) > 1 else ""
-    place = f"{where}, key {key}"
     if problem["type"] == "extra_forbidden":
         known = _known_keys(problem["loc"][:-1])
         close = difflib.get_close_matches(keys[-1], known, n=1)
-        return InputError(
-            "E-CASE-003",
-            f"unknown key {key!r}{more}",
-            where=place,
-            why="no setting has this name",
-            remedy=f"did you mean {close[0]!r}?" if close else f"known keys here: {', '.join(known)}",
+        remedy = f"did you mean {close[0]!r}?" if close else None
+        told = UNKNOWN_KEY(key=key, file=where, known=", ".join(known), remedy=remedy)
+    elif problem["type"] == "missing":
+        remedy = f"write a list of at least {last + 1} entries" if isinstance(last, int) else None
+        told = MISSING_KEY(key=key, file=where, last=keys[-1], remedy=remedy)
+    else:
+        told = UNUSABLE_VALUE(
+            key=key,
+            value=shown(problem["input"]),
+            file=where,
+            why="a list is expected here" if problem["type"] == "tuple_type" else problem["msg"],
+            remedy=(problem.get("ctx") or {}).get("try") or _remedy(problem, keys),
         )
-    if problem["type"] == "missing":
-        return InputError(
-            "E-CASE-004",
-            f"{key} is missing{more}",
-            where=place,
-            why="it has no default",
-            remedy=f"write a list of at least {last + 1} entries"
-            if isinstance(last, int)
-            else f"add {keys[-1]}; docs/case.md describes it",
-        )
-    context = problem.get("ctx") or {}
-    return InputError(
-        "E-CASE-005",
-        f"{key} = {shown(problem['input'])} cannot be used{more}",
-        where=place,
-        why="a list is expected here" if problem["type"] == "tuple_type" else problem["msg"],
-        remedy=context.get("try") or _remedy(problem, keys),
-    )
+    told.what += more
+    return told
 
 
 def _remedy(problem: dict[str, Any], keys: list[str]) -> str:

@@ -8,6 +8,15 @@ from billow.base.errors import InputError
 from billow.case.case_file import validate
 from billow.case.schema import Case
 
+NO_SUCH_SETTING = InputError.declare(
+    "E-CASE-006",
+    "the case has no {part!r} to vary",
+    where="key {key}",
+    why="the dotted key does not lead to a setting",
+    cause="a misspelt key after --set or among the keys of a study; an obstacle addressed by a name it does not have",
+    remedy="use one of {known}",
+)
+
 
 def vary(case: Case, changes: dict[str, Any]) -> Case:
     """Replace dotted keys; what stands in a list (obstacles, several inflators) is addressed by name.
@@ -21,7 +30,7 @@ def vary(case: Case, changes: dict[str, Any]) -> Case:
         for part in path:
             place = _enter(place, part, key)
         if not isinstance(place, dict):
-            raise _unknown(key, last, sorted(_named(place)))
+            raise NO_SUCH_SETTING(key=key, part=last, known=_known(place))
         place[last] = value
     return validate(data, "design parameters")
 
@@ -30,10 +39,10 @@ def _enter(place: Any, part: str, key: str) -> Any:
     if isinstance(place, (list, tuple)):
         named = _named(place)
         if part not in named:
-            raise _unknown(key, part, sorted(named))
+            raise NO_SUCH_SETTING(key=key, part=part, known=_known(place))
         return named[part]
     if not isinstance(place, dict) or part not in place:
-        raise _unknown(key, part, sorted(place) if isinstance(place, dict) else [])
+        raise NO_SUCH_SETTING(key=key, part=part, known=_known(place))
     return place[part]
 
 
@@ -43,11 +52,6 @@ def _named(place: Any) -> dict[str, Any]:
     return {str(item.get("name")): item for item in items if isinstance(item, dict)}
 
 
-def _unknown(key: str, part: str, known: list[str]) -> InputError:
-    return InputError(
-        "E-CASE-006",
-        f"the case has no {part!r} to vary",
-        where=f"key {key}",
-        why="the dotted key does not lead to a setting",
-        remedy=f"use one of: {', '.join(known)}" if known else "see docs/case.md for the keys",
-    )
+def _known(place: Any) -> str:
+    """The keys or names at a place, as a message lists them."""
+    return ", ".join(sorted(place if isinstance(place, dict) else _named(place))) or "the keys in docs/case.md"

@@ -7,8 +7,7 @@ from typing import Annotated
 
 import typer
 
-from billow.base.errors import InputError
-from billow.cli.options import CaseFile, Settings, make_console, parse_settings
+from billow.cli.options import UNUSABLE_NUMBER, CaseFile, Settings, make_console, parse_settings
 
 
 def converge(
@@ -54,7 +53,10 @@ def _counts(text: str) -> list[float]:
         if not all(1.0 <= count < 1e12 for count in counts):
             raise ValueError("a number of particles is from 1000 to 20000000")
     except ValueError as error:
-        raise _unusable("particles", text, str(error), "write for example --particles 5e3,1e4,2e4") from None
+        example = "write for example --particles 5e3,1e4,2e4"
+        raise UNUSABLE_NUMBER(
+            option="particles", text=text[:40], command="converge", why=error, remedy=example
+        ) from None
     return counts
 
 
@@ -66,11 +68,8 @@ def _tolerance(text: str) -> float:
         if not 0.0 <= value < 1.0:
             raise ValueError("expected 0 to 100 %")
     except ValueError as error:
-        raise _unusable("tolerance", text, str(error), "write for example --tolerance '2 %'") from None
+        example = "write for example --tolerance '2 %'"
+        raise UNUSABLE_NUMBER(
+            option="tolerance", text=text[:40], command="converge", why=error, remedy=example
+        ) from None
     return value
-
-
-def _unusable(option: str, text: str, why: str, remedy: str) -> InputError:
-    return InputError(
-        "E-CLI-007", f"--{option} {text[:40]!r} cannot be used", where="billow converge", why=why, remedy=remedy
-    )

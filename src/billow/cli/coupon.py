@@ -9,7 +9,15 @@ from typing import Annotated
 import typer
 
 from billow.base.errors import InputError
-from billow.cli.options import make_console
+from billow.cli.options import UNUSABLE_NUMBER, make_console
+
+UNKNOWN_CHOICE = InputError.declare(
+    "E-CLI-006",
+    "there is no {option} {text!r}",
+    where="billow coupon",
+    why="known are {known}",
+    remedy="choose one of them, or see what the options of `billow coupon` mean",
+)
 
 
 def coupon(
@@ -93,13 +101,7 @@ def _percent(share: float | None) -> str:
 
 def _known(option: str, value: str, choices: tuple[str, ...]) -> None:
     if value not in choices:
-        raise InputError(
-            "E-CLI-006",
-            f"there is no {option} {value[:40]!r}",
-            where="billow coupon",
-            why=f"known are {', '.join(choices)}",
-            remedy="take one of them, or see what the options of `billow coupon` mean",
-        )
+        raise UNKNOWN_CHOICE(option=option, text=value[:40], known=", ".join(choices))
 
 
 def _number(option: str, value: str | None, unit: str, low: float, high: float) -> float | None:
@@ -112,13 +114,7 @@ def _number(option: str, value: str | None, unit: str, low: float, high: float) 
         if not low <= number <= high:
             raise ValueError(f"{number:g} {unit} is outside {low:g} to {high:g} {unit}")
     except ValueError as error:
-        raise InputError(
-            "E-CLI-007",
-            f"--{option} {value[:40]!r} cannot be used",
-            where="billow coupon",
-            why=str(error),
-            remedy="give a number, with a unit if it is not in the one of the help text",
-        ) from None
+        raise UNUSABLE_NUMBER(option=option, text=value[:40], command="coupon", why=error) from None
     return number
 
 

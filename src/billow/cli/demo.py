@@ -10,6 +10,15 @@ from rich.console import Console
 from billow.base.errors import InputError
 from billow.results.atomic import write_atomically
 
+OTHER_DEMO = InputError.declare(
+    "E-CLI-002",
+    "the folder holds another demo",
+    where="{path}",
+    why="it differs from what this command would write",
+    cause="the file was changed, or the demo was made with other options",
+    remedy="choose another folder with --out, or delete this one",
+)
+
 CASE = """\
 # Driver bag with straps of 0.28 m on a rigid plate, unfolded, against a locked super-ellipsoid obstacle with a
 # force-based contact characteristic (ROM paper, first test case). Every key and default: docs/case.md.
@@ -100,13 +109,7 @@ def write_definition(folder: Path, train: int, test: int) -> Path:
     for name, text in (("case.toml", CASE), ("study.toml", STUDY.format(train=train, test=test))):
         path = folder / name
         if path.exists() and path.read_text(encoding="utf-8") != text:
-            raise InputError(
-                "E-CLI-002",
-                "the folder holds another demo",
-                where=str(path),
-                why="it differs from what this command would write",
-                remedy="choose another folder with --out, or delete this one",
-            )
+            raise OTHER_DEMO(path=path)
         write_atomically(path, text)
     return folder / "study.toml"
 

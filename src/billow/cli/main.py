@@ -17,6 +17,29 @@ from billow.base.errors import BillowError, InputError, ResourceError
 from billow.cli import converge, couple, coupon, export, import_runs, injury, paper, suggest, tank
 from billow.cli.options import CaseFile, Settings, make_console, parse_settings
 
+NO_CASE = InputError.declare(
+    "E-CLI-003",
+    "no case was given",
+    where="billow check",
+    why="it needs the path of a case file",
+    remedy="billow check CASE.toml, or billow check --example > bag.toml",
+)
+UNUSABLE_PLACE = ResourceError.declare(
+    "E-CLI-005",
+    "a file or folder cannot be used",
+    where="{path}",
+    cause="no permission, a full disk, or a path that does not exist",
+    remedy="check path, permissions and free space, or choose another place with --out",
+)
+BILLOW_FAILED = BillowError.declare(
+    "E-CLI-070",
+    "Billow itself failed",
+    where="{file}:{line}",
+    why="{kind}: {problem}",
+    cause="a mistake in Billow",
+    remedy="please report it together with {report}",
+)
+
 INTERRUPTED = 130
 """Exit code after Ctrl-C."""
 
@@ -48,7 +71,7 @@ def main() -> None:
         app()
     except SystemExit as end:
         if end.code == INTERRUPTED:  # what typer makes of Ctrl-C
-            print("interrupted; billow resume RUN goes on with a run, the same command with a study", file=sys.stderr)
+            print("interrupted; continue a run with billow resume RUN, a study with the same command", file=sys.stderr)
         raise
     except Exception as problem:
         error = problem if isinstance(problem, BillowError) else _unexpected(problem)
@@ -59,22 +82,16 @@ def main() -> None:
 def _unexpected(problem: Exception) -> BillowError:
     """What the operating system refuses, E-CLI-005; anything else is a mistake in Billow, E-CLI-070."""
     if isinstance(problem, OSError):
-        return ResourceError(
-            "E-CLI-005",
-            "a file or folder cannot be used",
-            where=str(problem.filename or "unknown"),
-            why=problem.strerror or str(problem),
-            remedy="check path, permissions and free space, or choose another place with --out",
-        )
+        return UNUSABLE_PLACE(path=problem.filename or "unknown", why=problem)
     place = traceback.extract_tb(problem.__traceback__)[-1]
     with tempfile.NamedTemporaryFile("w", prefix="billow-report-", suffix=".txt", delete=False) as report:
         report.write(f"Billow {__version__}, {sys.argv[1:]}\n" + "".join(traceback.format_exception(problem)))
-    return BillowError(
-        "E-CLI-070",
-        "Billow itself failed",
-        where=f"{Path(place.filename).name}:{place.lineno}",
-        why=f"{type(problem).__name__}: {problem}",
-        remedy=f"please report it together with {report.name}",
+    return BILLOW_FAILED(
+        file=Path(place.filename).name,
+        line=place.lineno,
+        kind=type(problem).__name__,
+        problem=str(problem),
+        report=report.name,
     )
 
 
@@ -104,13 +121,7 @@ def check(
         print(CASE, end="")
         return
     if case_file is None:
-        raise InputError(
-            "E-CLI-003",
-            "no case was given",
-            where="billow check",
-            why="it needs the path of a case file",
-            remedy="billow check CASE.toml, or billow check --example > bag.toml",
-        )
+        raise NO_CASE()
     from billow.case.schema import Case
     from billow.run.check import describe
 

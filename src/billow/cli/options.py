@@ -10,6 +10,21 @@ from rich.console import Console
 
 from billow.base.errors import InputError
 
+NOT_AN_ASSIGNMENT = InputError.declare(
+    "E-CLI-001",
+    "{text!r} is not KEY=VALUE",
+    where="--set",
+    why="a setting names a key and its value, with an equals sign between them",
+    remedy="write for example --set fabric.permeability=0.03",
+)
+UNUSABLE_NUMBER = InputError.declare(
+    "E-CLI-007",
+    "--{option} {text!r} cannot be used",
+    where="billow {command}",
+    cause="a unit that does not fit, or a value outside its range",
+    remedy="give a number, with a unit if it is not in the one of the help text",
+)
+
 
 def make_console() -> Console:
     """Console for messages, with paths left as they are."""
@@ -22,13 +37,7 @@ def parse_settings(texts: list[str] | None) -> dict[str, float | str]:
     for text in texts or []:
         key, equals, value = text.partition("=")
         if not equals or not key.strip():
-            raise InputError(
-                "E-CLI-001",
-                f"{text!r} is no assignment",
-                where="--set",
-                why="expected KEY=VALUE",
-                remedy="write for example --set fabric.permeability=0.03",
-            )
+            raise NOT_AN_ASSIGNMENT(text=text)
         try:
             pairs[key.strip()] = float(value)
         except ValueError:

@@ -10,6 +10,14 @@ import typer
 from billow.base.errors import InputError
 from billow.cli.options import make_console
 
+NO_REPORT = InputError.declare(
+    "E-CLI-008",
+    "the report cannot be made",
+    where="billow paper",
+    cause="no study was named, a component other than x, y or z, or a case for the paper's recipe that has no study",
+    remedy="billow paper --locked STUDY --out FOLDER; --paper-recipe z adds the paper's networks",
+)
+
 
 def paper(
     out: Annotated[Path, typer.Option(help="Folder of the report; the same command continues.")],
@@ -81,15 +89,9 @@ def _require(folders, jets, recipe, recipe_case) -> None:
     if jets is None and not any(folders.values()):
         why = "none of --locked, --free and --jets names a study"
     elif recipe is not None and recipe not in ("x", "y", "z"):
-        why = f"--paper-recipe {recipe} is no component: x, y or z"
+        why = f"--paper-recipe {recipe} is not one of x, y and z"
     elif recipe is not None and folders.get(recipe_case) is None:
         why = f"--paper-recipe-case {recipe_case} has no study"
     else:
         return
-    raise InputError(
-        "E-CLI-008",
-        "the report cannot be made",
-        where="billow paper",
-        why=why,
-        remedy="billow paper --locked STUDY --out FOLDER; --paper-recipe z adds the paper's networks",
-    )
+    raise NO_REPORT(why=why)

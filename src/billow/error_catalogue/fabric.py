@@ -1,51 +1,8 @@
 """Codes of the fabric."""
 
-from billow.base.errors import InputError
 from billow.error_catalogue.entry import Entry
 
 CODES: dict[str, Entry] = {
-    "E-FAB-001": Entry(
-        InputError,
-        "A file with a curve of the fabric cannot be read.",
-        "A misspelt path, or one that counts from another folder than that of the case file.",
-        "Check the path in fabric.curves.",
-    ),
-    "E-FAB-002": Entry(
-        InputError,
-        "A file that should hold a curve of the fabric does not.",
-        "No line that names the columns, a unit that does not fit, a decimal comma, or a file of another kind.",
-        'Begin with a line such as "strain [%], stress [MPa]", then one point a line.',
-    ),
-    "E-FAB-003": Entry(
-        InputError,
-        "Points of the fabric do not make a curve.",
-        "Fewer than two points, strains that do not grow, or no point at zero.",
-        "Begin the curve at 0, 0 and sort its points by strain.",
-    ),
-    "E-FAB-004": Entry(
-        InputError,
-        "Stress in the fabric falls or vanishes while strain grows.",
-        "Noise of the test, or points beyond the tearing of the sample.",
-        "Smooth the curve, and end it before the fabric tears.",
-    ),
-    "E-FAB-005": Entry(
-        InputError,
-        "An unloading curve of the fabric does not fit its loading curve.",
-        "The two exchanged, or taken from different tests.",
-        "End both curves at the point where the test turned round, unloading below loading.",
-    ),
-    "E-FAB-006": Entry(
-        InputError,
-        "Loading and unloading curve of the fabric together would create energy.",
-        "Unloading that gives back much, with loading that stiffens strongly.",
-        "Make the unloading curve more hollow, or smooth the kink of the loading curve.",
-    ),
-    "E-FAB-020": Entry(
-        InputError,
-        "A file of a fabric test holds nothing to compare with.",
-        "A single point, a column of zeros, or numbers that are not finite.",
-        "Give strain (or angle) and stress of the test, loading first, one point a line.",
-    ),
     "W-FAB-001": Entry(
         None,
         "Sound travels at a speed that no woven fabric has.",

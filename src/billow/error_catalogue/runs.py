@@ -40,12 +40,6 @@ CODES: dict[str, Entry] = {
         "The obstacle is too soft for the load.",
         "Raise the slope of the obstacle.",
     ),
-    "E-NUM-007": Entry(
-        NumericalStop,
-        "So many runs of a convergence study were stopped that none can be compared.",
-        "The case itself is at fault.",
-        "Make the case run through by itself first: billow run CASE.toml --out RUN.",
-    ),
     "E-NUM-008": Entry(
         NumericalStop,
         "A particle of the corpuscular gas is nowhere: its place is no longer a finite number.",

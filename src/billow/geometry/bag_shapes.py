@@ -6,9 +6,18 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from billow.base.errors import InputError
 from billow.geometry.disc_mesh import mesh_disc, rim_count
 from billow.geometry.rectangle_mesh import mesh_rectangle
 from billow.geometry.surface import Surface
+
+DOES_NOT_FIT = InputError.declare(
+    "E-GEO-010",
+    "{part} does not fit into its panel",
+    where="bag.{key}",
+    cause="a length in another unit, or a vent so close to a rim that no elements fit between",
+    remedy="change bag.{key}, or reduce bag.element_size",
+)
 
 
 @dataclass(frozen=True)

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from billow.base.errors import InputError
-from billow.geometry.bag_shapes import BagShape, StrapLine
+from billow.geometry.bag_shapes import DOES_NOT_FIT, BagShape, StrapLine
 from billow.geometry.disc_mesh import CLEARANCE, Hole, hole_polygon, mesh_disc, rim_count
 from billow.geometry.surface import Surface
 
@@ -96,22 +95,19 @@ def _wrap(angle):
 
 
 def _require_fit(radius, element_size, mouth_radius, vent_count, vent_half, vent_radius, strap_count, stitch_radius):
-    def refuse(what, key, why, remedy):
-        raise InputError("E-GEO-010", what, where=f"bag.{key}", why=why, remedy=remedy)
-
     if mouth_radius >= 0.5 * radius:
-        refuse(
-            "the inflator mouth is larger than half the panel",
-            "mouth_radius",
-            f"{mouth_radius} m against a panel radius of {radius} m",
-            "reduce bag.mouth_radius",
+        raise DOES_NOT_FIT(
+            part="the inflator mouth",
+            key="mouth_radius",
+            why=f"its radius, {mouth_radius} m, is more than half that of the panel, {radius} m",
+            remedy="reduce bag.mouth_radius",
         )
     if strap_count and stitch_radius >= 0.9 * radius:
-        refuse(
-            "the strap stitch line lies outside the front panel",
-            "straps.stitch_radius",
-            f"{stitch_radius} m against a panel radius of {radius} m",
-            "reduce bag.straps.stitch_radius",
+        raise DOES_NOT_FIT(
+            what="the stitch line of the straps lies outside the front panel",
+            key="straps.stitch_radius",
+            why=f"its radius is {stitch_radius} m, that of the panel {radius} m, of which a tenth must stay free",
+            remedy="reduce bag.straps.stitch_radius",
         )
     if vent_count:
         apart = 2.0 * vent_radius * np.sin(np.pi / vent_count) if vent_count > 1 else np.inf
@@ -119,17 +115,17 @@ def _require_fit(radius, element_size, mouth_radius, vent_count, vent_half, vent
         inner = vent_radius - max(reach, vent_half + CLEARANCE * element_size)  # the retainer ring keeps all its nodes
         outer = radius * np.cos(np.pi / rim_count(radius, element_size))  # the rim is a polygon too
         if apart <= 2.0 * reach:
-            refuse(
-                "vents overlap",
-                "vents",
-                f"the centres of {vent_count} vents lie {apart:.3g} m apart, each reaches {reach:.3g} m",
-                "reduce bag.vents.count or bag.vents.diameter, or raise bag.vents.distance",
+            raise DOES_NOT_FIT(
+                what="vents overlap",
+                key="vents",
+                why=f"the centres of {vent_count} vents lie {apart:.3g} m apart, each reaches {reach:.3g} m",
+                remedy="reduce bag.vents.count or bag.vents.diameter, or raise bag.vents.distance",
             )
         if inner <= mouth_radius or vent_radius + reach >= outer:
-            refuse(
-                "a vent does not fit into the rear panel",
-                "vents",
-                f"a vent and the elements around it reach from {inner:.3g} to {vent_radius + reach:.3g} m from the "
+            raise DOES_NOT_FIT(
+                part="a vent",
+                key="vents",
+                why=f"a vent and the elements around it reach from {inner:.3g} to {vent_radius + reach:.3g} m from the "
                 f"axis; the panel from {mouth_radius:.3g} to {outer:.3g} m",
-                "change bag.vents.diameter or bag.vents.distance, or reduce bag.element_size",
+                remedy="change bag.vents.diameter or bag.vents.distance, or reduce bag.element_size",
             )

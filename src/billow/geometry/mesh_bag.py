@@ -19,6 +19,28 @@ from billow.geometry.quads import diagonals, split
 from billow.geometry.reference_check import require_unmirrored
 from billow.geometry.surface import Surface, area_vectors
 
+PARTS_DO_NOT_MATCH = InputError.declare(
+    "E-GEO-032",
+    "the parts of the mesh and those of the case do not match",
+    where="bag.parts",
+    cause="a part of the mesh without a [[bag.parts]] table, or a table without a part",
+    remedy="add a [[bag.parts]] table for every part of the mesh, with its number",
+)
+REFERENCE_DOES_NOT_FIT = InputError.declare(
+    "E-GEO-033",
+    "the reference does not have the cells of the start mesh",
+    where="bag.reference",
+    cause="two meshes made separately, or one of them in another order",
+    remedy="give both meshes the same cells in the same order; their nodes may differ",
+)
+NO_SUCH_NODE = InputError.declare(
+    "E-GEO-034",
+    "the mesh has no node {node}",
+    why="it has {count} nodes, counted from 0",
+    cause="a node counted from 1, or a number from another mesh",
+    remedy="correct it; ParaView shows node numbers as point ids",
+)
+
 AMBIENT = "ambient"
 """Stands for the surroundings where a part names the chamber on one of its sides."""
 
@@ -87,13 +109,7 @@ def require_nodes(nodes: tuple[int, ...] | np.ndarray, node_count: int, where: s
     """Node numbers as an array of int64. Raises InputError E-GEO-034 if there is no such node."""
     wrong = [n for n in np.ravel(nodes).tolist() if not 0 <= n < node_count]
     if wrong:
-        raise InputError(
-            "E-GEO-034",
-            f"the mesh has no node {wrong[0]}",
-            where=where,
-            why=f"it has {node_count} nodes, counted from 0",
-            remedy=f"correct {where}; ParaView shows node numbers as point ids",
-        )
+        raise NO_SUCH_NODE(where=where, node=wrong[0], count=node_count)
     return np.asarray(nodes, dtype=np.int64)
 
 
@@ -103,51 +119,42 @@ def _part_of_cells(mesh: CellMesh, parts: tuple[MeshPart, ...]) -> np.ndarray:
     known = [f"{number} ({name})" for name, number in mesh.part_names.items()] or np.unique(mesh.part).tolist()
     listed = ", ".join(map(str, known[:20])) + (" and more" if len(known) > 20 else "")
 
-    def refuse(what, where, why, remedy):
-        raise InputError("E-GEO-032", what, where=where, why=why, remedy=remedy)
-
     for one, number in zip(parts, numbers, strict=True):
         if number is None or number not in mesh.part:
             what = f"the mesh has no part called {one.name!r}" if number is None else f"the mesh has no part {number}"
-            refuse(what, f"bag.parts, part {one.name}", f"its parts are {listed}", "correct the number of that part")
+            raise PARTS_DO_NOT_MATCH(
+                what=what,
+                where=f"bag.parts, part {one.name}",
+                why=f"its parts are {listed}",
+                remedy="correct the number of that part",
+            )
     for k, number in enumerate(numbers):
         if number in numbers[:k]:
             twice = f"{parts[numbers.index(number)].name} and {parts[k].name}"
-            refuse(
-                f"{twice} are the same part", "bag.parts", f"both have number {number}", "correct one of the numbers"
+            raise PARTS_DO_NOT_MATCH(
+                what=f"{twice} are the same part", why=f"both have number {number}", remedy="correct one of the numbers"
             )
     missing = np.setdiff1d(mesh.part, numbers)
     if len(missing):
-        refuse(
-            f"part {missing[0]} of the mesh is not described",
-            "bag.parts",
-            f"the mesh has parts {listed}; what part {missing[0]} is, is not known",
-            "add a [[bag.parts]] table for every part of the mesh",
+        raise PARTS_DO_NOT_MATCH(
+            what=f"part {missing[0]} of the mesh is not described", why=f"the parts of the mesh are {listed}"
         )
     order = np.argsort(numbers)
     return order[np.searchsorted(np.array(numbers)[order], mesh.part)]
 
 
 def _require_same_cells(start: CellMesh, reference: CellMesh) -> None:
-    same = len(start.cells) == len(reference.cells)
-    if not same or ((start.cells[:, 3] < 0) != (reference.cells[:, 3] < 0)).any():
-        raise InputError(
-            "E-GEO-033",
-            "the reference does not have the cells of the start mesh",
-            where="bag.reference",
-            why=f"the start has {len(start.cells)} cells, the reference {len(reference.cells)}"
-            if not same
-            else "a triangle of one is a quad of the other",
-            remedy="give both meshes the same cells in the same order; their nodes may differ",
-        )
+    cells, others = len(start.cells), len(reference.cells)
+    if cells != others:
+        raise REFERENCE_DOES_NOT_FIT(why=f"the start has {cells} cells, the reference {others}")
+    if ((start.cells[:, 3] < 0) != (reference.cells[:, 3] < 0)).any():
+        raise REFERENCE_DOES_NOT_FIT(why="a triangle of one is a quad of the other")
     if not np.array_equal(start.part, reference.part):
         cell = int(np.argmax(start.part != reference.part))
-        raise InputError(
-            "E-GEO-033",
-            f"cell {cell} is of part {start.part[cell]} at the start, of part {reference.part[cell]} in the reference",
-            where="bag.reference",
-            why="cells belong together by their order, so one of the files is in another order",
-            remedy="give both meshes the same cells in the same order",
+        here, there = start.part[cell], reference.part[cell]
+        raise REFERENCE_DOES_NOT_FIT(
+            what=f"cell {cell} belongs to part {here} at the start, to part {there} in the reference",
+            why="cells are matched by their order, so one of the files is in another order",
         )
 
 

@@ -23,6 +23,21 @@ TRIANGLE, QUAD = 5, 9
 
 SUFFIXES = (".vtkhdf", ".hdf", ".vtk")
 
+UNREADABLE = InputError.declare(
+    "E-GEO-030",
+    "cannot read the mesh file {name!r}",
+    where="{path!r}",
+    cause="a wrong path, another format, or a damaged file",
+    remedy="check the path, and that the file opens in ParaView; save it as .vtkhdf, or as .vtk in ASCII",
+)
+NO_USABLE_MESH = InputError.declare(
+    "E-GEO-031",
+    "{name} holds no usable mesh",
+    where="{path}",
+    cause="other kinds of cells in the file, nodes that do not exist, or a part field of another name",
+    remedy="save the fabric alone, as triangles and quads in one unstructured grid",
+)
+
 
 @dataclass(frozen=True)
 class CellMesh:
@@ -42,15 +57,16 @@ def read_mesh(path: str | Path, part_field: str = "part", frame: int = 0) -> Cel
     """
     path = Path(path)
     if path.suffix.lower() not in SUFFIXES:
-        raise _unreadable(path, f"its name ends in {path.suffix!r}", f"give a file that ends in {', '.join(SUFFIXES)}")
+        why, remedy = f"its name ends in {path.suffix!r}", f"give a file that ends in {', '.join(SUFFIXES)}"
+        raise UNREADABLE(name=path.name, path=str(path), why=why, remedy=remedy)
     try:
         if not path.is_file() or path.stat().st_size > LARGEST_FILE:
-            raise OSError(f"it is no file, or longer than {LARGEST_FILE} bytes")
+            raise OSError(f"it is not a file, or longer than {LARGEST_FILE} bytes")
         read = _read_legacy if path.suffix.lower() == ".vtk" else _read_vtkhdf
         points, offsets, connectivity, types, part, names = read(path, part_field, frame)
     except (OSError, KeyError, ValueError, IndexError, RuntimeError, TypeError, OverflowError) as error:
         why = str(error.args[-1]) if error.args else "it is damaged"
-        raise _unreadable(path, why, "check the path, and that the file opens in ParaView") from None
+        raise UNREADABLE(name=path.name, path=str(path), why=why) from None
     _require_sound(path, points, offsets, connectivity, types, part, part_field)
     cells = np.full((len(types), 4), -1, dtype=np.int64)
     for kind, corners in ((TRIANGLE, 3), (QUAD, 4)):
@@ -131,29 +147,23 @@ def _read_legacy(path: Path, part_field: str, frame: int):
 
 
 def _require_sound(path: Path, points, offsets, connectivity, types, part, part_field) -> None:
-    def refuse(why, remedy):
-        raise InputError("E-GEO-031", f"{path.name} holds no usable mesh", where=str(path), why=why, remedy=remedy)
+    def refuse(why: str, remedy: str | None = None) -> None:
+        raise NO_USABLE_MESH(name=path.name, path=path, why=why, remedy=remedy)
 
-    again = "save the fabric alone, as triangles and quads in one unstructured grid"
     if not len(types):
-        refuse("it has no cells", again)
+        refuse("it has no cells")
     if len(types) > MOST_CELLS:
-        refuse(f"it has {len(types)} cells; at most {MOST_CELLS} are allowed", again)
+        refuse(f"it has {len(types)} cells; at most {MOST_CELLS} are allowed")
     if not np.isin(types, (TRIANGLE, QUAD)).all():
         cell = int(np.argmin(np.isin(types, (TRIANGLE, QUAD))))
-        refuse(f"cell {cell} is neither a triangle nor a quad", again)
+        refuse(f"cell {cell} is neither a triangle nor a quad")
     corners = np.where(types == TRIANGLE, 3, 4)
     if len(offsets) != len(types) + 1 or offsets[0] != 0 or not np.array_equal(np.diff(offsets), corners):
-        refuse("its cells do not have the nodes they should have", again)
+        refuse("its cells do not have the nodes they should have")
     if len(connectivity) < offsets[-1] or connectivity.min() < 0 or connectivity.max() >= len(points):
-        refuse("a cell names a node that does not exist", again)
+        refuse("a cell names a node that does not exist")
     if not np.isfinite(points).all() or np.abs(points).max() > 1e6:
-        refuse("a node lies at no finite place", "correct its coordinates")
+        refuse("the coordinates of a node are not finite, or beyond 1000 km", remedy="correct them")
     if part.shape != types.shape or not np.isfinite(part).all() or (np.abs(part) > 2**31).any() or (part % 1).any():
-        refuse(f"its cell field {part_field!r} is no whole number of a part", "name the right field in bag.part_field")
-
-
-def _unreadable(path: Path, why: str, remedy: str) -> InputError:
-    return InputError(
-        "E-GEO-030", f"cannot read the mesh file {path.name!r}", where=repr(str(path)), why=why, remedy=remedy
-    )
+        why = f"a value of its cell field {part_field!r} is not a whole number"
+        refuse(why, remedy="name the field with the numbers of the parts in bag.part_field")

@@ -12,8 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from billow.base.errors import InputError
-from billow.geometry.bag_shapes import BagShape
+from billow.geometry.bag_shapes import DOES_NOT_FIT, BagShape
 from billow.geometry.chambers import OUTSIDE, Chambers
 from billow.geometry.disc_mesh import Hole
 from billow.geometry.local_thickness import distance_to_lines, doubled, line_depth
@@ -177,39 +176,36 @@ def _hole(vent: PanelVent) -> Hole:
 
 
 def _require_fit(mouth: Ring, vents: tuple[PanelVent, ...], walls: np.ndarray, width: float, size: float) -> None:
-    def refuse(what, key, why, remedy):
-        raise InputError("E-GEO-010", what, where=f"bag.{key}", why=why, remedy=remedy)
-
     def room(x, y):
         return min(float(np.abs(walls - x).min()), 0.5 * width - abs(y))
 
     need = mouth.radius + MARGIN * size
     if room(mouth.x, mouth.y) < need:
-        refuse(
-            "the inflator mouth does not fit into its chamber",
-            "mouth_radius",
-            f"it needs {need:.3g} m from its centre to the nearest seam and has {room(mouth.x, mouth.y):.3g} m",
-            "reduce bag.mouth_radius or bag.element_size, or make the bag larger",
+        raise DOES_NOT_FIT(
+            what="the inflator mouth does not fit into its chamber",
+            key="mouth_radius",
+            why=f"it needs {need:.3g} m from its centre to the nearest seam and has {room(mouth.x, mouth.y):.3g} m",
+            remedy="reduce bag.mouth_radius or bag.element_size, or make the bag larger",
         )
     for k, vent in enumerate(vents):
         inside = walls[0] < vent.x < walls[-1] and abs(vent.y) < 0.5 * width
         need = vent.radius + MARGIN * size
         if not inside or room(vent.x, vent.y) < need:
-            refuse(
-                f"vent {k + 1} does not fit into its panel",
-                "vents",
-                f"at ({vent.x:.3g}, {vent.y:.3g}) m it needs {need:.3g} m to the nearest seam and has "
+            raise DOES_NOT_FIT(
+                part=f"vent {k + 1}",
+                key="vents",
+                why=f"at ({vent.x:.3g}, {vent.y:.3g}) m it needs {need:.3g} m to the nearest seam and has "
                 f"{max(0.0, room(vent.x, vent.y)) if inside else 0.0:.3g} m",
-                "reduce bag.vents.diameter or bag.element_size, or move the vent",
+                remedy="reduce bag.vents.diameter or bag.element_size, or move the vent",
             )
         others = [(o.x, o.y, o.radius, "another vent") for o in vents[:k] if o.panel == vent.panel]
         others += [(mouth.x, mouth.y, mouth.radius, "the mouth")] if vent.panel == REAR else []
         for x, y, radius, name in others:
             apart = float(np.hypot(vent.x - x, vent.y - y))
             if apart < vent.radius + radius + MARGIN * size:
-                refuse(
-                    f"vent {k + 1} overlaps {name}",
-                    "vents",
-                    f"their centres lie {apart:.3g} m apart and need {vent.radius + radius + MARGIN * size:.3g} m",
-                    "reduce bag.vents.diameter or bag.element_size, or move the vent",
+                raise DOES_NOT_FIT(
+                    what=f"vent {k + 1} overlaps {name}",
+                    key="vents",
+                    why=f"their centres lie {apart:.3g} m apart and need {vent.radius + radius + MARGIN * size:.3g} m",
+                    remedy="reduce bag.vents.diameter or bag.element_size, or move the vent",
                 )

@@ -10,6 +10,21 @@ from billow.base.errors import InputError
 from billow.geometry.bag_shapes import BagShape
 from billow.geometry.surface import Surface
 
+PARTLY_MIRRORED = InputError.declare(
+    "E-GEO-036",
+    "{percent:.3g} % of part {part} is mirrored in the flat cut ({count} triangles)",
+    why="fabric that is folded over itself cannot be cut, and its warp would be mirrored there",
+    cause="start and reference list the corners of a triangle in different orders, or a flat piece overlaps itself",
+    remedy="check that start and reference list the same triangles with the same order of corners",
+)
+MIRRORED = InputError.declare(
+    "E-GEO-037",
+    "panel {part} is mirrored: its flat cut is drawn as seen from {drawn}",
+    where="bag.parts, part {part}",
+    why="it is said to be seen from {said}, and its warp runs at an angle, which would count the wrong way",
+    remedy='mirror its flat cut, or write seen_from = "{drawn}" and count the angle in the drawing',
+)
+
 NOTICED = 0.02
 """Edges that differ by more than this from their cut length count as stretched or compressed."""
 
@@ -99,23 +114,12 @@ def require_unmirrored(shape: BagShape, warp_angles: dict[str, float]) -> None:
         inside = signed[mine].sum() < 0.0
         odd = mine[(signed[mine] < 0.0) != inside]
         if len(odd):
-            raise InputError(
-                "E-GEO-036",
-                f"{100 * len(odd) / len(mine):.3g} % of part {name} is mirrored in the flat cut ({len(odd)} triangles)",
-                where=place(surface, shape.positions, int(odd[0])),
-                why="a piece of fabric that is folded over itself cannot be cut, and its warp would be mirrored there",
-                remedy="check that start and reference list the same triangles with the same order of corners",
-            )
+            where = place(surface, shape.positions, int(odd[0]))
+            raise PARTLY_MIRRORED(where=where, percent=100 * len(odd) / len(mine), part=name, count=len(odd))
         slant = abs(np.sin(2.0 * warp_angles.get(name, 0.0))) > 1e-9
         if slant and inside != (name in shape.seen_from_inside):
             drawn, said = ("inside", "outside") if inside else ("outside", "inside")
-            raise InputError(
-                "E-GEO-037",
-                f"panel {name} is mirrored: its flat cut is drawn as seen from {drawn}",
-                where=f"bag.parts, part {name}",
-                why=f"it is said to be seen from {said}, and its warp runs aslant: the angle would count the wrong way",
-                remedy=f'mirror its flat cut, or write seen_from = "{drawn}" and count the angle in the drawing',
-            )
+            raise MIRRORED(part=name, drawn=drawn, said=said)
 
 
 def _edges(corners: np.ndarray) -> np.ndarray:

@@ -16,6 +16,27 @@ from billow.base.errors import InputError
 from billow.geometry.chambers import Chambers
 from billow.geometry.triangle import double_area_vector
 
+NOT_CLOSED = InputError.declare(
+    "E-GEO-001",
+    "the bag is not closed: {free} free edges, {crowded} edges shared by more than two triangles",
+    why="gas would escape through the gap; every edge of a chamber must join exactly two of its triangles",
+    cause="a seam whose nodes are not merged, a hole, or a wall that divides the bag",
+    remedy="merge the nodes along the seam, close the hole with a vent, mouth or opening, or correct which chambers "
+    "lie behind and ahead of that part",
+)
+MIXED_ORIENTATION = InputError.declare(
+    "E-GEO-002",
+    "neighbouring triangles are oriented in opposite senses",
+    why="inside and outside cannot be told apart, so pressure would push both ways",
+    remedy="reverse the node order of the flipped triangles",
+)
+NORMALS_POINT_INWARDS = InputError.declare(
+    "E-GEO-003",
+    "all normals point inwards (the enclosed volume is negative)",
+    why="pressure would crush the bag instead of inflating it",
+    remedy="reverse the node order of every triangle",
+)
+
 PART_KINDS = ("fabric", "mouth", "vent", "opening")
 """What a triangle is: fabric, the inflator's mouth, a vent hole, or an opening between two chambers."""
 
@@ -123,13 +144,7 @@ def check_closed(surface: Surface, positions: np.ndarray, where: str) -> None:
         place = where if surface.chambers.count == 1 else f"{where}, chamber {name}"
         _check_edges(surface, chamber, positions, place)
         if surface.chambers.volumes(surface.triangles, positions)[chamber] < 0.0:
-            raise InputError(
-                "E-GEO-003",
-                "all normals point inwards (the enclosed volume is negative)",
-                where=place,
-                why="pressure would crush the bag instead of inflating it",
-                remedy="reverse the node order of every triangle",
-            )
+            raise NORMALS_POINT_INWARDS(where=place)
 
 
 def _check_edges(surface: Surface, chamber: int, positions: np.ndarray, where: str) -> None:
@@ -145,22 +160,9 @@ def _check_edges(surface: Surface, chamber: int, positions: np.ndarray, where: s
     nodes = len(positions)
     _, first, count = np.unique(undirected[:, 0] * nodes + undirected[:, 1], return_index=True, return_counts=True)
     if (count != 2).any():
-        raise InputError(
-            "E-GEO-001",
-            f"the bag is not closed: {int((count == 1).sum())} free edges, "
-            f"{int((count > 2).sum())} edges shared by more than two triangles",
-            where=place(first[np.argmax(count != 2)]),
-            why="gas would escape through the gap; every edge of a chamber must join exactly two of its triangles",
-            remedy="merge the nodes along the seam, close the hole with a vent, mouth or opening, or correct which "
-            "chambers lie behind and ahead of that part",
-        )
+        where = place(first[np.argmax(count != 2)])
+        raise NOT_CLOSED(where=where, free=int((count == 1).sum()), crowded=int((count > 2).sum()))
     directed = edges[:, 0] * nodes + edges[:, 1]
     _, first, count = np.unique(directed, return_index=True, return_counts=True)
     if (count > 1).any():
-        raise InputError(
-            "E-GEO-002",
-            "neighbouring triangles are oriented in opposite senses",
-            where=place(first[np.argmax(count > 1)]),
-            why="inside and outside cannot be told apart, so pressure would push both ways",
-            remedy="reverse the node order of the flipped triangles",
-        )
+        raise MIXED_ORIENTATION(where=place(first[np.argmax(count > 1)]))

@@ -20,6 +20,23 @@ from scipy.signal import filtfilt
 from billow.base.errors import InputError
 from billow.injury.curve import sample_interval
 
+UNKNOWN_CLASS = InputError.declare(
+    "E-INJ-002",
+    "there is no channel frequency class {channel_class!r}",
+    where="channel filter",
+    why="SAE J211 defines the classes {known}",
+    cause="a cut-off frequency in hertz instead of a class",
+    remedy="choose one of them: 1000 for heads, 600 for forces of the neck, 180 for the chest",
+)
+SAMPLED_TOO_SLOWLY = InputError.declare(
+    "E-INJ-003",
+    "{rate:.4g} samples per second are too few for CFC {channel_class}",
+    where="channel filter",
+    why="the class needs at least {needed} per second (ISO 6487)",
+    cause="a long run, or few histories per frame",
+    remedy="raise run.histories_per_frame and run again, or choose a lower class",
+)
+
 CLASSES = (60, 180, 600, 1000)
 SAMPLES_PER_CLASS = 10
 """Lowest sample rate over class (ISO 6487): 10 kHz for CFC 1000. At that rate the bilinear transform puts the -3 dB
@@ -40,20 +57,10 @@ def channel_filter(times: np.ndarray, curve: np.ndarray, channel_class: int) -> 
     """
     interval = sample_interval(times, curve)
     if channel_class not in CLASSES:
-        raise InputError(
-            "E-INJ-002",
-            f"there is no channel frequency class {channel_class!r}",
-            where="channel filter",
-            why="SAE J211 knows the classes " + ", ".join(map(str, CLASSES)),
-            remedy="choose one of them: 1000 for heads, 600 for forces of the neck, 180 for the chest",
-        )
+        raise UNKNOWN_CLASS(channel_class=channel_class, known=", ".join(map(str, CLASSES)))
     if interval * SAMPLES_PER_CLASS * channel_class > 1.0 + 1e-6:
-        raise InputError(
-            "E-INJ-003",
-            f"{1.0 / interval:.4g} samples per second are too few for CFC {channel_class}",
-            where="channel filter",
-            why=f"the class needs at least {SAMPLES_PER_CLASS * channel_class} per second (ISO 6487)",
-            remedy="raise run.histories_per_frame and run again, or choose a lower class",
+        raise SAMPLED_TOO_SLOWLY(
+            rate=1.0 / interval, channel_class=channel_class, needed=SAMPLES_PER_CLASS * channel_class
         )
     forward, backward = coefficients(channel_class, interval)
     padding = min(len(times) - 1, math.ceil(PADDING / (2.0775 * channel_class * interval)))

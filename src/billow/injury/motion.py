@@ -11,6 +11,14 @@ from billow.injury.criteria import HeadInjury, clip, head_injury
 from billow.injury.curve import sample_interval
 from billow.injury.filters import channel_filter
 
+NO_FREE_OBSTACLE = InputError.declare(
+    "E-INJ-005",
+    "the run has no free obstacle",
+    where="{folder}",
+    why="a locked obstacle has no acceleration",
+    remedy="set obstacles.impactor.locked to false, or obstacles of another name, and run again",
+)
+
 HEAD_CLASS = 1000
 """Channel frequency class of head acceleration (SAE J211-1)."""
 
@@ -76,13 +84,7 @@ def assess_run(result) -> dict[str, Injury]:
     histories = result.histories
     bodies = free_bodies(histories)
     if not bodies:
-        raise InputError(
-            "E-INJ-005",
-            "the run has no free obstacle",
-            where=str(result.folder),
-            why="a locked obstacle has no acceleration",
-            remedy="set obstacles.impactor.locked to false, or obstacles of another name, and run again",
-        )
+        raise NO_FREE_OBSTACLE(folder=result.folder)
     return {name: assess(histories["time [s]"], body_velocity(histories, name)) for name in bodies}
 
 

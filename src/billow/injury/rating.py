@@ -22,6 +22,15 @@ from billow.base.compiled import kernel
 from billow.base.errors import InputError
 from billow.injury.curve import sample_interval
 
+UNUSABLE_REFERENCE = InputError.declare(
+    "E-INJ-004",
+    "the reference curve is too short or constant",
+    where="ISO/TS 18571 rating",
+    why="it lasts {duration:.3g} s and varies by {variation:.3g}",
+    cause="an obstacle that was never touched",
+    remedy="rate a curve that changes, over at least 2 ms",
+)
+
 INTERVAL = 1e-4
 """[s] between samples, as the standard demands."""
 
@@ -67,13 +76,7 @@ def rate(times: np.ndarray, curve: np.ndarray, reference: np.ndarray) -> Rating:
     sample_interval(times, reference)
     samples = round((times[-1] - times[0]) / INTERVAL) + 1
     if samples <= 2 * SLOPE_WINDOW or np.ptp(reference) == 0.0:
-        raise InputError(
-            "E-INJ-004",
-            "the reference says nothing to compare with",
-            where="ISO/TS 18571 rating",
-            why=f"it lasts {times[-1] - times[0]:.3g} s and varies by {np.ptp(reference):.3g}",
-            remedy="rate a curve that changes, over at least 2 ms",
-        )
+        raise UNUSABLE_REFERENCE(duration=times[-1] - times[0], variation=np.ptp(reference))
     grid = times[0] + INTERVAL * np.arange(samples)
     curve, reference = np.interp(grid, times, curve), np.interp(grid, times, reference)
     shift = _best_shift(curve, reference)

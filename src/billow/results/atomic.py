@@ -13,6 +13,14 @@ from pathlib import Path
 
 from billow.base.errors import InputError
 
+FOLDER_EXISTS = InputError.declare(
+    "E-RES-009",
+    "the result folder exists already",
+    where="{folder}",
+    why="a published result is never overwritten",
+    remedy="choose another folder, with --out at the command line, or delete this one",
+)
+
 
 def sync_folder(folder: Path) -> None:
     """Make names in `folder` survive a power cut."""
@@ -67,11 +75,5 @@ def publish_folder(partial: str | Path, final: str | Path) -> None:
     except OSError as error:
         if not final.exists():
             raise
-        raise InputError(
-            "E-RES-009",
-            "the result folder exists already",
-            where=str(final),
-            why="a published result is never overwritten",
-            remedy="choose another folder, or delete this one",
-        ) from error
+        raise FOLDER_EXISTS(folder=final) from error
     sync_folder(final.parent)

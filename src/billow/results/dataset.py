@@ -13,6 +13,7 @@ import numpy as np
 from billow.base import quality
 from billow.base.errors import BillowError, InputError, IntegrityError
 from billow.results.dataset_files import (
+    NO_COMPLETED_RUN,
     DatasetRecord,
     Parameter,
     mesh_sha256,
@@ -23,6 +24,28 @@ from billow.results.dataset_files import (
 )
 from billow.results.result import Result
 from billow.results.run_file import read_run_file
+
+OTHER_MESH_OR_TIMES = IntegrityError.declare(
+    "E-RES-012",
+    "run {run} does not fit its dataset",
+    where="{folder}",
+    cause="a parameter that changes the mesh or the recorded times was varied",
+    remedy="vary only parameters that keep the mesh and the recorded times; use one dataset for each mesh",
+)
+NO_SUCH_FIELD = InputError.declare(
+    "E-RES-013",
+    "there is no field {field!r}",
+    where="{folder}",
+    why="a dataset offers {known}",
+    remedy='ask for "displacement" or "contact_force"',
+)
+NO_SUCH_RUN = InputError.declare(
+    "E-RES-014",
+    "run {run!r} is not available",
+    where="{folder}",
+    cause="it failed, has not been made yet, or does not belong to the dataset",
+    remedy="use runs listed in Dataset.train and Dataset.test",
+)
 
 SNAPSHOT_FIELDS = ("displacement", "contact_force")
 
@@ -77,12 +100,9 @@ class Dataset:
     def _mesh(self) -> tuple[np.ndarray, np.ndarray]:
         run = next(iter(self._records), None)
         if run is None:
-            raise InputError(
-                "E-RES-010",
-                "the dataset has no completed run",
-                where=str(self.folder),
+            raise NO_COMPLETED_RUN(
+                folder=self.folder,
                 why=f"{len(self.missing)} runs are missing; the first: {next(iter(self.missing.values()), 'no run')}",
-                remedy="make its runs first: billow study STUDY.toml --out FOLDER",
             )
         result = self._checked(run)
         return result.reference, result.triangles
@@ -143,13 +163,7 @@ class Dataset:
         or other times than the dataset.
         """
         if field not in SNAPSHOT_FIELDS:
-            raise InputError(
-                "E-RES-013",
-                f"there is no field {field!r}",
-                where=str(self.folder),
-                why=f"a dataset offers {' and '.join(SNAPSHOT_FIELDS)}",
-                remedy=f"ask for {SNAPSHOT_FIELDS[0]!r}",
-            )
+            raise NO_SUCH_FIELD(field=field, folder=self.folder, known=" and ".join(SNAPSHOT_FIELDS))
         snapshots = np.empty((len(runs), len(self.times), len(self.reference), 3), dtype=np.float32)
         for row, run in enumerate(runs):
             snapshots[row] = self._checked(run).fabric.point_data(field)[-len(self.times) :]
@@ -199,13 +213,7 @@ class Dataset:
 
     def _known(self, run: str) -> str:
         if run not in self._records:
-            raise InputError(
-                "E-RES-014",
-                f"run {run!r} is not available",
-                where=str(self.folder),
-                why=self.missing.get(run, "the dataset has no such run"),
-                remedy="use runs listed in Dataset.train and Dataset.test",
-            )
+            raise NO_SUCH_RUN(run=run, folder=self.folder, why=self.missing.get(run, "the dataset has no such run"))
         return run
 
     def _checked(self, run: str) -> Result:
@@ -223,13 +231,7 @@ def check_alike(shared: DatasetRecord, run: str, result: Result) -> None:
         difference = f"it recorded {len(result.times)} times up to {result.times[-1:]} s, not those in dataset.toml"
     else:
         return
-    raise IntegrityError(
-        "E-RES-012",
-        f"run {run} does not fit its dataset",
-        where=str(result.folder),
-        why=difference,
-        remedy="vary only parameters that keep the mesh and the recorded times; use one dataset for each mesh",
-    )
+    raise OTHER_MESH_OR_TIMES(run=run, folder=result.folder, why=difference)
 
 
 def _reason(failure: Path) -> str:

@@ -25,6 +25,21 @@ import tomli_w
 from billow.base.errors import InputError, IntegrityError, shown
 from billow.results.atomic import write_atomically
 
+NO_COMPLETED_RUN = InputError.declare(
+    "E-RES-010",
+    "the dataset has no completed run",
+    where="{folder}",
+    cause="the study has not been run, or all its runs failed",
+    remedy="make its runs first: billow study STUDY.toml --out FOLDER",
+)
+DATASET_FILE_DAMAGED = IntegrityError.declare(
+    "E-RES-011",
+    "a file of the dataset cannot be read",
+    where="{path}",
+    cause="an edit by hand, or a copy that was cut short",
+    remedy="restore the file, or make the study again in a new folder: billow study STUDY.toml --out FOLDER",
+)
+
 FORMAT = 1
 _RUN = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,60}")
 DATASET_FILE, DESIGN_FILE, SPLIT_FILE = "dataset.toml", "design.csv", "split.toml"
@@ -82,13 +97,7 @@ def read_dataset_file(folder: str | Path) -> DatasetRecord:
     """Content of `folder`/dataset.toml. InputError E-RES-010 if there is none, IntegrityError E-RES-011 if damaged."""
     path = Path(folder, DATASET_FILE)
     if not path.is_file():
-        raise InputError(
-            "E-RES-010",
-            "the folder holds no dataset with a completed run",
-            where=str(folder),
-            why=f"{DATASET_FILE}, written when the first run is in, is missing",
-            remedy="make its runs first: billow study STUDY.toml --out FOLDER",
-        )
+        raise NO_COMPLETED_RUN(folder=folder, why=f"{DATASET_FILE}, written when the first run is in, is missing")
     try:
         content = tomllib.loads(path.read_text(encoding="utf-8"))
         if content["format"] != FORMAT:
@@ -102,7 +111,7 @@ def read_dataset_file(folder: str | Path) -> DatasetRecord:
             parameters=tuple(map(parameter_of, _list(content["parameters"]))),
         )
     except (OSError, ValueError, TypeError, KeyError, RecursionError) as error:
-        raise _damaged(path, error) from error
+        raise DATASET_FILE_DAMAGED(path=path, why=error) from error
 
 
 def parameter_of(entry: Mapping[str, object]) -> Parameter:
@@ -159,7 +168,7 @@ def read_design(folder: str | Path, parameters: Sequence[Parameter]) -> dict[str
                 raise ValueError(f"{run!r} cannot be the name of a run, because runs have folders of their name")
         return design
     except (OSError, ValueError, csv.Error) as error:
-        raise _damaged(path, error) from error
+        raise DATASET_FILE_DAMAGED(path=path, why=error) from error
 
 
 def _columns(parameters: Sequence[Parameter]) -> list[str]:
@@ -181,15 +190,4 @@ def read_split(folder: str | Path) -> tuple[tuple[str, ...], tuple[str, ...]]:
             raise ValueError(f"runs used both to train and to test: {sorted(set(train) & set(test))}")
         return train, test
     except (OSError, ValueError, TypeError, KeyError, RecursionError) as error:
-        raise _damaged(path, error) from error
-
-
-def _damaged(path: Path, error: Exception) -> IntegrityError:
-    missing = "a key is missing: " if isinstance(error, KeyError) else ""
-    return IntegrityError(
-        "E-RES-011",
-        "a file of the dataset cannot be read",
-        where=str(path),
-        why=f"{missing}{error}",
-        remedy="restore the file, or make the study again in a new folder: billow study STUDY.toml --out FOLDER",
-    )
+        raise DATASET_FILE_DAMAGED(path=path, why=error) from error

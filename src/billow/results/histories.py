@@ -24,6 +24,14 @@ import numpy as np
 from billow.base.errors import IntegrityError
 from billow.results.atomic import write_atomically
 
+UNREADABLE_HISTORIES = IntegrityError.declare(
+    "E-RES-008",
+    "histories cannot be read",
+    where="{path}",
+    cause="an edit by hand or with a spreadsheet",
+    remedy="run the case again: billow run CASE.toml --out RUN",
+)
+
 TIME = "time [s]"
 _HEADER = re.compile(r"[^\[\]]*\S \[[^\[\]]+\]")
 _AXES = {3: "xyz", 4: "wxyz"}
@@ -150,11 +158,5 @@ def read_histories(path: str | Path) -> History:
         if header[0] != TIME or len(set(header)) != len(header):
             raise ValueError(f"header {header}")
     except (OSError, ValueError, IndexError) as error:
-        raise IntegrityError(
-            "E-RES-008",
-            "histories cannot be read",
-            where=str(path),
-            why=str(error),
-            remedy="run the case again: billow run CASE.toml --out RUN",
-        ) from error
+        raise UNREADABLE_HISTORIES(path=path, why=error) from error
     return History({name: values[:, column] for column, name in enumerate(header)})

@@ -22,6 +22,14 @@ from safetensors.numpy import save as to_bytes
 from billow.base.errors import IntegrityError
 from billow.results.histories import History
 
+DAMAGED_JOURNAL = IntegrityError.declare(
+    "E-RES-030",
+    "the journal of a run is damaged",
+    where="{path}",
+    cause="a disk that was full or failed during the run",
+    remedy="run the case again from the start: billow run CASE.toml --out RUN",
+)
+
 _HEAD = 1 + 8 + 32
 
 
@@ -86,7 +94,7 @@ def frames(path: str | Path) -> Iterator[dict[str, np.ndarray]]:
             try:
                 yield from_bytes(payload)
             except SafetensorError as error:
-                raise _damaged(Path(path), f"a frame cannot be read ({error})") from error
+                raise DAMAGED_JOURNAL(path=path, why=f"a frame cannot be read ({error})") from error
 
 
 def pieces(path: str | Path) -> Iterator[tuple[bytes, bytes]]:
@@ -97,10 +105,10 @@ def pieces(path: str | Path) -> Iterator[tuple[bytes, bytes]]:
         while head := file.read(_HEAD):
             length = int.from_bytes(head[1:9], "little")
             if len(head) < _HEAD or length > size - file.tell():
-                raise _damaged(path, f"it ends in the middle of a piece, at byte {size}")
+                raise DAMAGED_JOURNAL(path=path, why=f"it ends in the middle of a piece, at byte {size}")
             payload = file.read(length)
             if hashlib.sha256(payload).digest() != head[9:]:
-                raise _damaged(path, f"a piece before byte {file.tell()} does not match its checksum")
+                raise DAMAGED_JOURNAL(path=path, why=f"a piece before byte {file.tell()} does not match its checksum")
             yield head[:1], payload
 
 
@@ -112,18 +120,7 @@ def _require_pieces(path: Path, offset: int) -> None:
             if found >= offset:
                 break
     except OSError as error:
-        raise _damaged(path, error.strerror or str(error)) from error
+        raise DAMAGED_JOURNAL(path=path, why=error) from error
     if found != offset:
-        raise _damaged(
-            path, f"the checkpoint counts on a piece that ends at byte {offset}; the nearest ends at {found}"
-        )
-
-
-def _damaged(path: Path, why: str) -> IntegrityError:
-    return IntegrityError(
-        "E-RES-030",
-        "the journal of a run is damaged",
-        where=str(path),
-        why=why,
-        remedy="run the case again from the start: billow run CASE.toml --out RUN",
-    )
+        why = f"the checkpoint needs a piece that ends at byte {offset}; the nearest ends at {found}"
+        raise DAMAGED_JOURNAL(path=path, why=why)

@@ -10,11 +10,19 @@ import numpy as np
 
 from billow.base.errors import IntegrityError
 from billow.results.histories import Curves, History, read_histories
-from billow.results.run_file import read_run_file
+from billow.results.run_file import COPY_AGAIN, read_run_file
 from billow.results.vtkhdf import FabricFile
 
 SINGLE_CHAMBER = "bag"
 """Name of the only chamber of a bag that has no others."""
+
+UNREADABLE_CASE = IntegrityError.declare(
+    "E-RES-015",
+    "the case of a run cannot be read",
+    where="{path}",
+    cause="the run folder was written by another program, or case.toml was changed",
+    remedy=COPY_AGAIN,
+)
 
 
 class Result:
@@ -123,10 +131,4 @@ class Result:
         try:
             return tomllib.loads(path.read_text(encoding="utf-8"))
         except (OSError, ValueError, RecursionError) as error:
-            raise IntegrityError(
-                "E-RES-015",
-                "the case of a run cannot be read",
-                where=str(path),
-                why=str(error),
-                remedy="copy the folder again from its source, or run the case again: billow run CASE.toml --out RUN",
-            ) from error
+            raise UNREADABLE_CASE(path=path, why=error) from error

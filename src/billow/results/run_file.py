@@ -17,6 +17,56 @@ import numpy as np
 from billow.base.errors import InputError, IntegrityError, shown
 from billow.results.atomic import write_atomically
 
+COPY_AGAIN = "copy the folder again from its source, or run the case again: billow run CASE.toml --out RUN"
+"""What helps against a damaged run."""
+
+NO_SUCH_RUN = InputError.declare(
+    "E-RES-001",
+    "there is no such run",
+    where="{folder}",
+    why="the folder does not exist",
+    remedy="give the folder that `billow run` wrote",
+)
+NOT_A_FINISHED_RUN = IntegrityError.declare(
+    "E-RES-002",
+    "the folder holds no finished run",
+    where="{folder}",
+    why="run.json, written when a run ends, is missing",
+    cause="it is another folder, or the .partial folder of a run that was interrupted",
+    remedy="give the folder of a finished run; continue an interrupted one: billow resume RUN",
+)
+RUN_FILE_DAMAGED = IntegrityError.declare(
+    "E-RES-003",
+    "run.json is damaged",
+    where="{path}",
+    cause="a copy that was cut short, or an edit by hand",
+    remedy=COPY_AGAIN,
+)
+FILE_CHANGED = IntegrityError.declare(
+    "E-RES-004",
+    "a file of the run was changed after the run ended",
+    where="{path}",
+    why="its SHA-256 begins {measured}, run.json says {expected}",
+    cause="a copy that was cut short, a bad disk, or an edit by hand",
+    remedy=COPY_AGAIN,
+)
+FILE_MISSING = IntegrityError.declare(
+    "E-RES-005",
+    "a file of the run is missing",
+    where="{path}",
+    why="run.json lists it",
+    cause="it was deleted, or not copied",
+    remedy=COPY_AGAIN,
+)
+UNKNOWN_FORMAT = IntegrityError.declare(
+    "E-RES-006",
+    "run format {format} is not known",
+    where="{path}",
+    why="this version of Billow reads format {known}",
+    cause="the run was made with a newer version of Billow",
+    remedy="use the version of Billow that the file names as billow_version",
+)
+
 FORMAT = 1
 RUN_FILE = "run.json"
 STATUSES = ("completed", "stopped", "interrupted")
@@ -74,46 +124,27 @@ def read_run_file(folder: str | Path, verify: bool = True) -> dict:
     folder = Path(folder)
     path = folder / RUN_FILE
     if not folder.is_dir():
-        raise InputError(
-            "E-RES-001",
-            "there is no such run",
-            where=str(folder),
-            why="the folder does not exist",
-            remedy="give the folder that `billow run` wrote",
-        )
+        raise NO_SUCH_RUN(folder=folder)
     if not path.is_file():
-        raise IntegrityError(
-            "E-RES-002",
-            "the folder holds no finished run",
-            where=str(folder),
-            why="run.json, written when a run ends, is missing",
-            remedy="give the folder of a finished run, or run the case again: billow run CASE.toml --out RUN",
-        )
+        raise NOT_A_FINISHED_RUN(folder=folder)
     try:
         record = json.loads(path.read_bytes())
         intact = record["record_sha256"] == _record_sha256(record)
     except (ValueError, TypeError, KeyError, RecursionError):
         intact = False
     if not intact:
-        raise _damaged("E-RES-003", path, "its contents do not match the checksum it carries")
+        raise RUN_FILE_DAMAGED(path=path, why="its contents do not match the checksum it carries")
     if record.get("format") != FORMAT:
-        raise IntegrityError(
-            "E-RES-006",
-            f"run format {shown(record.get('format'))} is not known",
-            where=str(path),
-            why=f"this version of Billow reads format {FORMAT}",
-            remedy="use the version of Billow that the file names as billow_version",
-        )
+        raise UNKNOWN_FORMAT(format=shown(record.get("format")), path=path, known=FORMAT)
     if not _is_record(record):
-        raise _damaged("E-RES-003", path, "it does not say what a run's record must say")
+        raise RUN_FILE_DAMAGED(path=path, why="an entry is missing or has the wrong type")
     if verify:
         for name, expected in record["files"].items():
             if not (folder / name).is_file():
-                raise _damaged("E-RES-005", folder / name, "run.json lists this file, and it is missing")
+                raise FILE_MISSING(path=folder / name)
             measured = file_sha256(folder / name)
             if measured != expected:
-                why = f"its SHA-256 begins {measured[:8]}, run.json says {expected[:8]}"
-                raise _damaged("E-RES-004", folder / name, why)
+                raise FILE_CHANGED(path=folder / name, measured=measured[:8], expected=expected[:8])
     return record
 
 
@@ -128,14 +159,4 @@ def _is_record(record: dict) -> bool:
         and set(FILES) <= set(files)
         # Names of files in the folder itself: a record cannot point elsewhere.
         and all(name == Path(name).name and isinstance(sha256, str) for name, sha256 in files.items())
-    )
-
-
-def _damaged(code: str, path: Path, why: str) -> IntegrityError:
-    return IntegrityError(
-        code,
-        "a run is damaged",
-        where=str(path),
-        why=why,
-        remedy="copy the folder again from its source, or run the case again: billow run CASE.toml --out RUN",
     )

@@ -23,6 +23,15 @@ import numpy as np
 
 from billow.base.errors import IntegrityError
 
+UNREADABLE_MESH = IntegrityError.declare(
+    "E-RES-007",
+    "the moving mesh cannot be read",
+    where="{path}",
+    cause="a missing field, or a file that is damaged or is not a fabric.vtkhdf",
+    remedy="check the path and the name of the field; if the file is damaged, run the case again: "
+    "billow run CASE.toml --out RUN",
+)
+
 VERSION = (2, 2)  # the first that allows groups beside /VTKHDF
 _VTK_TRIANGLE = 5
 FRAMES_AT_ONCE = 64
@@ -217,19 +226,10 @@ class _Reading:
         try:
             self.file = h5py.File(self.path, "r")
         except OSError as error:
-            raise self._unreadable(error) from error
+            raise UNREADABLE_MESH(path=self.path, why=error.args[0] if error.args else error) from error
         return self.file
 
     def __exit__(self, kind, error, trace) -> None:
         self.file.close()
         if isinstance(error, KeyError | OSError | ValueError | IndexError):
-            raise self._unreadable(error) from error
-
-    def _unreadable(self, error: Exception) -> IntegrityError:
-        return IntegrityError(
-            "E-RES-007",
-            "the moving mesh cannot be read",
-            where=str(self.path),
-            why=str(error.args[0] if error.args else error),
-            remedy="check the path; if the file is damaged, run the case again: billow run CASE.toml --out RUN",
-        )
+            raise UNREADABLE_MESH(path=self.path, why=error.args[0] if error.args else error) from error

@@ -17,6 +17,14 @@ from pathlib import Path
 from billow.base.errors import InputError
 from billow.results.dataset_files import Parameter
 
+UNUSABLE_DESIGNS = InputError.declare(
+    "E-STU-024",
+    "the table of added designs cannot be used",
+    where="{path}",
+    cause="a misspelt path in added_designs, columns that are not the parameters, or a value outside its range",
+    remedy="write one column for each parameter, headed name [unit], and one row for each run",
+)
+
 
 def added_designs_text(parameters: Sequence[Parameter], rows: Sequence[Sequence[float]]) -> str:
     """The table of design values, (rows, parameters) in each parameter's unit."""
@@ -45,13 +53,7 @@ def read_added_designs(path: str | Path, parameters: Sequence[Parameter]) -> lis
         if len(set(rows)) != len(rows):
             raise ValueError("a design stands in it twice")
     except (OSError, ValueError, csv.Error) as error:
-        raise InputError(
-            "E-STU-024",
-            "the table of added designs cannot be used",
-            where=str(path),
-            why=getattr(error, "strerror", None) or str(error),
-            remedy="write one column for each parameter, headed name [unit], and one row for each run",
-        ) from error
+        raise UNUSABLE_DESIGNS(path=path, why=error) from error
     return rows
 
 

@@ -14,6 +14,43 @@ from billow.base.errors import BillowError, NumericalStop, ResourceError
 from billow.results.run_file import read_run_file
 from billow.study.store import RunStore
 
+DISK_FULL = ResourceError.declare(
+    "E-STU-012",
+    "the disk is full",
+    where="{place}",
+    why="{problem}; nothing partial was kept",
+    cause="results need more room than there is; `billow check` says how much a run needs",
+    remedy="free space, then give the same command again: finished runs are kept",
+)
+ENDED_EARLY = NumericalStop.declare(
+    "E-STU-014",
+    "the run was {status}",
+    where="run {run}",
+    cause="a solver other than Billow's own that does not say why it stopped",
+    remedy="look at its last frames in failed/{run}/fabric.vtkhdf, then narrow the parameter ranges",
+)
+SIMULATION_FAILED = BillowError.declare(
+    "E-STU-016",
+    "the simulation ended with {kind}",
+    where="run {run}, {place}",
+    cause="a mistake in Billow",
+    remedy="make the run by itself, with the values of run {run} in design.csv: billow run CASE.toml --out RUN",
+)
+WORKER_CANNOT_RUN = ResourceError.declare(
+    "E-STU-018",
+    "a worker cannot make runs",
+    where="Dask worker",
+    cause="it does not see the study folder, or has no Billow or another version of it",
+    remedy="install the same version of Billow and its dependencies on every worker",
+)
+CANNOT_WRITE = ResourceError.declare(
+    "E-STU-023",
+    "the study folder cannot be written",
+    where="{path}",
+    cause="no permission, a read-only disk, or a file where a folder was expected",
+    remedy="check path and permissions, or choose another folder with --out",
+)
+
 Runner = Callable[..., Any]
 """`runner(case, folder, *, threads)`: simulates and publishes a run folder, as `billow.run.simulate.simulate` does."""
 
@@ -52,7 +89,13 @@ def attempt_run(folder: str, task: Task, runner: Runner | None = None) -> Outcom
     """
     store = RunStore(folder)
     if not (store.folder / "study.toml").is_file():
-        return Outcome(task.run, "failed", error=_not_visible(store.folder))
+        error = WORKER_CANNOT_RUN(
+            what="a worker cannot see the study folder",
+            where=store.folder,
+            why="there is no study.toml at that path on the worker's machine",
+            remedy="put the study on a file system that all workers share, and give it by its full path",
+        )
+        return Outcome(task.run, "failed", error=error)
     started = time.perf_counter()
     if store.is_published(task.run):
         return Outcome(task.run, "completed")
@@ -88,12 +131,8 @@ def _simulate(store: RunStore, task: Task, place: Path, runner: Runner | None) -
     if record["status"] == "interrupted":
         return "interrupted", None
     store.keep_stopped(task.run, place)
-    return "failed", error or NumericalStop(
-        "E-STU-014",
-        f"the run was {record['status']}",
-        where=f"run {task.run}",
-        why=str(record.get("reason") or "no reason was recorded"),
-        remedy=f"look at its last frames in failed/{task.run}/fabric.vtkhdf, then narrow the parameter ranges",
+    return "failed", error or ENDED_EARLY(
+        status=record["status"], run=task.run, why=record.get("reason") or "no reason was recorded"
     )
 
 
@@ -101,24 +140,12 @@ def out_of_space(problem: OSError, place: Path) -> ResourceError | None:
     """ResourceError E-STU-012 if that is what the operating system complains about, else None."""
     if problem.errno not in (errno.ENOSPC, errno.EDQUOT):
         return None
-    return ResourceError(
-        "E-STU-012",
-        "the disk is full",
-        where=str(place),
-        why=f"{problem.strerror}; nothing partial was kept",
-        remedy="free space, then give the same command again: finished runs are kept",
-    )
+    return DISK_FULL(place=place, problem=problem)
 
 
 def cannot_write(problem: OSError, place: Path) -> ResourceError:
     """E-STU-012 if the disk is full, else E-STU-023: the study folder refuses for another reason."""
-    return out_of_space(problem, place) or ResourceError(
-        "E-STU-023",
-        "the study folder cannot be written",
-        where=str(problem.filename or place),
-        why=problem.strerror or str(problem),
-        remedy="check path and permissions, or choose another folder with --out",
-    )
+    return out_of_space(problem, place) or CANNOT_WRITE(path=problem.filename or place, why=problem)
 
 
 def _unexpected(run: str, problem: Exception) -> BillowError:
@@ -126,20 +153,4 @@ def _unexpected(run: str, problem: Exception) -> BillowError:
     while trace and trace.tb_next:
         trace = trace.tb_next
     place = f"{Path(trace.tb_frame.f_code.co_filename).name}:{trace.tb_lineno}" if trace else "unknown"
-    return BillowError(
-        "E-STU-016",
-        f"the simulation ended with {type(problem).__name__}",
-        where=f"run {run}, {place}",
-        why=str(problem) or "no message",
-        remedy=f"make the run by itself, with the values of run {run} in design.csv: billow run CASE.toml --out RUN",
-    )
-
-
-def _not_visible(folder: Path) -> ResourceError:
-    return ResourceError(
-        "E-STU-018",
-        "a worker cannot see the study folder",
-        where=str(folder),
-        why="there is no study.toml at that path on the worker's machine",
-        remedy="put the study on a file system that all workers share, and give it by its full path",
-    )
+    return SIMULATION_FAILED(kind=type(problem).__name__, run=run, place=place, why=str(problem) or "no message")

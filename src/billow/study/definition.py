@@ -34,6 +34,47 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationErr
 from billow.base.errors import InputError, shown
 from billow.results.dataset_files import Parameter
 
+UNREADABLE = InputError.declare(
+    "E-STU-001",
+    "the study file cannot be read",
+    where="{path}",
+    cause="a misspelt path, or no permission",
+    remedy="check the path; `billow demo` writes an example, study.toml",
+)
+NOT_TOML = InputError.declare(
+    "E-STU-002",
+    "the study file is not valid TOML",
+    where="{path}",
+    cause="a missing quote or bracket, or a file of another kind",
+    remedy='write texts in quotes and numbers without, such as title = "Driver bag", train = 48',
+)
+UNKNOWN_KEY = InputError.declare(
+    "E-STU-003",
+    "{key!r} is not a known key",
+    why="known here are {known}",
+    cause="a misspelt key",
+    remedy="remove it, or correct its spelling",
+)
+UNUSABLE_VALUE = InputError.declare(
+    "E-STU-004",
+    "{name} = {value} cannot be used",
+    cause="a range that is empty, a name given twice, or a value of another kind",
+    remedy="correct the value; `billow demo` writes an example, study.toml",
+)
+MISSING_KEY = InputError.declare(
+    "E-STU-005",
+    "the key {key!r} is missing",
+    why="it has no default",
+    remedy="add {key} = ...; `billow demo` writes an example, study.toml",
+)
+NO_CASE = InputError.declare(
+    "E-STU-006",
+    "the case file {case} does not exist",
+    where="{path}: case",
+    why="it was looked for at {place}",
+    remedy="give its path relative to the study file",
+)
+
 _STRICT = ConfigDict(strict=True, frozen=True, extra="forbid", allow_inf_nan=False)
 LARGEST_FILE = 1_000_000  # bytes; a study file is a few kilobytes
 MOST_RUNS = 10_000
@@ -94,13 +135,7 @@ class StudyDefinition(BaseModel):
         _check_nested(path, definition)
         case = path.parent / definition.case
         if not os.path.isfile(case):  # unlike Path.is_file, no error for a name that is too long
-            raise InputError(
-                "E-STU-006",
-                f"the case file {definition.case} does not exist",
-                where=f"{path}: case",
-                why=f"it was looked for at {case}",
-                remedy="give its path relative to the study file",
-            )
+            raise NO_CASE(case=definition.case, path=path, place=case)
         return definition
 
     @property
@@ -123,33 +158,20 @@ def _read_toml(path: Path) -> dict:
         with open(path, "rb") as file:
             content = file.read(LARGEST_FILE + 1)
     except (OSError, ValueError) as error:  # ValueError: a path that no file can have
-        raise InputError(
-            "E-STU-001",
-            "the study file cannot be read",
-            where=str(path),
-            why=getattr(error, "strerror", None) or str(error),
-            remedy="check the path; `billow demo` writes an example, study.toml",
-        ) from error
+        raise UNREADABLE(path=path, why=error) from error
     try:
         if len(content) > LARGEST_FILE:
             raise ValueError(f"a study file has at most {LARGEST_FILE} bytes")
         return tomllib.loads(content.decode("utf-8"))
     except (ValueError, RecursionError) as error:  # TOML and UTF-8 alike
-        raise InputError(
-            "E-STU-002",
-            "the study file is not valid TOML",
-            where=str(path),
-            why=str(error) if isinstance(error, ValueError) else "it is nested too deeply",
-            remedy='write texts in quotes and numbers without, such as title = "Driver bag", train = 48',
-        ) from error
+        raise NOT_TOML(path=path, why=error) from error
 
 
 def _check_nested(path: Path, definition: StudyDefinition) -> None:
     for smaller, larger in itertools.pairwise(definition.sizes):
         if larger <= smaller or larger % smaller:
-            raise InputError(
-                "E-STU-004",
-                f"nested = {list(definition.nested)} with train = {definition.train} cannot be used",
+            raise UNUSABLE_VALUE(
+                what=f"nested = {list(definition.nested)} with train = {definition.train} cannot be used",
                 where=f"{path}: nested",
                 why=f"{larger} is not a multiple of {smaller}, so that their strata do not fit into each other",
                 remedy="let each size divide the next and the last one divide train, such as nested = [100, 200]",
@@ -162,35 +184,35 @@ def _check_parameters(path: Path, parameters: tuple[StudyParameter, ...]) -> Non
     owners: dict[str, str] = {}
     for number, parameter in enumerate(parameters, start=1):
         where = f"{path}: [[parameters]] number {number} ({parameter.name})"
-
-        def refuse(what: str, why: str, remedy: str, where=where) -> InputError:
-            return InputError("E-STU-004", what, where=where, why=why, remedy=remedy)
-
         if parameter.name in names:
-            raise refuse(
-                f"two parameters are called {parameter.name!r}",
-                "results are stored by parameter name",
-                "give each parameter its own name",
+            raise UNUSABLE_VALUE(
+                what=f"two parameters are called {parameter.name!r}",
+                where=where,
+                why="results are stored by parameter name",
+                remedy="give each parameter its own name",
             )
         names.add(parameter.name)
         if not parameter.low < parameter.high:
-            raise refuse(
-                f"low = {parameter.low:g} is not below high = {parameter.high:g}",
-                "a parameter needs a range to be drawn from",
-                "swap low and high, or set the value in the case instead of varying it",
+            raise UNUSABLE_VALUE(
+                what=f"low = {parameter.low:g} is not below high = {parameter.high:g}",
+                where=where,
+                why="a parameter needs a range to be drawn from",
+                remedy="swap low and high, or set the value in the case instead of varying it",
             )
         if parameter.scale == "log" and parameter.low <= 0:
-            raise refuse(
-                f"low = {parameter.low:g} with scale = 'log'",
-                "only positive values have a logarithm",
-                "give a low above 0, or scale = 'linear'",
+            raise UNUSABLE_VALUE(
+                what=f"low = {parameter.low:g} with scale = 'log'",
+                where=where,
+                why="only positive values have a logarithm",
+                remedy="give a low above 0, or scale = 'linear'",
             )
         for key in parameter.keys:
             if key in owners:
-                raise refuse(
-                    f"the case entry {key!r} is varied twice",
-                    f"it is also among the keys of {owners[key]!r}",
-                    "let each case entry belong to one parameter",
+                raise UNUSABLE_VALUE(
+                    what=f"the case entry {key!r} is varied twice",
+                    where=where,
+                    why=f"it is also among the keys of {owners[key]!r}",
+                    remedy="let each case entry belong to one parameter",
                 )
             owners[key] = parameter.name
 
@@ -202,33 +224,19 @@ def _told(path: Path, content: dict, error: ValidationError) -> InputError:
     *parents, key = first["loc"]
     name = next((part for part in reversed(first["loc"]) if isinstance(part, str)), key)
     where = f"{path}: {_place(content, parents)}{key}"
-    others = f" (and {len(problems) - 1} more after this one)" if len(problems) > 1 else ""
     if first["type"] == "missing":
-        return InputError(
-            "E-STU-005",
-            f"the key {key!r} is missing{others}",
-            where=where,
-            why="it has no default",
-            remedy=f"add {key} = ...; `billow demo` writes an example, study.toml",
-        )
-    if first["type"] == "extra_forbidden":
+        told = MISSING_KEY(key=key, where=where)
+    elif first["type"] == "extra_forbidden":
         schema = StudyParameter if "parameters" in parents else StudyDefinition
         known = list(schema.model_fields)
         near = difflib.get_close_matches(str(key), known, 1)
-        return InputError(
-            "E-STU-003",
-            f"{key!r} is not a known key{others}",
-            where=where,
-            why=f"known here are {', '.join(known)}",
-            remedy=f"did you mean {near[0]!r}?" if near else "remove it, or correct its spelling",
-        )
-    return InputError(
-        "E-STU-004",
-        f"{name} = {shown(first['input'])} cannot be used{others}",
-        where=where,
-        why=first["msg"][0].lower() + first["msg"][1:],
-        remedy="correct the value; `billow demo` writes an example, study.toml",
-    )
+        remedy = f"did you mean {near[0]!r}?" if near else None
+        told = UNKNOWN_KEY(key=key, where=where, known=", ".join(known), remedy=remedy)
+    else:
+        why = first["msg"][0].lower() + first["msg"][1:]
+        told = UNUSABLE_VALUE(name=name, value=shown(first["input"]), where=where, why=why)
+    told.what += f" (and {len(problems) - 1} more after this one)" if len(problems) > 1 else ""
+    return told
 
 
 def _place(content: dict, parents: list) -> str:

@@ -25,6 +25,23 @@ if TYPE_CHECKING:
     from billow.study.study import Study
 
 
+OTHER_RUN = IntegrityError.declare(
+    "E-STU-010",
+    "run {run} on disk is not the run of this design",
+    where="{folder}",
+    why="it was made from another case, or the study's files were changed since",
+    remedy="restore study.toml, case.toml and design.csv; or move {folder} away to make it again",
+)
+OTHER_MESH = IntegrityError.declare(
+    "E-STU-011",
+    "run {run} has another mesh or other times than the runs before it",
+    where="{folder}",
+    why="{difference}; a surrogate needs all runs on one mesh at the same times",
+    cause="a parameter that changes the mesh or the recorded times is varied",
+    remedy="vary only parameters that change neither; start anew in another folder",
+)
+
+
 @dataclass(frozen=True)
 class ProgressEvent:
     """Something that happened in `Study.run`.
@@ -118,13 +135,7 @@ class Drive:
             self._tell("set aside", run, 0.0, f"{error.code}: {error.what}; {error.why}; moved to {place}")
             return False
         if result.record["case_digest"] != digest or result.status != "completed":
-            raise IntegrityError(
-                "E-STU-010",
-                f"run {run} on disk is not the run of this design",
-                where=str(result.folder),
-                why="it was made from another case, or the study's files were changed since",
-                remedy=f"restore study.toml, case.toml and design.csv; or move {result.folder} away to make it again",
-            )
+            raise OTHER_RUN(run=run, folder=result.folder)
         self._check_alike(run, result)
         self.completed.add(run)
         self.store.forget_failure(run)
@@ -147,21 +158,13 @@ class Drive:
         try:
             check_alike(read_dataset_file(folder), run, result)
         except IntegrityError as error:
-            raise IntegrityError(
-                "E-STU-011",
-                f"run {run} has another mesh or other times than the runs before it",
-                where=str(result.folder),
-                why=f"{error.why}; a surrogate needs all runs on one mesh at the same times",
-                remedy="vary only parameters that change neither; start anew in another folder",
-            ) from error
+            raise OTHER_MESH(run=run, folder=result.folder, difference=error.why) from error
 
     def _take(self, outcome: Outcome) -> None:
         run, error = outcome.run, outcome.error
         if outcome.status == "interrupted":
             raise KeyboardInterrupt
-        if (
-            isinstance(error, ResourceError) and error.code != WORKER_DIED
-        ):  # no fault of this run: others fare no better
+        if isinstance(error, ResourceError) and error.code != WORKER_DIED.code:  # the other runs would fail as well
             counts = f"after {len(self.completed)} of {len(self.study.runs)} runs"
             raise ResourceError(
                 error.code, f"{error.what} {counts}", where=error.where, why=error.why, remedy=error.remedy

@@ -13,8 +13,8 @@ import tempfile
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from billow.base.errors import BillowError, InputError, ResourceError
-from billow.study.attempt import Outcome, Runner, Task, attempt_run
+from billow.base.errors import InputError, ResourceError
+from billow.study.attempt import WORKER_CANNOT_RUN, Outcome, Runner, Task, attempt_run
 from billow.study.store import RunStore
 
 MAX_ATTEMPTS = 3
@@ -24,8 +24,35 @@ _MAX_SUBMISSIONS = 12
 """Hand-overs of one run to the cluster. A run waiting in a worker that another run kills has not been attempted, but
 a cluster whose workers die before they begin anything must come to an end too."""
 
-WORKER_DIED = "E-STU-019"
-"""Code of the one error of the cluster that is the run's own."""
+NO_SCHEDULER = InputError.declare(
+    "E-STU-015",
+    "the scheduler does not answer",
+    cause="a misspelt address, or a cluster that is not running",
+    remedy="give an address such as tcp://host:8786, as `dask scheduler` prints it when it starts",
+)
+CONNECTION_LOST = ResourceError.declare(
+    "E-STU-017",
+    "the connection to the scheduler was lost",
+    where="Dask scheduler",
+    why="a run under way was reported as {status}",
+    cause="the scheduler ended, or the network failed",
+    remedy="give the same command again: finished runs are kept",
+)
+WORKER_DIED = ResourceError.declare(
+    "E-STU-019",
+    "the worker process died",
+    where="run {run}",
+    why="it died in each of {attempts} attempts: killed from outside, out of memory, or a crash in compiled code",
+    remedy="check the machine's memory, then: billow study STUDY.toml --out FOLDER --retry-failed",
+)
+"""The one error of the cluster that is the run's own."""
+NO_WORKERS = ResourceError.declare(
+    "E-STU-022",
+    "worker processes could not be started",
+    where="{count} local workers",
+    cause="a script that runs a study without the guard of its main module",
+    remedy='in a script, call run() under `if __name__ == "__main__":`; or give workers=1',
+)
 
 ANSWER_SECONDS = 10.0
 """[s] a scheduler has to answer."""
@@ -57,13 +84,7 @@ def dask_client(workers: int, scheduler: str | None) -> Iterator:
         try:
             client = Client(scheduler, timeout=ANSWER_SECONDS)
         except (OSError, ValueError, ImportError) as error:  # no answer, no address, a protocol not installed
-            raise InputError(
-                "E-STU-015",
-                "the scheduler does not answer",
-                where=scheduler,
-                why=str(error) or type(error).__name__,
-                remedy="give an address such as tcp://host:8786, as `dask scheduler` prints it when it starts",
-            ) from error
+            raise NO_SCHEDULER(where=scheduler, why=error) from error
         with client:
             yield client
         return
@@ -94,13 +115,7 @@ def dask_client(workers: int, scheduler: str | None) -> Iterator:
                 silence_logs=logging.CRITICAL,
             )
         except RuntimeError as error:
-            raise ResourceError(
-                "E-STU-022",
-                "worker processes could not be started",
-                where=f"{workers} local workers",
-                why=str(error),
-                remedy='in a script, call run() under `if __name__ == "__main__":`; or give workers=1',
-            ) from error
+            raise NO_WORKERS(count=workers, why=error) from error
         stack.enter_context(cluster)
         client = stack.enter_context(Client(cluster))
         _leave_interrupts_to_this_process(client)
@@ -158,11 +173,14 @@ def run_on_dask(client, store: RunStore, tasks: Sequence[Task], runner: Runner |
                 yield future.result()
                 continue
             problem = future.exception() if future.status == "error" else None
+            if problem is None:
+                raise CONNECTION_LOST(status=future.status)
             if not isinstance(problem, KilledWorker):
-                raise _cannot_go_on(future, problem)
+                raise WORKER_CANNOT_RUN(why=f"{type(problem).__name__}: {problem}")
             attempts = store.dead_attempts(task.run)
             if attempts >= MAX_ATTEMPTS or submissions[task.run] >= _MAX_SUBMISSIONS:
-                yield Outcome(task.run, "failed", attempts=attempts, error=_workers_died(task.run, attempts))
+                error = WORKER_DIED(run=task.run, attempts=attempts)
+                yield Outcome(task.run, "failed", attempts=attempts, error=error)
                 continue
             yield Outcome(task.run, "repeated", attempts=attempts)
             again = submit(task, order)
@@ -170,31 +188,3 @@ def run_on_dask(client, store: RunStore, tasks: Sequence[Task], runner: Runner |
             ended.add(again)
     finally:
         client.cancel(list(waiting))
-
-
-def _cannot_go_on(future, problem: BaseException | None) -> BillowError:
-    if problem is None:
-        return ResourceError(
-            "E-STU-017",
-            "the connection to the scheduler was lost",
-            where="Dask scheduler",
-            why=f"a run under way was reported as {future.status}",
-            remedy="give the same command again: finished runs are kept",
-        )
-    return ResourceError(
-        "E-STU-018",
-        "a worker cannot make runs",
-        where="Dask worker",
-        why=f"{type(problem).__name__}: {problem}",
-        remedy="install the same version of Billow and its dependencies on every worker",
-    )
-
-
-def _workers_died(run: str, attempts: int) -> ResourceError:
-    return ResourceError(
-        WORKER_DIED,
-        "the worker process died",
-        where=f"run {run}",
-        why=f"it died in each of {attempts} attempts: killed from outside, out of memory, or a crash in compiled code",
-        remedy="check the machine's memory, then: billow study STUDY.toml --out FOLDER --retry-failed",
-    )

@@ -8,6 +8,21 @@ from billow.base.errors import InputError
 from billow.study.definition import StudyDefinition
 from billow.study.design import Design, Values, draw, numbered
 
+ANOTHER_STUDY = InputError.declare(
+    "E-STU-008",
+    "the folder holds something other than this study",
+    where="{folder}",
+    cause="the study or its case was changed after the folder was made",
+    remedy="choose another folder, or delete this one; to continue the study in it, give its own study.toml",
+)
+CANNOT_GROW = InputError.declare(
+    "E-STU-025",
+    "{train} training runs cannot grow to {wanted}",
+    where="{folder}",
+    why="{wanted} is not a multiple of {train}, so that the new runs could not fill all empty strata",
+    remedy="set train to a multiple, such as {multiple}, or list more designs in added_designs",
+)
+
 MAY_GROW = ("train", "nested", "added_designs")
 """Entries of study.toml that may change after runs were made."""
 
@@ -24,23 +39,23 @@ def merged(existing: StudyDefinition, given: StudyDefinition, folder: Path) -> S
         if name not in MAY_GROW and getattr(existing, name) != getattr(given, name)
     ]
     if different:
-        raise another_study(folder, f"{', '.join(different)} in its study.toml differ from the study asked for")
+        raise ANOTHER_STUDY(
+            folder=folder, why=f"{', '.join(different)} in its study.toml differ from the study asked for"
+        )
     if given.train < existing.train:
-        raise another_study(folder, f"it has {existing.train} training runs already, more than the {given.train} asked")
+        raise ANOTHER_STUDY(
+            folder=folder, why=f"it has {existing.train} training runs already, more than the {given.train} asked"
+        )
     known = set(existing.sizes)
     between = [size for size in given.nested if size not in known and size < existing.train]
     if between:
-        raise another_study(folder, f"its {existing.train} training runs were not drawn with nested = {between}")
+        raise ANOTHER_STUDY(
+            folder=folder, why=f"its {existing.train} training runs were not drawn with nested = {between}"
+        )
     later = [size for size in given.sizes if size > existing.train]
     sizes = (*existing.sizes, *later)
     if any(later) and later[0] % existing.train:
-        raise InputError(
-            "E-STU-025",
-            f"{existing.train} training runs cannot grow to {later[0]}",
-            where=str(folder),
-            why=f"{later[0]} is no multiple of {existing.train}, so that the new runs could not fill all empty strata",
-            remedy=f"set train to a multiple, such as {2 * existing.train}, or list more designs in added_designs",
-        )
+        raise CANNOT_GROW(train=existing.train, wanted=later[0], folder=folder, multiple=2 * existing.train)
     return given.model_copy(update={"train": sizes[-1], "nested": sizes[:-1]})
 
 
@@ -52,22 +67,13 @@ def grown(existing: Design, definition: StudyDefinition, added: list[Values], fo
     wanted = draw(definition)
     rows = [*wanted.train.values(), *added]
     if tuple(existing.test.values()) != tuple(wanted.test.values()):
-        raise another_study(folder, "its test runs are not those of the study asked for")
+        raise ANOTHER_STUDY(folder=folder, why="its test runs are not those of the study asked for")
     lost = set(existing.train.values()) - set(rows)
     if lost:
-        raise another_study(folder, f"{len(lost)} of its training runs are not among those of the study asked for")
+        raise ANOTHER_STUDY(
+            folder=folder, why=f"{len(lost)} of its training runs are not among those of the study asked for"
+        )
     if set(added) & set(wanted.test.values()):
-        raise another_study(folder, "a design in added_designs is one of its test runs")
+        raise ANOTHER_STUDY(folder=folder, why="a design in added_designs is one of its test runs")
     there = set(existing.train.values())
     return numbered(existing, [row for row in rows if row not in there], [])
-
-
-def another_study(folder: Path, why: str) -> InputError:
-    """E-STU-008: what is in `folder` is not the study asked for."""
-    return InputError(
-        "E-STU-008",
-        "the folder holds something else than this study",
-        where=str(folder),
-        why=why,
-        remedy="choose another folder, or delete this one; to continue the study in it, give its own study.toml",
-    )

@@ -24,7 +24,7 @@ from pathlib import Path
 import numpy as np
 import tomli_w
 
-from billow.base.errors import BillowError, InputError
+from billow.base.errors import InputError
 from billow.results.atomic import publish_folder, write_atomically
 from billow.results.dataset_files import (
     DatasetRecord,
@@ -39,6 +39,35 @@ from billow.results.histories import write_histories
 from billow.results.run_file import write_run_file
 from billow.results.vtkhdf import FabricWriter
 from billow.study.foreign_run import ForeignRun, find_run, read_times, read_triangles
+
+UNUSABLE_TABLE = InputError.declare(
+    "E-STU-026",
+    "the table of runs cannot be used",
+    where="{path}",
+    cause="no runs.csv, a column that is not headed name [unit], or values that are not numbers or all the same",
+    remedy='write a column "run", one column "name [unit]" for each parameter, and one row for each run',
+)
+UNREADABLE_RUN = InputError.declare(
+    "E-STU-027",
+    "run {run} cannot be read",
+    where="{path}",
+    cause="a file that is missing, cut short or of another kind, or positions that are not finite",
+    remedy="export it again; runs.csv names it, so it must be there",
+)
+RUN_DOES_NOT_FIT = InputError.declare(
+    "E-STU-028",
+    "run {run} does not fit the others",
+    where="{folder}",
+    cause="another mesh, nodes in another order, another start shape, or other times",
+    remedy="give all runs one mesh, with nodes in the same order, and the same times; nothing is interpolated",
+)
+UNKNOWN_MESH_OR_TIMES = InputError.declare(
+    "E-STU-029",
+    "mesh or times of the runs are not known",
+    where="{folder}",
+    cause="NumPy or CSV frames without triangles.csv or times.csv beside them",
+    remedy="put triangles.csv (a,b,c) and times.csv (time [s]) beside the runs, or both into every .npz",
+)
 
 TABLE = "runs.csv"
 _COLUMN = re.compile(r"([A-Za-z][A-Za-z0-9_]*) \[([^\[\]]+)\]")
@@ -105,13 +134,7 @@ class _Table:
                 header, *rows = [[cell.strip() for cell in row] for row in csv.reader(file, strict=True) if row]
             self._take(header, rows)
         except (OSError, ValueError, csv.Error) as error:
-            raise InputError(
-                "E-STU-026",
-                "the table of runs cannot be used",
-                where=str(path),
-                why=getattr(error, "strerror", None) or str(error),
-                remedy='write a column "run", one column "name [unit]" for each parameter, and one row for each run',
-            ) from error
+            raise UNUSABLE_TABLE(path=path, why=error) from error
 
     def _take(self, header: list[str], rows: list[list[str]]) -> None:
         if header[:1] != ["run"] or len(set(header)) != len(header):
@@ -180,13 +203,7 @@ def _read(folder: Path, run: str) -> ForeignRun:
                 raise ValueError(f"{name} of frame {frame} are not all finite")
         return given
     except (OSError, ValueError, MemoryError) as error:
-        raise InputError(
-            "E-STU-027",
-            f"run {run} cannot be read",
-            where=str(folder / run if found is None else found[0]),
-            why=getattr(error, "strerror", None) or str(error) or type(error).__name__,
-            remedy=f"export it again; {TABLE} names it, so it must be there",
-        ) from error
+        raise UNREADABLE_RUN(run=run, path=folder / run if found is None else found[0], why=error) from error
 
 
 class _Common:
@@ -197,29 +214,21 @@ class _Common:
         try:
             shared_times, shared_triangles = read_times(folder), read_triangles(folder)
         except ValueError as error:
-            raise self._unknown(str(error)) from error
+            raise UNKNOWN_MESH_OR_TIMES(folder=folder, why=error) from error
         self.times = first.times if first.times is not None else shared_times
         self.triangles = first.triangles if first.triangles is not None else shared_triangles
         nodes = len(self.start)
         if self.times is None or self.triangles is None:
-            raise self._unknown(
-                f"neither the runs nor the folder hold {'times' if self.times is None else 'triangles'}"
-            )
+            missing = "times" if self.times is None else "triangles"
+            raise UNKNOWN_MESH_OR_TIMES(folder=folder, why=f"neither the runs nor the folder hold {missing}")
         if self.times.ndim != 1 or self.times[0] != 0.0 or not (np.diff(self.times) > 0.0).all():
-            raise self._unknown("times must begin with 0, the start shape, and rise")
+            raise UNKNOWN_MESH_OR_TIMES(folder=folder, why="times must begin with 0, the start shape, and rise")
         if self.triangles.ndim != 2 or self.triangles.shape[1:] != (3,) or not len(self.triangles):
-            raise self._unknown(f"triangles have shape {self.triangles.shape}; expected (triangles, 3)")
+            why = f"triangles have shape {self.triangles.shape}; expected (triangles, 3)"
+            raise UNKNOWN_MESH_OR_TIMES(folder=folder, why=why)
         if not 0 <= self.triangles.min() <= self.triangles.max() < nodes:
-            raise self._unknown(f"a triangle names a node that is not among 0 to {nodes - 1}")
-
-    def _unknown(self, why: str) -> BillowError:
-        return InputError(
-            "E-STU-029",
-            "mesh or times of the runs are not known",
-            where=str(self._folder),
-            why=why,
-            remedy="put triangles.csv (a,b,c) and times.csv (time [s]) beside the runs, or both into every .npz",
-        )
+            why = f"a triangle names a node that is not among 0 to {nodes - 1}"
+            raise UNKNOWN_MESH_OR_TIMES(folder=folder, why=why)
 
     def check(self, run: str, found: ForeignRun) -> None:
         """InputError E-STU-028 if a run does not fit the first one."""
@@ -236,13 +245,7 @@ class _Common:
             why = f"its start shape differs from that of run {self.run} by up to {away:.3g} m"
         else:
             return
-        raise InputError(
-            "E-STU-028",
-            f"run {run} does not fit the others",
-            where=str(self._folder),
-            why=why,
-            remedy="give all runs one mesh, with nodes in the same order, and the same times; nothing is interpolated",
-        )
+        raise RUN_DOES_NOT_FIT(run=run, folder=self._folder, why=why)
 
 
 def _write_run(folder: Path, common: _Common, found: ForeignRun, table: _Table, run: str) -> None:

@@ -24,6 +24,15 @@ from pathlib import Path
 from billow.base.errors import BillowError, InputError
 from billow.results.atomic import publish_folder, sync_folder, write_atomically
 
+ANOTHER_PROCESS = InputError.declare(
+    "E-STU-013",
+    "another process is running this study",
+    where="{folder}",
+    why="study.lock is held by {holder}",
+    cause="the command was given twice",
+    remedy="wait for it, or stop it; the study can then be continued",
+)
+
 
 class RunStore:
     """The run folders under one study folder."""
@@ -43,13 +52,7 @@ class RunStore:
                 fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except BlockingIOError as error:
                 lock.seek(0)
-                raise InputError(
-                    "E-STU-013",
-                    "another process is running this study",
-                    where=str(self.folder),
-                    why=f"study.lock is held by {lock.read().strip() or 'it'}",
-                    remedy="wait for it, or stop it; the study can then be continued",
-                ) from error
+                raise ANOTHER_PROCESS(folder=self.folder, holder=lock.read().strip() or "it") from error
             lock.truncate(0)
             lock.write(f"process {os.getpid()} on {socket.gethostname()}")
             lock.flush()

@@ -17,8 +17,38 @@ from billow.study.attempt import Runner, cannot_write
 from billow.study.definition import StudyDefinition
 from billow.study.design import Design, Values, draw
 from billow.study.drive import Drive, ProgressEvent, StudySummary
-from billow.study.grow import another_study, grown, merged
+from billow.study.grow import ANOTHER_STUDY, grown, merged
 from billow.study.store import RunStore
+
+CASE_REFUSES = InputError.declare(
+    "E-STU-007",
+    "the case does not accept a design: {refusal}",
+    why="{reason}; tried: {entries}",
+    cause="a misspelt key, or a range that goes beyond what is plausible",
+    remedy="correct the parameter; docs/case.md gives keys and ranges",
+)
+NO_STUDY = InputError.declare(
+    "E-STU-009",
+    "the folder holds no study",
+    where="{folder}",
+    why="study.toml is missing",
+    remedy="make it: billow study STUDY.toml --out FOLDER",
+)
+CONTRADICTION = IntegrityError.declare(
+    "E-STU-020",
+    "the files of the study contradict each other",
+    where="{folder}",
+    why="split.toml names runs that design.csv does not have: {runs}",
+    cause="design.csv or split.toml was changed",
+    remedy="restore design.csv and split.toml, or make the study again in a new folder",
+)
+UNUSABLE_WORKERS = InputError.declare(
+    "E-STU-021",
+    "cannot use workers = {workers}",
+    where="Study.run",
+    why="workers counts local processes, at least 1; a cluster brings its own",
+    remedy="give workers or a scheduler address, or neither for one worker on each core",
+)
 
 STUDY_FILE, CASE_FILE, ADDED_FILE = "study.toml", "case.toml", "added_designs.csv"
 
@@ -80,24 +110,12 @@ class Study:
         """Open a study that was created before. InputError E-STU-009 if `folder` holds none."""
         folder = Path(folder)
         if not (folder / STUDY_FILE).is_file():
-            raise InputError(
-                "E-STU-009",
-                "the folder holds no study",
-                where=str(folder),
-                why=f"{STUDY_FILE} is missing",
-                remedy="make it: billow study STUDY.toml --out FOLDER",
-            )
+            raise NO_STUDY(folder=folder)
         definition = StudyDefinition.load(folder / STUDY_FILE)
         runs, (train, test) = read_design(folder, definition.axes), read_split(folder)
         unknown = sorted({*train, *test} - set(runs))
         if unknown:
-            raise IntegrityError(
-                "E-STU-020",
-                "the files of the study contradict each other",
-                where=str(folder),
-                why=f"split.toml names runs that design.csv does not have: {', '.join(unknown[:3])}",
-                remedy="restore design.csv and split.toml, or make the study again in a new folder",
-            )
+            raise CONTRADICTION(folder=folder, runs=", ".join(unknown[:3]))
         design = Design({run: runs[run] for run in train}, {run: runs[run] for run in test})
         return cls(folder, definition, design, _load_case(folder / CASE_FILE))
 
@@ -133,13 +151,7 @@ class Study:
         the cluster.
         """
         if (workers is not None and workers < 1) or (workers is not None and scheduler is not None):
-            raise InputError(
-                "E-STU-021",
-                f"workers = {workers} cannot be used" + (" together with a scheduler" if scheduler else ""),
-                where="Study.run",
-                why="workers counts local processes, at least 1; a cluster brings its own",
-                remedy="give workers or a scheduler address, or neither for one worker on each core",
-            )
+            raise UNUSABLE_WORKERS(workers=f"{workers} together with a scheduler" if scheduler else workers)
         with self.store.driving():
             return Drive(self, progress or (lambda event: None), retry_failed).go(workers, scheduler, runner)
 
@@ -156,11 +168,11 @@ def _vary(case, definition: StudyDefinition, values: tuple[float, ...], where: s
     try:
         return case.vary(entries)
     except InputError as error:
-        raise InputError(
-            "E-STU-007",
-            f"the case does not accept a design: {error.what}",
+        raise CASE_REFUSES(
+            refusal=error.what,
             where=where,
-            why=f"{error.why}; tried were {', '.join(f'{key} = {value:g}' for key, value in entries.items())}",
+            reason=error.why,
+            entries=", ".join(f"{key} = {value:g}" for key, value in entries.items()),
             remedy=error.remedy,
         ) from error
 
@@ -194,9 +206,11 @@ def _open_for(definition: StudyDefinition, case, folder: Path) -> Study:
         found = (folder / CASE_FILE).read_text(encoding="utf-8")
         study = Study.open(folder)
     except (OSError, ValueError, InputError) as error:
-        raise another_study(folder, f"no study can be read there: {getattr(error, 'what', error)}") from error
+        raise ANOTHER_STUDY(
+            folder=folder, why=f"no study can be read there: {getattr(error, 'what', error)}"
+        ) from error
     if found != case.to_toml():
-        raise another_study(folder, f"its {CASE_FILE} differs from the study asked for")
+        raise ANOTHER_STUDY(folder=folder, why=f"its {CASE_FILE} differs from the study asked for")
     return study
 
 

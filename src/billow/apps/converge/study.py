@@ -16,6 +16,14 @@ from billow.apps.converge.sweep import Made, Sweep, make_runs
 from billow.base.errors import NumericalStop
 from billow.results.atomic import write_atomically
 
+TOO_FEW_RUNS = NumericalStop.declare(
+    "E-NUM-007",
+    "{failed} of {count} runs were stopped; too few are left to compare",
+    where="{folder}",
+    cause="the case itself is at fault",
+    remedy="see postmortem.json there; make the case run through with few particles first",
+)
+
 
 def run_study(
     sweep: Sweep,
@@ -34,13 +42,7 @@ def run_study(
     runs = {count: results for count, results in made.runs.items() if len(results) > 1}
     if len(runs) < 2:
         name, reason = next(iter(made.failed.items()))
-        raise NumericalStop(
-            "E-NUM-007",
-            f"{len(made.failed)} of {len(sweep.names())} runs were stopped; too few are left to compare",
-            where=str(folder / "runs" / name),
-            why=reason,
-            remedy="see postmortem.json there; make the case run through with few particles first",
-        )
+        raise TOO_FEW_RUNS(failed=len(made.failed), count=len(sweep.names()), folder=folder / "runs" / name, why=reason)
     found = [converge(quantity, tolerance) for quantity in quantities(runs)]
     write_atomically(folder / "convergence.csv", _table(found))
     write_atomically(folder / "summary.toml", tomli_w.dumps(_summary(found, made, tolerance)))

@@ -18,6 +18,29 @@ from billow.results.atomic import write_atomically
 from billow.results.result import Result
 from billow.run.simulate import resume, simulate
 
+NOTHING_TO_COMPARE = InputError.declare(
+    "E-CONV-001",
+    "there is nothing to compare",
+    where="--particles {counts} --seeds {seeds}",
+    why="convergence shows between numbers of particles, noise between seeds: at least two of each are needed",
+    remedy="billow converge CASE.toml --particles 5e3,1e4,2e4 --seeds 3 --out OUT",
+)
+NO_PARTICLES = InputError.declare(
+    "E-CONV-002",
+    "the gas of this case has no particles",
+    where="key gas.model",
+    why="it is {model!r}",
+    remedy='set gas.model = "corpuscular", or give --set gas.model=corpuscular',
+)
+OTHER_CASE = InputError.declare(
+    "E-CONV-003",
+    "the folder holds something else",
+    where="{folder}",
+    why="its case is not the one given, so its runs cannot be compared with new ones",
+    cause="the case was changed since its first runs, or the folder belongs to something else",
+    remedy="choose another folder with --out, or delete this one",
+)
+
 CASE_FILE = "case.toml"
 
 
@@ -34,21 +57,9 @@ class Sweep:
         """Raises InputError E-CONV-001 (nothing to compare), E-CONV-002 (no particles), and those of the case."""
         counts = tuple(sorted({round(count) for count in counts}))
         if len(counts) < 2 or seeds < 2:
-            raise InputError(
-                "E-CONV-001",
-                "there is nothing to compare",
-                where=f"--particles {','.join(map(str, counts))} --seeds {seeds}",
-                why="convergence shows between counts of particles, noise between seeds: at least two of each",
-                remedy="billow converge CASE.toml --particles 5e3,1e4,2e4 --seeds 3 --out OUT",
-            )
+            raise NOTHING_TO_COMPARE(counts=",".join(map(str, counts)), seeds=seeds)
         if case.gas.model != "corpuscular":
-            raise InputError(
-                "E-CONV-002",
-                "the gas of this case has no particles",
-                where="key gas.model",
-                why=f"it is {case.gas.model!r}",
-                remedy='set gas.model = "corpuscular", or give --set gas.model=corpuscular',
-            )
+            raise NO_PARTICLES(model=case.gas.model)
         sweep = cls(case, counts, seeds)
         for count in counts:
             sweep.case_of(count, 1)  # a count outside the range is refused before the first run
@@ -96,7 +107,8 @@ def make_runs(
 def _make(case: Case, folder: Path, threads: int | None) -> Result:
     if folder.is_dir():
         found = Result.open(folder)
-        _require_same(found.record["case_digest"] == case.digest(), folder)
+        if found.record["case_digest"] != case.digest():
+            raise OTHER_CASE(folder=folder)
         return found
     try:
         if any(folder.with_name(folder.name + ".partial").glob("checkpoint_*")):
@@ -108,24 +120,15 @@ def _make(case: Case, folder: Path, threads: int | None) -> Result:
 
 def _claim(folder: Path, case: Case) -> None:
     path = folder / CASE_FILE
-    if path.exists():
-        try:
-            same = Case.load(path).digest() == case.digest()
-        except BillowError:
-            same = False
-        _require_same(same, folder)
-    else:
-        _require_same(not folder.exists() or not any(folder.iterdir()), folder)
+    if not path.exists():
+        if folder.exists() and any(folder.iterdir()):
+            raise OTHER_CASE(folder=folder)
         (folder / "runs").mkdir(parents=True)
         write_atomically(path, case.to_toml())
-
-
-def _require_same(same: bool, folder: Path) -> None:
+        return
+    try:
+        same = Case.load(path).digest() == case.digest()
+    except BillowError:
+        same = False
     if not same:
-        raise InputError(
-            "E-CONV-003",
-            "the folder holds something else",
-            where=str(folder),
-            why="its case is not the one given, so its runs cannot be compared with new ones",
-            remedy="choose another folder with --out, or delete this one",
-        )
+        raise OTHER_CASE(folder=folder)

@@ -18,8 +18,16 @@ from billow.case.fabric.build_fabric import build_fabric
 from billow.case.schema import Case
 from billow.parts.fabric.curve import Curve
 from billow.parts.fabric.curve_file import read_curve_file
-from billow.results.atomic import write_atomically
+from billow.results.atomic import FOLDER_EXISTS, write_atomically
 from billow.results.histories import write_histories
+
+NO_TEST_DATA = InputError.declare(
+    "E-FAB-020",
+    "{name} holds no test to compare with",
+    where="{path}",
+    why="it needs two points or more, finite numbers, and a stress that is not zero throughout",
+    remedy="give strain (or angle) and stress, loading first, then unloading, one point a line",
+)
 
 TESTS = ("biaxial", "strip", "picture-frame")
 LAWS = ("linear", "curves", "curves-shear")
@@ -55,13 +63,7 @@ def read_test_data(path: Path, curve: str) -> Points:
     columns = read_curve_file(path, x)
     strain, stress = np.array(columns[x]), np.array(columns["stress"])
     if len(strain) < 2 or not (np.isfinite(strain).all() and np.isfinite(stress).all()) or not stress.any():
-        raise InputError(
-            "E-FAB-020",
-            f"{path.name} holds no test to compare with",
-            where=str(path),
-            why="it needs two points or more, finite numbers, and a stress that is not zero throughout",
-            remedy="give loading first, then unloading, one point a line",
-        )
+        raise NO_TEST_DATA(name=path.name, path=path)
     return (np.radians(strain) if curve == "shear" else strain), stress
 
 
@@ -133,13 +135,7 @@ def write_comparison(
     Raises InputError E-RES-009 if the folder exists and is not empty.
     """
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-        raise InputError(
-            "E-RES-009",
-            "the result folder exists already",
-            where=str(folder),
-            why="a published result is never overwritten",
-            remedy="choose another folder with --out, or delete this one",
-        )
+        raise FOLDER_EXISTS(folder=folder)
     folder.mkdir(parents=True, exist_ok=True)
     ratings = {}
     for law, test_run in measured.items():

@@ -14,9 +14,25 @@ from billow.apps.tank.inverse import (
     flow_of_total_mass,
     with_uncertainty,
 )
-from billow.apps.tank.tank_case import TankCase
+from billow.apps.tank.tank_case import NOT_GIVEN, TankCase
 from billow.apps.tank.trace import Trace, check_trace, load_trace
-from billow.base.errors import Concern, InputError
+from billow.base.errors import Concern
+
+CORRELATED_RESIDUALS = Concern.declare(
+    "W-TANK-001",
+    "neighbouring residuals are correlated by {correlation:.2f}",
+    where="the trace",
+    why="the band holds for independent noise: a filtered or ringing signal, or a loss that the case lacks, makes it "
+    "too narrow",
+    remedy="give every n-th row of the trace, so that filtered noise is independent, or correct the loss to the wall",
+)
+OTHER_MASS = Concern.declare(
+    "W-TANK-002",
+    "{found:.4g} kg were found, {weighed:.4g} kg were weighed",
+    where="inflator.total_mass",
+    why="temperature, volume, composition or loss to the wall do not fit the weight",
+    remedy="leave out temperature to have it found from the weight, or correct what is wrong",
+)
 
 PATTERN = 0.3
 """Correlation of neighbouring residuals that white noise of a hundred rows exceeds once in a thousand traces."""
@@ -27,10 +43,9 @@ def measured(case: TankCase, path: str | Path) -> Trace:
     E-TANK-012 if the case does not say what the pressure is measured from."""
     how = case.measurement
     if how.pressure is None:
-        raise InputError(
-            "E-TANK-012",
-            "whether the pressure is absolute or gauge is not given",
-            where="[measurement]",
+        raise NOT_GIVEN(
+            quantity="whether the pressure is absolute or gauge",
+            table="measurement",
             why="it decides how much gas there was at the start",
             remedy='add pressure = "absolute" or pressure = "gauge" to [measurement]',
         )
@@ -71,10 +86,9 @@ def evaluate(case: TankCase, trace: Trace) -> Solution:
         if how.volume_uncertainty:
             changes.append(flow_of_gas_temperature(smaller, trace))
     else:
-        raise InputError(
-            "E-TANK-012",
-            "nothing tells the temperature of the inflow",
-            where="[inflator]",
+        raise NOT_GIVEN(
+            quantity="the temperature of the inflow, or what it can be found from,",
+            table="inflator",
             why="pressure alone tells the enthalpy that flows in, not how much gas carries it",
             remedy="add temperature or total_mass to [inflator], or a column gas temperature [K] to the trace",
         )
@@ -85,26 +99,8 @@ def warnings(case: TankCase, trace: Trace, found: Solution) -> list[Concern]:
     """What about an evaluation makes its flow or its band doubtful."""
     made = []
     if found.pattern > PATTERN and found.noise > 1e-4 * np.ptp(trace.pressure):
-        made.append(
-            Concern(
-                "W-TANK-001",
-                f"neighbouring residuals are correlated by {found.pattern:.2f}",
-                "the trace",
-                "the band holds for independent noise: a filtered or ringing signal, or a loss that the case lacks, "
-                "makes it too narrow",
-                "give every n-th row of the trace, so that filtered noise is independent, or correct the loss to the "
-                "wall",
-            )
-        )
+        made.append(CORRELATED_RESIDUALS(correlation=found.pattern))
     weighed, how = case.inflator.total_mass, case.measurement
     if weighed is not None and abs(found.mass - weighed) > np.hypot(found.mass_half_width, how.mass_uncertainty):
-        made.append(
-            Concern(
-                "W-TANK-002",
-                f"{found.mass:.4g} kg were found, {weighed:.4g} kg were weighed",
-                "inflator.total_mass",
-                "temperature, volume, composition or loss to the wall do not fit the weight",
-                "leave out temperature to have it found from the weight, or correct what is wrong",
-            )
-        )
+        made.append(OTHER_MASS(found=found.mass, weighed=weighed))
     return made

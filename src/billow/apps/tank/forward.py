@@ -6,8 +6,7 @@ import numpy as np
 
 from billow.apps.tank.filling import Tank, Trajectory, fill
 from billow.apps.tank.inflow_temperature import InflowTemperature
-from billow.apps.tank.tank_case import TankCase
-from billow.base.errors import InputError
+from billow.apps.tank.tank_case import NOT_GIVEN, TankCase
 
 FINEST = 2e-5
 """s. Longest step of the loss to the wall: a hundredth of the shortest features of an inflator."""
@@ -32,12 +31,10 @@ def predict_case(case: TankCase) -> Trajectory:
     """The test a case describes, from ignition. Raises InputError E-TANK-012 without mass flow or temperature."""
     temperature, curve = case.inflow_temperature, case.inflator.mass_flow
     if temperature is None or curve is None:
-        raise InputError(
-            "E-TANK-012",
-            f"the {'temperature' if temperature is None else 'mass flow'} of the inflow is not given",
-            where="[inflator]",
+        raise NOT_GIVEN(
+            quantity=f"the {'temperature' if temperature is None else 'mass flow'} of the inflow",
+            table="inflator",
             why="a prediction needs mass_flow and temperature",
-            remedy="add it; docs/tank.md shows the file",
         )
     count = max(round(case.forward.end_time / case.forward.step), 1)
     times = np.linspace(0.0, case.forward.end_time, count + 1)

@@ -20,6 +20,15 @@ from billow.apps.tank.trace import Trace, noise_of
 from billow.base.errors import InputError
 from billow.parts.gas.supply.species import COLDEST, HOTTEST
 
+IMPOSSIBLE_MASS = InputError.declare(
+    "E-TANK-013",
+    "{total:g} kg cannot have made this pressure",
+    where="inflator.total_mass",
+    why="the end state needs an inflow of {enthalpy:.4g} J/kg; no temperature from {low:g} to {high:g} K gives that",
+    cause="a mass in another unit, a wrong volume, or gauge and absolute pressure confused",
+    remedy="check total_mass, volume and gas, and whether the pressure is absolute or gauge",
+)
+
 WIDE = 1.959964
 """Standard deviations on either side that hold 95 % of a normal distribution."""
 MOST_KNOTS = 300
@@ -100,14 +109,7 @@ def flow_of_total_mass(tank: Tank, trace: Trace, total: float, smoothing: float 
         energy = tank.internal_energy(total, end * tank.volume / gas) - tank.start_energy + heat
         temperature = _temperature_of(tank, energy / total)
         if not COLDEST < temperature < HOTTEST:
-            raise InputError(
-                "E-TANK-013",
-                f"{total:g} kg cannot have made this pressure",
-                where="inflator.total_mass",
-                why=f"the end state asks for an inflow of {energy / total:.4g} J/kg, which no temperature from "
-                f"{COLDEST:g} to {HOTTEST:g} K has",
-                remedy="check total_mass, volume and gas, and whether the pressure is absolute or gauge",
-            )
+            raise IMPOSSIBLE_MASS(total=total, enthalpy=energy / total, low=COLDEST, high=HOTTEST)
         found = flow_of_temperature(tank, trace, InflowTemperature.constant(temperature), smoothing)
         smoothing = found.smoothing
         heat, end = found.state.heat[-1], found.state.pressure[-1]

@@ -21,6 +21,40 @@ from billow.case.quantity import Strict, curve, quantity
 from billow.case.text import Text
 from billow.parts.gas.supply.species import AIR, SPECIES
 
+UNREADABLE = InputError.declare(
+    "E-TANK-001",
+    "the tank case cannot be read",
+    cause="a misspelt path, or a file that is not TOML",
+    remedy="give a TOML file; docs/tank.md has one to start from",
+)
+UNUSABLE_KEY = InputError.declare(
+    "E-TANK-002",
+    "{key} cannot be used",
+    where="{place}, key {key}",
+    cause="a misspelt key, or a number in another unit",
+    remedy="see docs/tank.md for the keys and their units",
+)
+UNKNOWN_GAS = InputError.declare(
+    "E-TANK-003",
+    "unknown gas {name}",
+    why="there are no thermodynamic data for it",
+    cause="a misspelt formula",
+    remedy="use {known}",
+)
+SHARES_OTHER_THAN_ONE = InputError.declare(
+    "E-TANK-004",
+    "the mole fractions sum to {total:.9g}, not 1",
+    why="a share is missing or given twice, or the numbers are percentages",
+    remedy='correct them; percentages are written as "45 %"',
+)
+NOT_GIVEN = InputError.declare(
+    "E-TANK-012",
+    "{quantity} is not given",
+    where="[{table}]",
+    cause="a key that only a prediction or only an evaluation needs",
+    remedy="add the key; docs/tank.md shows the file",
+)
+
 LARGEST_FILE = 1_000_000  # bytes
 
 
@@ -114,13 +148,7 @@ class TankCase(Strict):
                 raise ValueError(f"it has more than {LARGEST_FILE} bytes")
             data = tomllib.loads(content.decode("utf-8"))
         except (OSError, ValueError, RecursionError) as error:
-            raise InputError(
-                "E-TANK-001",
-                "the tank case cannot be read",
-                where=str(path),
-                why=getattr(error, "strerror", None) or str(error),
-                remedy="give a TOML file; docs/tank.md has one to start from",
-            ) from None
+            raise UNREADABLE(where=path, why=error) from None
         return cls.from_dict(data, str(path))
 
     @classmethod
@@ -159,22 +187,10 @@ class TankCase(Strict):
 def _check_gas(shares: dict[str, float], where: str) -> None:
     unknown = [name for name in shares if name not in SPECIES]
     if unknown:
-        raise InputError(
-            "E-TANK-003",
-            f"unknown gas {shown(unknown[0])}",
-            where=where,
-            why="no thermodynamic data under that name",
-            remedy=f"use {', '.join(SPECIES)}",
-        )
+        raise UNKNOWN_GAS(where=where, name=shown(unknown[0]), known=", ".join(SPECIES))
     total = sum(shares.values())
     if abs(total - 1.0) > 1e-6:
-        raise InputError(
-            "E-TANK-004",
-            f"the mole fractions sum to {total:.9g}, not 1",
-            where=where,
-            why="a share is missing or given twice, or the numbers are percentages",
-            remedy='correct them; percentages are written as "45 %"',
-        )
+        raise SHARES_OTHER_THAN_ONE(where=where, total=total)
 
 
 def _explain(error: ValidationError, where: str) -> InputError:
@@ -185,11 +201,7 @@ def _explain(error: ValidationError, where: str) -> InputError:
         key=lambda p: (p["type"] in ("range", "unit", "curve") and not isinstance(p["input"], dict), len(p["loc"])),
     )
     key = ".".join(str(part) for part in problem["loc"] if "[" not in str(part) and part != "float")
-    said = {"extra_forbidden": "no setting has this name", "missing": "it has no default"}
-    return InputError(
-        "E-TANK-002",
-        f"{key or 'the file'} is missing" if problem["type"] == "missing" else f"{key} cannot be used",
-        where=f"{where}, key {key}",
-        why=said.get(problem["type"], problem["msg"]),
-        remedy=(problem.get("ctx") or {}).get("try") or "docs/tank.md lists the keys and their units",
-    )
+    if problem["type"] == "missing":
+        return UNUSABLE_KEY(what=f"{key or 'the file'} is missing", place=where, key=key, why="it has no default")
+    why = "no setting has this name" if problem["type"] == "extra_forbidden" else problem["msg"]
+    return UNUSABLE_KEY(place=where, key=key, why=why, remedy=(problem.get("ctx") or {}).get("try"))

@@ -20,6 +20,58 @@ import numpy as np
 from billow.base.errors import InputError
 from billow.base.units import CONVERSIONS
 
+NOT_A_TRACE = InputError.declare(
+    "E-TANK-005",
+    "{name} is not a trace",
+    where="{path}",
+    cause="a misspelt path, text among the numbers, rows of unequal length, or too few rows after ignition",
+    remedy="give a CSV file: a header such as time [ms],pressure [kPa], then one row of numbers for each instant",
+)
+NO_COLUMN = InputError.declare(
+    "E-TANK-006",
+    "there is no column of {quantity}",
+    where="{path}, row 1",
+    why="its columns are {columns}; expected '{quantity} [unit]' with one of {units}",
+    cause="a header without a unit, or with one that is not known",
+    remedy="head the columns with quantity and unit, for example: time [ms],pressure [kPa]",
+)
+TIMES_DO_NOT_INCREASE = InputError.declare(
+    "E-TANK-007",
+    "the times of the trace do not increase",
+    where="{path}, row {row}",
+    why="{later:g} s follows {earlier:g} s",
+    cause="two tests in one file, or times written with too few digits",
+    remedy="give one test in the order of time, each instant once",
+)
+BELOW_ZERO = InputError.declare(
+    "E-TANK-008",
+    "the absolute pressure is negative",
+    why="the smallest is {smallest:g} {unit}",
+    cause="gauge pressure stated as absolute, or gas temperatures in degrees Celsius",
+    remedy='state pressure = "gauge" if the file holds gauge pressure; check its zero',
+)
+OTHER_START = InputError.declare(
+    "E-TANK-009",
+    "the trace does not begin at the pressure of the tank",
+    why="it begins at {start:.5g} Pa, absolute; the case says that the tank holds {said:.5g} Pa",
+    cause="gauge and absolute pressure confused, or another ambient pressure",
+    remedy='correct the pressure of [tank], or pressure = "absolute" or "gauge" of [measurement]',
+)
+PRESSURE_FALLS = InputError.declare(
+    "E-TANK-010",
+    "the pressure falls although the tank loses no heat",
+    why="it falls by {fall:.3g} Pa from its highest level, {share:.1%} of the rise",
+    cause="gas that cools at the wall, water that condenses, or a leak",
+    remedy="give wall_area and heat_transfer of [tank], or end_time of [measurement] to stop at the peak",
+)
+NO_RISE = InputError.declare(
+    "E-TANK-011",
+    "the pressure does not rise",
+    why="its peak is {rise:.3g} Pa above the start, in noise of {noise:.3g} Pa",
+    cause="an inflator that did not fire, another channel, or a wrong unit",
+    remedy="give the trace of a deployment; check the unit of the pressure",
+)
+
 FEWEST_ROWS = 20
 MOST_ROWS = 2000
 """Longer traces are averaged over blocks of equal length: what they lose is finer than any flow they can tell."""
@@ -52,16 +104,11 @@ def load_trace(path: str | Path, gauge: float = 0.0, end: float | None = None) -
     times = columns["time"]
     wrong = np.flatnonzero(np.diff(times) <= 0.0)
     if len(wrong):
-        raise InputError(
-            "E-TANK-007",
-            "the times of the trace do not increase",
-            where=f"{path}, row {wrong[0] + 3}",
-            why=f"{times[wrong[0] + 1]:g} s follows {times[wrong[0]]:g} s",
-            remedy="give one test in the order of time, each instant once",
-        )
+        raise TIMES_DO_NOT_INCREASE(path=path, row=wrong[0] + 3, later=times[wrong[0] + 1], earlier=times[wrong[0]])
     used = (times >= 0.0) & (times <= (np.inf if end is None else end))
     if used.sum() < FEWEST_ROWS:
-        raise _unreadable(path, f"{used.sum()} rows from ignition to the end; at least {FEWEST_ROWS} are needed")
+        why = f"{used.sum()} rows from ignition to the end; at least {FEWEST_ROWS} are needed"
+        raise NOT_A_TRACE(name=path.name, path=path, why=why)
     columns["pressure"] = columns["pressure"] + gauge
     rest = columns["pressure"][times < 0.0]
     kept = {name: _block_means(values[used]) for name, values in columns.items()}
@@ -76,47 +123,23 @@ def check_trace(trace: Trace, start_pressure: float, loses_heat: bool, where: st
     """
     noise, peak = noise_of(trace.pressure), float(trace.pressure.max())
     gas = trace.gas_temperature
-    if trace.pressure.min() < -max(6.0 * noise, 1e-3 * abs(peak)) or (gas is not None and gas.min() <= 0.0):
-        cold = trace.pressure.min() >= 0.0
-        raise InputError(
-            "E-TANK-008",
-            "the gas temperature is not above 0 K" if cold else "the absolute pressure is negative",
-            where=where,
-            why=f"the smallest is {gas.min() if cold else trace.pressure.min():g} {'K' if cold else 'Pa'}",
-            remedy="give kelvin"
-            if cold
-            else 'state pressure = "gauge" if the file holds gauge pressure; check its zero',
-        )
+    if trace.pressure.min() < -max(6.0 * noise, 1e-3 * abs(peak)):
+        raise BELOW_ZERO(where=where, smallest=trace.pressure.min(), unit="Pa")
+    if gas is not None and gas.min() <= 0.0:
+        what, remedy = "the gas temperature is not above 0 K", "give it in kelvin"
+        raise BELOW_ZERO(what=what, where=where, smallest=gas.min(), unit="K", remedy=remedy)
     start, share = _start(trace)
     allowed = max(6.0 * noise * share, 0.02 * abs(peak - start), 0.01 * start_pressure)
     if start is not None and abs(start - start_pressure) > allowed:
-        raise InputError(
-            "E-TANK-009",
-            "the trace does not begin at the pressure of the tank",
-            where=where,
-            why=f"it begins at {start:.5g} Pa, absolute; the tank is said to hold {start_pressure:.5g} Pa",
-            remedy='correct the pressure of [tank], or pressure = "absolute" or "gauge" of [measurement]',
-        )
+        raise OTHER_START(where=where, start=start, said=start_pressure)
     rise = peak - start_pressure
     if rise < 10.0 * noise:
-        raise InputError(
-            "E-TANK-011",
-            "the pressure does not rise",
-            where=where,
-            why=f"its peak is {rise:.3g} Pa above the start, in noise of {noise:.3g} Pa",
-            remedy="give the trace of a deployment; check the unit of the pressure",
-        )
+        raise NO_RISE(where=where, rise=rise, noise=noise)
     span = max(len(trace.pressure) // 20, 1)
     level = np.convolve(trace.pressure, np.full(span, 1.0 / span), "valid")
     fall = level.max() - level[-1]
     if not loses_heat and fall > max(6.0 * noise / np.sqrt(span), 0.005 * rise):
-        raise InputError(
-            "E-TANK-010",
-            "the pressure falls although the tank loses no heat",
-            where=where,
-            why=f"from its highest level it falls by {fall:.3g} Pa, {fall / rise:.1%} of the rise",
-            remedy="give wall_area and heat_transfer of [tank], or end_time of [measurement] to stop at the peak",
-        )
+        raise PRESSURE_FALLS(where=where, fall=fall, share=fall / rise)
 
 
 def noise_of(values: np.ndarray) -> float:
@@ -142,17 +165,19 @@ def _table(path: Path) -> tuple[list[str], np.ndarray]:
         with open(path, newline="", encoding="utf-8-sig") as file:
             header, *rows = [row for row in csv.reader(file) if row]
     except (OSError, ValueError, csv.Error) as error:
-        raise _unreadable(path, getattr(error, "strerror", None) or str(error)) from None
+        raise NOT_A_TRACE(name=path.name, path=path, why=error) from None
     values = np.empty((len(rows), len(header)))
     for k, row in enumerate(rows):
         if len(row) != len(header):
-            raise _unreadable(path, f"row {k + 2} has {len(row)} values, the header {len(header)}")
+            why = f"row {k + 2} has {len(row)} values, the header {len(header)}"
+            raise NOT_A_TRACE(name=path.name, path=path, why=why)
         try:
             values[k] = [float(text) for text in row]
         except ValueError as error:
-            raise _unreadable(path, f"row {k + 2}: {error}") from None
+            raise NOT_A_TRACE(name=path.name, path=path, why=f"row {k + 2}: {error}") from None
         if not np.isfinite(values[k]).all():
-            raise _unreadable(path, f"row {k + 2} holds a value that is not a finite number")
+            why = f"row {k + 2} holds a value that is not a finite number"
+            raise NOT_A_TRACE(name=path.name, path=path, why=why)
     return header, values
 
 
@@ -168,13 +193,7 @@ def _columns(path: Path, header: list[str], values: np.ndarray) -> dict[str, np.
     for name in ("time", "pressure"):
         if name not in found:
             units = ", ".join(CONVERSIONS[_QUANTITIES[name]])
-            raise InputError(
-                "E-TANK-006",
-                f"there is no column of {name}",
-                where=f"{path}, row 1",
-                why=f"its columns are {', '.join(map(repr, header))}; expected '{name} [unit]' with one of {units}",
-                remedy="head the columns with quantity and unit, for example: time [ms],pressure [kPa]",
-            )
+            raise NO_COLUMN(path=path, quantity=name, columns=", ".join(map(repr, header)), units=units)
     return found
 
 
@@ -182,13 +201,3 @@ def _block_means(values: np.ndarray) -> np.ndarray:
     size = -(-len(values) // MOST_ROWS)
     whole = len(values) // size * size
     return values[:whole].reshape(-1, size).mean(axis=1)
-
-
-def _unreadable(path: Path, why: str) -> InputError:
-    return InputError(
-        "E-TANK-005",
-        f"{path.name} is not a trace",
-        where=str(path),
-        why=why,
-        remedy="give a CSV file: a header such as time [ms],pressure [kPa], then one row of numbers for each instant",
-    )

@@ -70,6 +70,15 @@ CASES: dict[str, Callable[[], Iterator[Measurement]]] = {
 }
 
 
+UNKNOWN_CASE = InputError.declare(
+    "E-CLI-030",
+    "there is no verification case {ids}",
+    where="the list of cases",
+    why="no closed form is known under that id",
+    remedy="choose from {known}",
+)
+
+
 def run_cases(ids: Iterable[str] | None = None, progress: Callable[[Check], None] | None = None) -> list[Check]:
     """Run the cases of these ids, all by default, in the order of `CASES`.
 
@@ -81,13 +90,7 @@ def run_cases(ids: Iterable[str] | None = None, progress: Callable[[Check], None
     chosen = set(CASES if ids is None else ids)
     unknown = sorted(chosen - set(CASES))
     if unknown:
-        raise InputError(
-            "E-CLI-030",
-            f"there is no verification case {', '.join(unknown)}",
-            where="the list of cases",
-            why="no closed form is known under that id",
-            remedy=f"choose from {', '.join(CASES)}",
-        )
+        raise UNKNOWN_CASE(ids=", ".join(unknown), known=", ".join(CASES))
     checks = []
     for name, case in CASES.items():
         if name not in chosen:

@@ -13,10 +13,25 @@ from billow.case.bag.bags import Bag
 from billow.case.bag.build_mesh_bag import build_mesh_shape
 from billow.case.bag.build_straps import strap_line
 from billow.case.bag.schema_mesh_bag import MeshBag
-from billow.geometry.bag_shapes import BagShape, along_warp
+from billow.geometry.bag_shapes import DOES_NOT_FIT, BagShape, along_warp
 from billow.geometry.driver_bag import driver_bag
 from billow.geometry.local_thickness import doubled, rim_depth, ring_depth
 from billow.geometry.rectangular_bag import FRONT, REAR, Gap, PanelVent, Seam, rectangular_bag
+
+TOO_MANY_TRIANGLES = InputError.declare(
+    "E-GEO-011",
+    "the mesh would have about {triangles:.2g} triangles",
+    where="bag.element_size, {size_key}",
+    why="at most {most} are allowed, to fit into memory; a length may be in another unit",
+    remedy="raise bag.element_size to {needed:.2g} m or more",
+)
+NO_SUCH_CHAMBER = InputError.declare(
+    "E-GEO-012",
+    "the bag has no chamber {chamber}",
+    where="bag.{key}",
+    why="it has {count}, counted from 1 at the lowest x",
+    remedy="correct bag.{key}, or raise bag.chambers",
+)
 
 MOST_TRIANGLES = 500_000
 
@@ -117,22 +132,20 @@ def _nearest(shape: BagShape, panel: str, point: tuple[float, float]) -> int:
 def _require_modest(bag: schema_bag.PanelBag) -> None:
     triangles = 2.0 * bag.panel_area / (0.25 * np.sqrt(3.0) * bag.element_size**2)
     if triangles > MOST_TRIANGLES:
-        raise InputError(
-            "E-GEO-011",
-            f"the mesh would have about {triangles:.2g} triangles",
-            where=f"bag.element_size, {bag.size_key}",
-            why=f"at most {MOST_TRIANGLES} are allowed, to fit into memory; a length may be in another unit",
-            remedy=f"raise bag.element_size to {bag.element_size * np.sqrt(triangles / MOST_TRIANGLES):.2g} m or more",
+        raise TOO_MANY_TRIANGLES(
+            triangles=triangles,
+            size_key=bag.size_key,
+            most=MOST_TRIANGLES,
+            needed=bag.element_size * np.sqrt(triangles / MOST_TRIANGLES),
         )
 
 
 def _require_apart(vents: schema_bag.Vents) -> None:
     apart = 2.0 * vents.distance * np.sin(np.pi / vents.count) if vents.count > 1 else np.inf
     if apart <= vents.diameter:
-        raise InputError(
-            "E-GEO-010",
-            "the vents overlap",
-            where="bag.vents",
+        raise DOES_NOT_FIT(
+            what="the vents overlap",
+            key="vents",
             why=f"{vents.count} vents of {vents.diameter:g} m have their centres {apart:.3g} m apart",
             remedy="reduce bag.vents.diameter or bag.vents.count, or raise bag.vents.distance",
         )
@@ -140,10 +153,4 @@ def _require_apart(vents: schema_bag.Vents) -> None:
 
 def _require_chamber(chamber: int, chambers: int, key: str) -> None:
     if not 1 <= chamber <= chambers:
-        raise InputError(
-            "E-GEO-012",
-            f"the bag has no chamber {chamber}",
-            where=f"bag.{key}",
-            why=f"it has {chambers}, counted from 1 at the lowest x",
-            remedy=f"correct bag.{key}, or raise bag.chambers",
-        )
+        raise NO_SUCH_CHAMBER(chamber=chamber, key=key, count=chambers)

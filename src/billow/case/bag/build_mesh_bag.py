@@ -18,16 +18,20 @@ from billow.geometry.bag_shapes import BagShape
 from billow.geometry.mesh_bag import MeshPart, mesh_bag, require_nodes
 from billow.geometry.mesh_file import LARGEST_FILE, CellMesh, read_mesh
 
+FILES_CHANGED = InputError.declare(
+    "E-GEO-035",
+    "the bag's mesh files are not those the case was made with",
+    why="their SHA-256 is not that in bag.digest",
+    cause="a file that was edited or replaced while a study or an interrupted run still needs it",
+    remedy="bring the files back, or remove bag.digest to use them as they are now",
+)
+
 
 def build_mesh_shape(bag: schema_mesh_bag.MeshBag) -> BagShape:
     """The bag of mesh files. Raises InputError E-GEO-030..035 and those of `mesh_bag`."""
     if bag.digest and bag.digest != files_digest(bag.start, bag.reference):
-        raise InputError(
-            "E-GEO-035",
-            "the bag's mesh files are not those the case was made with",
-            where=f"bag.start = {bag.start!r}" + (f", bag.reference = {bag.reference!r}" if bag.reference else ""),
-            why="their SHA-256 is not that in bag.digest",
-            remedy="bring the files back, or remove bag.digest to use them as they are now",
+        raise FILES_CHANGED(
+            where=f"bag.start = {bag.start!r}" + (f", bag.reference = {bag.reference!r}" if bag.reference else "")
         )
     start = _scaled(read_mesh(bag.start, bag.part_field, bag.frame), bag.unit)
     reference = _scaled(read_mesh(bag.reference, bag.part_field), bag.unit) if bag.reference else None

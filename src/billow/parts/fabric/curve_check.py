@@ -18,6 +18,37 @@ SAME = 0.02
 """Part of the stress by which unloading may miss the end of loading, or rise above it."""
 
 
+NO_CURVE = InputError.declare(
+    "E-FAB-003",
+    "the points do not make a curve",
+    cause="fewer than two points, strains that do not grow, or no point at zero",
+    remedy="begin the curve at 0, 0 and sort its points by strain",
+)
+STRESS_FALLS = InputError.declare(
+    "E-FAB-004",
+    "the stress falls from {before:.4g} to {after:.4g} Pa",
+    where="{curve}, from {start:g} to {end:g} {unit}",
+    why="fabric that softens has no stable shape: strain would gather in one row of elements",
+    cause="noise of the test, or points beyond the tearing of the sample",
+    remedy="smooth the curve, and end it where the fabric tears",
+)
+UNLOADING_DOES_NOT_FIT = InputError.declare(
+    "E-FAB-005",
+    "the unloading curve does not begin on the loading curve",
+    where="{curve}.unloading, {place}",
+    cause="the two exchanged, or taken from different tests",
+    remedy="end both curves at the point where the test turned round",
+)
+ENERGY_CREATED = InputError.declare(
+    "E-FAB-006",
+    "a cycle to a larger strain would give back energy that smaller cycles turned to heat",
+    where="{curve}.unloading",
+    why="unloading gives back {share:.3g} % of stress times strain; where loading stiffens most ({strain:.3g}, "
+    "{stress:.3g} Pa) at most {most:.3g} % are possible",
+    remedy="make the unloading curve more hollow, or smooth the kink of the loading curve",
+)
+
+
 def check_curves(fabric: CurveFabric, where: str) -> None:
     """where: key of the table that holds warp, weft and shear.
 
@@ -38,46 +69,41 @@ def check_curves(fabric: CurveFabric, where: str) -> None:
 def check_shape(strain: tuple[float, ...], stress: tuple[float, ...], where: str) -> None:
     """Raises InputError E-FAB-003 unless there are as many strains as stresses, and at least two."""
     if len(strain) != len(stress):
-        raise _no_curve(where, f"it has {len(strain)} strains and {len(stress)} stresses", "give one stress per strain")
+        why = f"it has {len(strain)} strains and {len(stress)} stresses"
+        raise NO_CURVE(where=where, why=why, remedy="give one stress per strain")
     if len(strain) < 2:
-        raise _no_curve(where, f"it has {len(strain)} points", "give at least two, the first at zero")
+        raise NO_CURVE(where=where, why=f"it has {len(strain)} points", remedy="give at least two, the first at zero")
 
 
 def _check_points(curve: Curve, name: str, where: str, fabric: CurveFabric) -> None:
     x, stress = np.array(curve.strain), np.array(curve.stress)
     shown, unit = (np.degrees(x), "deg") if name == "shear" else (x, "of strain")
     if x[0] != 0.0 or stress[0] != 0.0:
-        raise _no_curve(
-            where,
-            f"it begins at {shown[0]:g} {unit} with {stress[0]:g} Pa; fabric without strain has no stress",
-            "begin with the point 0, 0; take off what a pretension or a residual strain added",
+        raise NO_CURVE(
+            where=where,
+            why=f"it begins at {shown[0]:g} {unit} with {stress[0]:g} Pa; fabric without strain has no stress",
+            remedy="begin with the point 0, 0; take off what a pretension or a residual strain added",
         )
     k = int(np.argmin(np.diff(x)))
     if x[k + 1] <= x[k]:
-        raise _no_curve(
-            where, f"{shown[k + 1]:g} {unit} follows {shown[k]:g}", "sort the points; give each strain once"
-        )
+        why = f"{shown[k + 1]:g} {unit} follows {shown[k]:g}"
+        raise NO_CURVE(where=where, why=why, remedy="sort the points; give each strain once")
     turn = x[-1] + abs(fabric.start_angle)
     if name == "shear" and turn > LARGEST_TURN:
-        raise _no_curve(
-            where,
-            f"it ends {np.degrees(turn):.3g} deg from right angles; at 90 the yarns lie on each other",
-            "check the unit of the angle; end the curve at 40 to 50 deg, it goes on with its last slope",
+        raise NO_CURVE(
+            where=where,
+            why=f"it ends {np.degrees(turn):.3g} deg from right angles; at 90 the yarns lie on each other",
+            remedy="check the unit of the angle; end the curve at 40 to 50 deg, beyond which its last slope is kept",
         )
     falling = np.flatnonzero(np.diff(stress) < 0.0)
     if len(falling) or (stress < 0.0).any():
         k = int(falling[0]) if len(falling) else int(np.argmax(stress < 0.0)) - 1
-        raise InputError(
-            "E-FAB-004",
-            f"the stress falls from {stress[k]:.4g} to {stress[k + 1]:.4g} Pa",
-            where=f"{where}, from {shown[k]:g} to {shown[k + 1]:g} {unit}",
-            why="fabric that softens has no stable shape: strain would gather in one row of elements",
-            remedy="smooth the curve, and end it where the fabric tears",
+        raise STRESS_FALLS(
+            before=stress[k], after=stress[k + 1], curve=where, start=shown[k], end=shown[k + 1], unit=unit
         )
     if stress[-1] == 0.0 or (stress[1] == 0.0 and where.endswith(".loading")):
-        raise InputError(
-            "E-FAB-004",
-            "there is no stress",
+        raise STRESS_FALLS(
+            what="there is no stress",
             where=f"{where}, up to {shown[-1 if stress[-1] == 0.0 else 1]:g} {unit}",
             why="fabric that does not resist at all has no shape",
             remedy="give the first point a small stress, or check the column of stresses",
@@ -90,23 +116,21 @@ def _check_pair(tested: TestedCurve, name: str, where: str) -> None:
     reached = float(loading.at(end))
     shown = f"{np.degrees(end):g} deg" if name == "shear" else f"{end:g} of strain"
     if end > loading.end * (1.0 + SAME) or abs(stress - reached) > SAME * reached:
-        raise InputError(
-            "E-FAB-005",
-            "the unloading curve does not begin on the loading curve",
-            where=f"{where}.unloading, at {shown}",
+        raise UNLOADING_DOES_NOT_FIT(
+            curve=where,
+            place=f"at {shown}",
             why=f"it has {stress:.4g} Pa there, loading {reached:.4g} Pa"
             if end <= loading.end * (1.0 + SAME)
             else "loading ends before",
-            remedy="end both curves at the point where the test turned round",
         )
     x = np.array(unloading.strain[1:])
     above = np.array(unloading.stress[1:]) - (1.0 + SAME) * loading.at(x)
     if (above > 0.0).any():
         k = int(above.argmax())
-        raise InputError(
-            "E-FAB-005",
-            "the unloading curve lies above the loading curve",
-            where=f"{where}.unloading, point {k + 2}",
+        raise UNLOADING_DOES_NOT_FIT(
+            what="the unloading curve lies above the loading curve",
+            curve=where,
+            place=f"point {k + 2}",
             why=f"it has {unloading.stress[k + 1]:.4g} Pa, loading {float(loading.at(x[k])):.4g} Pa: "
             "each cycle would create energy",
             remedy="exchange the two curves, or check the columns",
@@ -120,15 +144,4 @@ def _check_heat(spring, name: str, where: str) -> None:
         return
     k = int(growth.argmin())
     x, f, slope = spring.loading.x[k], spring.loading.stress[k], spring.loading.slope[k]
-    raise InputError(
-        "E-FAB-006",
-        "a cycle to a larger strain would give back energy that smaller cycles turned to heat",
-        where=f"{where}.unloading",
-        why=f"unloading gives back {100 * spring.share:.3g} % of stress times strain; where loading stiffens most "
-        f"({x:.3g}, {f:.3g} Pa) at most {100 / (1.0 + x * slope / f):.3g} % are possible",
-        remedy="make the unloading curve more hollow, or smooth the kink of the loading curve",
-    )
-
-
-def _no_curve(where: str, why: str, remedy: str) -> InputError:
-    return InputError("E-FAB-003", "the points do not make a curve", where=where, why=why, remedy=remedy)
+    raise ENERGY_CREATED(curve=where, share=100 * spring.share, strain=x, stress=f, most=100 / (1.0 + x * slope / f))

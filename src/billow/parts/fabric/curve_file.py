@@ -21,6 +21,22 @@ COLUMNS = {"strain": "-", "angle": "deg", "stress": "Pa"}
 _HEAD = re.compile(r"\s*(\w+)\s*(?:[\[(]\s*([^\])]*?)\s*[\])])?\s*")
 
 
+UNREADABLE = InputError.declare(
+    "E-FAB-001",
+    "cannot read the curve file {path!r}",
+    where="{path!r}",
+    cause="a misspelt path, or one that counts from another folder than that of the case file",
+    remedy="check the path; it counts from the folder of the case file",
+)
+NO_CURVE = InputError.declare(
+    "E-FAB-002",
+    "{name} holds no curve",
+    where="{path}",
+    cause="no line that names the columns, a unit that does not fit, a decimal comma, or a file of another kind",
+    remedy='begin with a line such as "{x} [{unit}], stress [MPa]", then one point a line, with a decimal point',
+)
+
+
 def read_curve_file(path: Path, x: str) -> dict[str, list[float]]:
     """Columns by name, {x: [...], "stress": [...]}; x: "strain" [-] or "angle" [deg]; stress in Pa.
 
@@ -30,24 +46,11 @@ def read_curve_file(path: Path, x: str) -> dict[str, list[float]]:
         with open(path, "rb") as file:
             content = file.read(LARGEST_FILE + 1)  # a device such as /dev/zero never ends
     except (OSError, ValueError) as error:  # ValueError: a path that no file can have
-        raise InputError(
-            "E-FAB-001",
-            f"cannot read the curve file {str(path)!r}",
-            where=repr(str(path)),
-            why=getattr(error, "strerror", None) or str(error),
-            remedy="check the path; it counts from the folder of the case file",
-        ) from None
+        raise UNREADABLE(path=str(path), why=error) from None
     try:
         return _columns(content, x)
     except (ValueError, csv.Error) as error:
-        raise InputError(
-            "E-FAB-002",
-            f"{path.name} holds no curve",
-            where=str(path),
-            why=str(error),
-            remedy=f'begin with a line such as "{x} [{"%" if x == "strain" else "deg"}], stress [MPa]", '
-            "then one point a line, with a decimal point",
-        ) from None
+        raise NO_CURVE(name=path.name, path=path, x=x, unit="%" if x == "strain" else "deg", why=error) from None
 
 
 def _columns(content: bytes, x: str) -> dict[str, list[float]]:
