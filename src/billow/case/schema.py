@@ -1,7 +1,7 @@
 """The case: what a user writes, one strict schema with units, ranges and defaults.
 
-Every default is a sourced number for a 60-litre driver bag (physics notes, section 9). The reference in docs/case.md is
-generated from this file.
+The defaults describe a 60-litre driver bag; where they come from: docs/theory.md, Default driver bag. The reference in
+docs/case.md is generated from this file.
 """
 
 from __future__ import annotations

@@ -28,7 +28,8 @@ class Measurement:
 
 @dataclass(frozen=True)
 class Check:
-    """A measurement with the id of its case (physics notes, section 8) and what it cost: seconds of wall time."""
+    """A measurement with the id of its case (docs/theory.md, Verification cases) and what it cost: seconds of wall
+    time."""
 
     id: str
     title: str

@@ -107,7 +107,7 @@ def choked_blow_down() -> Iterator[Measurement]:
 
     What stays expands isentropically and the choked flow is proportional to p/sqrt(T), so
     p = p0 (1 + (g-1) t / (2 tau))^(-2g/(g-1)), tau = V / (Cd A sqrt(g R T0) (2/(g+1))^((g+1)/(2(g-1)))) (Shapiro,
-    compressible flow; 147.7 ms, 461.8 K, 0.5197 of the mass in the physics notes). Rates are taken from the old state
+    "Compressible Fluid Flow", 1953: 147.7 ms, 461.8 K, 0.5197 of the mass). Rates are taken from the old state
     (first order): the relative error is about dt/tau, 1e-4 at 20 us.
     """
     hole = Passage("hole", VENT, ORIFICE, 0, area=1e-3)
@@ -170,7 +170,8 @@ def isentropic_compression() -> Iterator[Measurement]:
 
 
 def mixture_properties() -> Iterator[Measurement]:
-    """T6: molar mass, cp and cp/cv of N2/H2O/CO2 45/30/25 mol % (GRI-Mech 3.0; values of the physics notes)."""
+    """T6: molar mass, cp and cp/cv of N2/H2O/CO2 45/30/25 mol % (GRI-Mech 3.0; values in docs/theory.md, Verification
+    cases)."""
     table = thermo_table([SPECIES[name] for name in PYRO])
     fractions = np.array(list(mass_fractions(PYRO).values()))
     gas_constant = mixture_gas_constant(table, fractions)

@@ -1,8 +1,8 @@
 """T1p to T5p: the corpuscular gas against thermodynamics on paper.
 
 The gas is advanced by `Corpuscular.advance`, as in a run, in a box whose walls stand still or are moved by hand.
-Tolerances are those of the physics notes, section 8; each case has the particles that keep its statistical error, named
-there, below them, and one seed, so that it gives the same numbers every time.
+Each case has enough particles to keep its statistical error, named in its docstring, below its tolerance, and one seed,
+so that it gives the same numbers every time.
 """
 
 from __future__ import annotations

@@ -40,7 +40,7 @@ from billow.parts.gas.gas_model import Bag, GasTotals
 from billow.parts.gas.supply.ambient import InitialGas
 
 SMOOTHING = 0.2e-3
-"""Time constant [s] of wall pressure and incident flow (physics notes, section 2)."""
+"""Time constant [s] of wall pressure and incident flow (docs/theory.md, Smoothing of wall pressure)."""
 
 PATCH_INTERVAL = 0.1e-3
 """Time [s] between two changes of the patches."""
