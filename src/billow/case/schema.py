@@ -16,12 +16,14 @@ from pydantic_core import PydanticCustomError
 
 from billow.case.bag.bags import Bag
 from billow.case.bag.schema_bag import DriverBag
+from billow.case.case_file import load_case, validate
 from billow.case.fabric.schema_fabric import Fabric
 from billow.case.gas.schema_gas import Ambient, Gas, Inflator, Inflators, require_distinct
 from billow.case.gas.schema_leakage import Leakage
 from billow.case.obstacles.schema_obstacle import Obstacle, Plate
 from billow.case.quantity import Strict, quantity
 from billow.case.text import Name, Text
+from billow.case.vary import vary
 
 Acceleration = quantity("m/s^2", -100.0, 100.0)
 Coordinate = quantity("m", -10.0, 10.0)
@@ -134,16 +136,12 @@ class Case(Strict):
     @classmethod
     def load(cls, path: str | Path) -> Case:
         """Case from a TOML file; raises InputError with file, key, value and remedy."""
-        from billow.case.case_file import load_case  # which knows this schema
-
-        return load_case(path)
+        return load_case(cls, path)
 
     @classmethod
     def from_dict(cls, data: dict[str, Any], where: str = "case") -> Case:
         """Case from nested dictionaries; raises InputError."""
-        from billow.case.case_file import validate
-
-        return validate(data, where)
+        return validate(cls, data, where)
 
     def to_dict(self) -> dict[str, Any]:
         """Every key with its effective value, defaults filled in."""
@@ -163,6 +161,4 @@ class Case(Strict):
 
         Obstacles are addressed by name. Raises InputError for unknown keys or bad values.
         """
-        from billow.case.vary import vary
-
-        return vary(self, changes)
+        return validate(type(self), vary(self.to_dict(), changes), "design parameters")

@@ -1,20 +1,18 @@
-"""A case with some keys replaced: how a design of experiments reaches into a case."""
+"""Some keys of a case replaced: how a design of experiments reaches into a case."""
 
 from __future__ import annotations
 
 from typing import Any
 
 from billow.base.errors import InputError
-from billow.case.case_file import validate
-from billow.case.schema import Case
 
 
-def vary(case: Case, changes: dict[str, Any]) -> Case:
-    """Replace dotted keys; what stands in a list (obstacles, several inflators) is addressed by name.
+def vary(data: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
+    """The tables of a case with dotted keys replaced, in place; what stands in a list (obstacles, several inflators) is
+    addressed by name. Values are not checked.
 
-    Raises InputError E-CASE-006 or those of `validate`.
+    Raises InputError E-CASE-006 for keys that lead nowhere.
     """
-    data = case.to_dict()
     for key, value in changes.items():
         *path, last = key.split(".")
         place: Any = data
@@ -23,7 +21,7 @@ def vary(case: Case, changes: dict[str, Any]) -> Case:
         if not isinstance(place, dict):
             raise _unknown(key, last, sorted(_named(place)))
         place[last] = value
-    return validate(data, "design parameters")
+    return data
 
 
 def _enter(place: Any, part: str, key: str) -> Any:
@@ -38,7 +36,7 @@ def _enter(place: Any, part: str, key: str) -> Any:
 
 
 def _named(place: Any) -> dict[str, Any]:
-    """The tables of a list by name; none if it is no list."""
+    """The tables of a list by name; none if it is not a list."""
     items = place if isinstance(place, (list, tuple)) else ()
     return {str(item.get("name")): item for item in items if isinstance(item, dict)}
 
