@@ -12,7 +12,6 @@ from typing import Any
 
 import tomli_w
 from pydantic import field_validator, model_validator
-from pydantic_core import PydanticCustomError
 
 from billow.case.bag.bags import Bag
 from billow.case.bag.schema_bag import DriverBag
@@ -21,7 +20,7 @@ from billow.case.fabric.schema_fabric import Fabric
 from billow.case.gas.schema_gas import Ambient, Gas, Inflator, Inflators, require_distinct
 from billow.case.gas.schema_leakage import Leakage
 from billow.case.obstacles.schema_obstacle import Obstacle, Plate
-from billow.case.quantity import Strict, quantity
+from billow.case.quantity import Strict, quantity, refused, whole
 from billow.case.text import Name, Text
 from billow.case.vary import vary
 
@@ -45,9 +44,9 @@ class Run(Strict):
 
     end_time: quantity("s", 1e-6, 1.0) = 0.050
     """Simulated time."""
-    frames: int = 50
+    frames: whole(1, 10_000) = 50
     """Number of output frames after the start, evenly spaced."""
-    histories_per_frame: int = 10
+    histories_per_frame: whole(1, 10_000) = 10
     """Rows of histories.csv per frame."""
     dt_scale: quantity("-", 0.01, 1.0) = 1.0
     """Fraction of the stable step to use."""
@@ -68,34 +67,20 @@ class Run(Strict):
     def _in_time(self):
         late = [time for time in self.particle_times if time > self.end_time]
         if late:
-            raise PydanticCustomError(
-                "range",
-                "{reason}",
-                {
-                    "reason": f"particle_times has {late[0]:g} s, after end_time, {self.end_time:g} s",
-                    "try": "remove that time, or raise run.end_time",
-                },
+            raise refused(
+                f"particle_times has {late[0]:g} s, after end_time, {self.end_time:g} s",
+                "remove that time, or raise run.end_time",
+                kind="range",
             )
         return self
-
-    @field_validator("frames", "histories_per_frame")
-    @classmethod
-    def _countable(cls, value):
-        if not 1 <= value <= 10_000:
-            raise PydanticCustomError("range", "{reason}", {"reason": f"{value}; expected 1 to 10000"})
-        return value
 
     @model_validator(mode="after")
     def _rows_fit(self):
         rows = self.frames * self.histories_per_frame
         if rows > MOST_ROWS:
-            raise PydanticCustomError(
-                "rows",
-                "{reason}",
-                {
-                    "reason": f"frames times histories_per_frame makes {rows} rows of histories; at most {MOST_ROWS}",
-                    "try": "reduce frames or histories_per_frame",
-                },
+            raise refused(
+                f"frames times histories_per_frame makes {rows} rows of histories; at most {MOST_ROWS}",
+                "reduce frames or histories_per_frame",
             )
         return self
 
@@ -123,9 +108,7 @@ class Case(Strict):
     @classmethod
     def _at_least_one(cls, value):
         if value == ():
-            raise PydanticCustomError(
-                "inflators", "the list is empty", {"try": 'set gas.model = "none" for a bag without inflator'}
-            )
+            raise refused("the list is empty", 'set gas.model = "none" for a bag without inflator')
         return require_distinct(value, "inflators") if isinstance(value, tuple) else value
 
     @property

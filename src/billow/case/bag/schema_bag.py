@@ -5,11 +5,8 @@ from __future__ import annotations
 import math
 from typing import Literal
 
-from pydantic import field_validator
-from pydantic_core import PydanticCustomError
-
 from billow.case.gas.factor import over_either, over_time
-from billow.case.quantity import Strict, quantity
+from billow.case.quantity import Strict, quantity, whole
 
 Length = quantity("m", 1e-4, 10.0)
 Offset = quantity("m", -10.0, 10.0)
@@ -41,25 +38,18 @@ class VentFlow(Strict):
 class Vents(VentFlow):
     """Vent holes in the rear panel, evenly spaced about the axis."""
 
-    count: int = 2
+    count: whole(0, 12, "vents") = 2
     """Number of vents."""
     diameter: quantity("m", 1e-3, 0.2) = 0.035
     """Diameter of each hole."""
     distance: Length = 0.17
     """Distance of their centres from the bag's axis."""
 
-    @field_validator("count")
-    @classmethod
-    def _few(cls, value):
-        if not 0 <= value <= 12:
-            raise PydanticCustomError("range", "{reason}", {"reason": f"{value} vents; expected 0 to 12"})
-        return value
-
 
 class PanelVents(Vents):
     """Vent holes in one panel, evenly spaced about the middle of the bag; the first lies in direction x."""
 
-    count: int = 0
+    count: whole(0, 12, "vents") = 0
     """Number of vents."""
     panel: Panel = "rear"
     """Panel they are cut into."""
@@ -101,19 +91,12 @@ class Straps(StrapCloth):
     """Straps (tethers) from the retainer ring to a stitch line on the front panel, by default cut from the bag's
     fabric."""
 
-    count: int = 4
+    count: whole(0, 24, "straps") = 4
     """Number of straps."""
     length: quantity("m", 0.01, 2.0) | Literal["start"] = 0.28
     """Unstretched length; start: the distance of its ends at the start."""
     stitch_radius: quantity("m", 1e-3, 2.0) = 0.08
     """Radius of the stitch line on the front panel."""
-
-    @field_validator("count")
-    @classmethod
-    def _few(cls, value):
-        if not 0 <= value <= 24:
-            raise PydanticCustomError("range", "{reason}", {"reason": f"{value} straps; expected 0 to 24"})
-        return value
 
 
 class PanelStrap(StrapCloth):
@@ -236,7 +219,7 @@ class RectangularBag(PanelBag):
     """Length of the flat panels, along x."""
     width: quantity("m", 0.05, 5.0) = 0.40
     """Width of the flat panels, along y."""
-    chambers: int = 1
+    chambers: whole(1, 64, "chambers") = 1
     """Number of chambers."""
     mouth_chamber: int = 1
     """Chamber with the inflator's mouth, in the middle of its rear panel; counted from 1 at the lowest x."""
@@ -255,10 +238,3 @@ class RectangularBag(PanelBag):
     def size_key(self) -> str:
         """The key that decides how large the bag is."""
         return "bag.length"
-
-    @field_validator("chambers")
-    @classmethod
-    def _few(cls, value):
-        if not 1 <= value <= 64:
-            raise PydanticCustomError("range", "{reason}", {"reason": f"{value} chambers; expected 1 to 64"})
-        return value

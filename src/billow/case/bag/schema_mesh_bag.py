@@ -5,21 +5,16 @@ from __future__ import annotations
 from typing import Annotated, Literal
 
 from pydantic import AfterValidator, field_validator
-from pydantic_core import PydanticCustomError
 
 from billow.base.units import CONVERSIONS
 from billow.case.bag.schema_bag import Angle, Layers, StrapCloth, VentFlow
-from billow.case.quantity import Strict, quantity
+from billow.case.quantity import Strict, quantity, refused
 from billow.case.text import Name, Text
 
 
 def _unit(value: str) -> str:
     if value not in CONVERSIONS["m"]:
-        raise PydanticCustomError(
-            "unit",
-            "{reason}",
-            {"reason": "it is no unit of length", "try": f"use one of {', '.join(CONVERSIONS['m'])}"},
-        )
+        raise refused("it is no unit of length", f"use one of {', '.join(CONVERSIONS['m'])}", kind="unit")
     return value
 
 
@@ -58,11 +53,7 @@ class MeshStrap(StrapCloth):
     @classmethod
     def _some(cls, value):
         if not value or any(a == b for a, b in value):
-            raise PydanticCustomError(
-                "nodes",
-                "{reason}",
-                {"reason": "a strap joins two different nodes", "try": "write pairs: nodes = [[12, 340], [13, 341]]"},
-            )
+            raise refused("a strap joins two different nodes", "write pairs: nodes = [[12, 340], [13, 341]]")
         return value
 
 
@@ -104,9 +95,5 @@ class MeshBag(Strict):
         names = [part.name for part in value]
         if not names or len(set(names)) != len(names):
             reason = f"two parts are called {max(names, key=names.count)}" if names else "a bag has at least one part"
-            raise PydanticCustomError(
-                "parts",
-                "{reason}",
-                {"reason": reason, "try": "write one [[bag.parts]] table for each part of the mesh"},
-            )
+            raise refused(reason, "write one [[bag.parts]] table for each part of the mesh")
         return value

@@ -5,9 +5,8 @@ from __future__ import annotations
 from typing import Any, Literal
 
 from pydantic import model_validator
-from pydantic_core import PydanticCustomError
 
-from billow.case.quantity import Strict, quantity
+from billow.case.quantity import Strict, quantity, refused
 from billow.parts.fabric.library import FILES, library_curves
 
 Modulus = quantity("Pa", 1e4, 1e12)
@@ -130,13 +129,9 @@ class Fabric(Strict):
             return data
         if data.get("law") == "linear" or len(given) == len(DIRECTIONS):
             reason = "the law is linear" if data.get("law") == "linear" else "all three curves are given"
-            raise PydanticCustomError(
-                "library",
-                "{reason}",
-                {
-                    "reason": f"library = {library!r} would have no effect: {reason}",
-                    "try": 'write law = "curves-shear", and leave out the curves that the library should give',
-                },
+            raise refused(
+                f"library = {library!r} would have no effect: {reason}",
+                'write law = "curves-shear", and leave out the curves that the library should give',
             )
         filled = {name: table for name, table in library_curves(library).items() if name not in given}
         return {**data, "library": "own", "curves": {**data.get("curves", {}), **filled}}
@@ -145,15 +140,11 @@ class Fabric(Strict):
     def _resists(self):
         largest = (self.young_warp / self.young_weft) ** 0.5
         if self.poisson >= largest:
-            raise PydanticCustomError(
-                "poisson",
-                "{reason}",
-                {
-                    "reason": f"with young_warp = {self.young_warp:g} Pa, young_weft = {self.young_weft:g} Pa and "
-                    f"poisson = {self.poisson:g} a stretched fabric gains energy; poisson must stay below the root of "
-                    f"young_warp / young_weft, {largest:.3g}",
-                    "try": "check the units of both moduli, reduce poisson, or exchange young_warp and young_weft",
-                },
+            raise refused(
+                f"with young_warp = {self.young_warp:g} Pa, young_weft = {self.young_weft:g} Pa and "
+                f"poisson = {self.poisson:g} a stretched fabric gains energy; poisson must stay below the root of "
+                f"young_warp / young_weft, {largest:.3g}",
+                "check the units of both moduli, reduce poisson, or exchange young_warp and young_weft",
             )
         return self
 
@@ -171,7 +162,7 @@ class Fabric(Strict):
                 f'give it, or library = "{next(iter(FILES))}" for what is not given',
             )
         if problem:
-            raise PydanticCustomError("fabric", "{reason}", {"reason": problem[0], "try": problem[1]})
+            raise refused(problem[0], problem[1])
         return self
 
 

@@ -5,10 +5,9 @@ from __future__ import annotations
 from typing import Literal
 
 from pydantic import Field, model_validator
-from pydantic_core import PydanticCustomError
 
 from billow.case.gas.factor import over_pressure, over_time
-from billow.case.quantity import Strict, quantity
+from billow.case.quantity import Strict, quantity, refused
 from billow.case.text import Name
 
 Term = quantity("-", -100.0, 100.0)
@@ -39,24 +38,16 @@ class PartLeakage(Strict):
     @model_validator(mode="after")
     def _plausible(self):
         if self.law in ("porous-medium", "velocity-curve") and self.pressure_factor == 1.0:
-            raise PydanticCustomError(
-                "leakage",
-                "{reason}",
-                {
-                    "reason": f"{self.law} needs a pressure_factor; it has the unit of the law",
-                    "try": "give leakage.pressure_factor as a number or a curve against absolute pressure",
-                },
+            raise refused(
+                f"{self.law} needs a pressure_factor; it has the unit of the law",
+                "give leakage.pressure_factor as a number or a curve against absolute pressure",
             )
         largest = self._largest(self.time_factor) * self._largest(self.pressure_factor)
         limit = LARGEST[self.law]
         if largest > limit:
-            raise PydanticCustomError(
-                "leakage",
-                "{reason}",
-                {
-                    "reason": f"the factors of {self.law} reach {largest:g}; at most {limit:g} is plausible",
-                    "try": "check the unit of leakage.pressure_factor: SI, against absolute pressure",
-                },
+            raise refused(
+                f"the factors of {self.law} reach {largest:g}; at most {limit:g} is plausible",
+                "check the unit of leakage.pressure_factor: SI, against absolute pressure",
             )
         return self
 

@@ -5,9 +5,8 @@ from __future__ import annotations
 from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field
-from pydantic_core import PydanticCustomError
 
-from billow.case.quantity import Strict, quantity
+from billow.case.quantity import Strict, quantity, refused
 from billow.case.text import Name
 
 Fraction = quantity("-", 0.0, 1.0)
@@ -69,7 +68,7 @@ def _known_shape(value: Any) -> Any:
         given = value.get("shape")
         reason = f"there is no shape {given[:40]!r}" if isinstance(given, str) else "it has no shape"
         remedy = f"write {' or '.join(f'shape = {shape!r}' for shape in shapes)}"
-        raise PydanticCustomError("shape", "{reason}", {"reason": reason, "try": remedy})
+        raise refused(reason, remedy)
     return value
 
 
