@@ -79,14 +79,14 @@ def validate(model: type[Model], data: dict[str, Any], where: str) -> Model:
 
 def _explain(error: ValidationError, model: type[Strict], where: str) -> InputError:
     problems = error.errors(include_url=False)
-    # Of a union every branch complains; the branch that got furthest speaks for it.
-    # A table is never a misspelt number: there the branch of the curve is meant.
+    # Every branch of a union reports a problem; the one that got furthest is shown. A table is never a misspelt number:
+    # the branch of the curve is meant.
     problem = max(
         problems,
         key=lambda p: (p["type"] in ("range", "unit", "curve") and not isinstance(p["input"], dict), len(p["loc"])),
     )
     *path, last = problem["loc"] or ("case",)
-    # A key of the user's may be called like a branch of a union; it stands last.
+    # A user's key may have the name of a union branch; it comes last.
     named = problem["type"] in ("extra_forbidden", "missing")
     variants = set(_variants(model))
     keys = [str(k) for k in path if not _is_branch(str(k), variants)]

@@ -30,13 +30,13 @@ MOST_ROWS = 100_000  # of histories; a run that needs 50 ms has 500
 
 
 class Sensor(Strict):
-    """A place where the corpuscular gas is read: columns of histories.csv for pressure, temperature, density and
-    velocity. Readings gather the nearest 400 particles."""
+    """A point where the corpuscular gas is measured: columns of histories.csv for pressure, temperature, density and
+    velocity. Values are means over the nearest 400 particles."""
 
     name: Name
     """Name, for the histories."""
     position: tuple[Coordinate, Coordinate, Coordinate]
-    """Where, in the coordinates of the bag; it does not move with the fabric."""
+    """Position in the coordinates of the bag; it does not move with the fabric."""
 
 
 class Run(Strict):
@@ -53,9 +53,9 @@ class Run(Strict):
     gravity: tuple[Acceleration, Acceleration, Acceleration] = (0.0, 0.0, 0.0)
     """Acceleration of gravity; negligible during a deployment."""
     gas_frames: bool = True
-    """Write gas.vtkhdf: the corpuscular gas in boxes of about 100 particles, at every frame."""
+    """Whether to write gas.vtkhdf: the corpuscular gas in boxes of about 100 particles, at every frame."""
     particle_times: tuple[quantity("s", 0.0, 1.0), ...] = ()
-    """Times at which the particles themselves go to particles.vtkhdf; each at the next row of the histories."""
+    """Times at which the particles themselves are written to particles.vtkhdf, at the next row of the histories."""
     sensors: tuple[Sensor, ...] = ()
 
     @field_validator("sensors")
@@ -113,7 +113,7 @@ class Case(Strict):
 
     @property
     def inflators(self) -> tuple[Inflator, ...]:
-        """All inflators, also if there is only one."""
+        """All inflators, even if there is only one."""
         return self.inflator if isinstance(self.inflator, tuple) else (self.inflator,)
 
     @classmethod

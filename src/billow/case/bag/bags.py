@@ -1,4 +1,4 @@
-"""The kinds of bag that a case chooses among with `shape`."""
+"""The kinds of bag; a case selects one with `shape`."""
 
 from __future__ import annotations
 

@@ -28,7 +28,7 @@ def _require_whole(fractions: dict[str, float]) -> dict[str, float]:
 
 
 class Species(Strict):
-    """A gas of one's own: molar heat capacity cp = a + b T + c T^2."""
+    """A user-defined gas: molar heat capacity cp = a + b T + c T^2."""
 
     molar_mass: quantity("kg/mol", 1e-3, 0.5)
     """Molar mass."""
@@ -70,7 +70,7 @@ class Initial(Strict):
 
 
 class Orifice(Strict):
-    """A hole of fixed area between two chambers, or to the surroundings, that the mesh does not show."""
+    """A hole of fixed area between two chambers, or to the surroundings, that is not part of the mesh."""
 
     name: Name
     """Name, for the histories."""
@@ -93,14 +93,14 @@ class Gas(Strict):
 
     model: Literal["uniform-pressure", "corpuscular", "none"] = "uniform-pressure"
     """uniform-pressure: one well-mixed gas in each chamber; corpuscular: particles that fly, collide and push, so that
-    jets, narrow gaps and the way of the gas are felt; none: no gas at all."""
+    jets, narrow gaps and the flow path matter; none: no gas at all."""
     particles: whole(1_000, 20_000_000) = 100_000
-    """Of the corpuscular gas, for all there will be inside, injected and initial."""
+    """Number of particles of the corpuscular gas, for injected and initial gas together."""
     seed: whole(0, 2**31 - 1) = 1
-    """Of the corpuscular gas' random numbers; runs with other seeds show how large its noise is."""
+    """Seed of the corpuscular gas' random numbers; runs with other seeds show how large the noise is."""
     switch_time: quantity("s", 0.0, 10.0) = 0.0
-    """When the corpuscular gas becomes one of uniform pressure, which costs next to nothing; 0 for never. Mass and
-    energy go over exactly; the gas' flow comes to rest as heat."""
+    """Time at which the corpuscular gas becomes uniform pressure, which costs almost nothing; 0 for never. Mass and
+    energy are kept exactly; the kinetic energy of the flow becomes heat."""
     heat_transfer: quantity("W/(m^2 K)", 0.0, 1e4) = 0.0
     """Heat transfer coefficient from the gas through the outer fabric to the surroundings."""
     opening_discharge: Fraction = 0.7
@@ -108,7 +108,7 @@ class Gas(Strict):
     initial: Initial = Initial()
     orifices: tuple[Orifice, ...] = ()
     species: dict[Name, Species] = Field(default_factory=dict)
-    """Gases of one's own by name, for example [gas.species.smoke]; they go before those of the library."""
+    """User-defined gases by name, for example [gas.species.smoke]; they take precedence over the library."""
 
     @field_validator("orifices")
     @classmethod

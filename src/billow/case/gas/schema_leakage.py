@@ -16,7 +16,7 @@ LARGEST = {"permeability": 10.0, "wang-nefske": 1.0, "graefe": 1.0, "porous-medi
 
 
 class PartLeakage(Strict):
-    """How gas gets through one part of the fabric."""
+    """Leakage through one part of the fabric."""
 
     law: Literal["permeability", "wang-nefske", "graefe", "porous-medium", "velocity-curve"] = "permeability"
     """permeability: fabric.permeability times a leak speed that grows with the root of the pressure difference.
@@ -57,7 +57,7 @@ class PartLeakage(Strict):
 
 
 class Leakage(PartLeakage):
-    """How gas gets through the fabric. One law for all of it, and others for single parts."""
+    """Leakage through the fabric. One law for all of it, and others for single parts."""
 
     parts: dict[Name, PartLeakage] = Field(default_factory=dict)
-    """Laws of single parts by name, for example [leakage.parts.front]; each stands for itself."""
+    """Laws of single parts by name, for example [leakage.parts.front]; each replaces the general law completely."""
