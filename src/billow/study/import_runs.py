@@ -17,15 +17,13 @@ from __future__ import annotations
 import csv
 import hashlib
 import re
-import shutil
-import uuid
 from pathlib import Path
 
 import numpy as np
 import tomli_w
 
 from billow.base.errors import BillowError, InputError
-from billow.results.atomic import publish_folder, write_atomically
+from billow.results.atomic import whole_folder, write_atomically
 from billow.results.dataset_files import (
     DatasetRecord,
     Parameter,
@@ -67,9 +65,7 @@ def import_runs(
     folder, out = Path(folder), Path(out).absolute()
     table = _Table(folder / TABLE)
     split = table.split or _draw_split(list(table.design), test_share, seed)
-    partial = out.with_name(f"{out.name}.{uuid.uuid4().hex[:12]}.partial")
-    partial.mkdir(parents=True)
-    try:
+    with whole_folder(out) as partial:
         common = None
         for run in table.design:
             found = _read(folder, run)
@@ -90,9 +86,6 @@ def import_runs(
                 parameters=table.parameters,
             ),
         )
-        publish_folder(partial, out)
-    finally:
-        shutil.rmtree(partial, ignore_errors=True)
     return len(split[0]), len(split[1])
 
 

@@ -91,6 +91,10 @@ class Trajectory:
     inflow_energy: np.ndarray
     implicit: np.ndarray
 
+    def at(self, rows: slice | np.ndarray) -> Trajectory:
+        """Some rows of it."""
+        return Trajectory(**{name: values[rows] for name, values in vars(self).items()})
+
 
 def make_tank(
     volume: float,

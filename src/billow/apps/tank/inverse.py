@@ -82,7 +82,7 @@ def flow_of_temperature(
         flow = found.flow
         if np.abs(flow - before).max() <= SETTLED * flow.max():
             break
-    state = _rows(fill(tank, times, mass @ flow, enthalpy @ flow), rows)
+    state = fill(tank, times, mass @ flow, enthalpy @ flow).at(rows)
     return _solution(knots, found, temperature, state, trace)
 
 
@@ -196,10 +196,6 @@ def _knots(trace: Trace) -> np.ndarray:
 def _from_start(times: np.ndarray) -> np.ndarray:
     """The times [s] with ignition (t = 0) before them."""
     return times if times[0] == 0.0 else np.concatenate([[0.0], times])
-
-
-def _rows(state: Trajectory, rows: slice) -> Trajectory:
-    return Trajectory(**{name: values[rows] for name, values in vars(state).items()})
 
 
 def _first_flow(tank: Tank, trace: Trace, enthalpy: np.ndarray) -> float:
