@@ -1,4 +1,4 @@
-"""Pictures of a convergence study: how errors fall, the curves with their noise, and the last shapes laid over."""
+"""Figures of a convergence study: how errors fall, the curves with their noise, and the final shapes overlaid."""
 
 from __future__ import annotations
 

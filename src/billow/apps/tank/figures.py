@@ -1,4 +1,4 @@
-"""Pictures of a tank test: what was measured, what explains it, and the inflow with its band."""
+"""Figures of a tank test: measurement, fit, and the inflow with its band."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def draw_prediction(state: Trajectory) -> bytes:
 
 
 def draw_evaluation(trace: Trace, found: Solution) -> bytes:
-    """Measured and explained pressure, what is left over, mass flow and temperature of the inflow, as PNG."""
+    """Measured and fitted pressure, residual, mass flow and temperature of the inflow, as PNG."""
     with matplotlib.rc_context(STYLE):
         figure, ((pressure, flow), (rest, temperature)) = _panels(2, rows=2)
         time, knots = trace.times * MILLI, found.knots * MILLI

@@ -1,4 +1,4 @@
-"""Result folders of tank tests: curves as CSV, an [inflator] table to paste into a case, a summary, a picture."""
+"""Result folders of tank tests: curves as CSV, an [inflator] table to paste into a case, a summary, a figure."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a tank test needs to know, as users write it: one TOML file for prediction and evaluation.
+"""The case of a tank test: one TOML file for prediction and evaluation.
 
 docs/tank.md shows the file; `[inflator]` takes the same curves as that of a simulation.
 """
@@ -67,7 +67,7 @@ class TankTable(Strict):
 
 
 class InflatorTable(Strict):
-    """The gas source: all of it to predict a test; what is known of it to evaluate one."""
+    """The gas source: complete to predict a test, as far as known to evaluate one."""
 
     gas: Fractions
     mass_flow: curve("kg/s", 0.0, 100.0) | None = None

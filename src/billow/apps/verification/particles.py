@@ -1,4 +1,4 @@
-"""T1p to T5p: the corpuscular gas against thermodynamics on paper.
+"""T1p to T5p: the corpuscular gas against closed forms of thermodynamics.
 
 The gas is advanced by `Corpuscular.advance`, as in a run, in a box whose walls stand still or are moved by hand.
 Each case has enough particles to keep its statistical error, named in its docstring, below its tolerance, and one seed,
@@ -46,8 +46,8 @@ def in_a_box(
     fractions: np.ndarray = WHOLE, inflator: Inflator | None = None, passages: tuple[Passage, ...] = (),
     outside: float = ATMOSPHERE, heat_conductance: np.ndarray | None = None,
 ) -> Corpuscular:  # fmt: skip
-    """Gas at pressure [Pa] and temperature [K]; outside: pressure [Pa]. An inflator blows from the bottom up through a
-    hole of 0.1 m, in all directions."""
+    """Gas at pressure [Pa] and temperature [K]; outside: pressure [Pa]. An inflator blows upwards from the bottom
+    through a hole of 0.1 m, in all directions."""
     shape = box(WIDTH, DEPTH, height)
     bottom = np.flatnonzero(shape.positions[:, 2] == 0.0)
     ring = JetRing(1, 0.0, 0.1, 0.0, cone=0.5 * np.pi)
@@ -70,7 +70,7 @@ def steps(
     gas: Corpuscular, state: CorpuscularState, count: int, dt: float, height: Callable[[float], float] | None = None,
     begin: int = 0,
 ) -> Iterator[float]:  # fmt: skip
-    """Advance by so many steps [s], the lid at height(time) [m], and give the time [s] after each."""
+    """Advance by `count` steps of dt [s], with the lid at height(time) [m], and yield the time [s] after each."""
     shape = box(WIDTH, DEPTH, HEIGHT if height is None else height(begin * dt))
     bag = bag_of_height(HEIGHT) if height is None else None
     still = np.zeros_like(shape.positions)
@@ -116,7 +116,7 @@ def rigid_tank() -> Iterator[Measurement]:
 def filling_at_constant_pressure() -> Iterator[Measurement]:
     """T2p: as T2, from a twentieth of the final volume, filled with the same gas at T_in.
 
-    The piston moves as the answer demands. Statistical error 0.5/sqrt(N) at a time, 0.1 % over the last quarter.
+    The piston follows the exact solution. Statistical error 0.5/sqrt(N) at a time, 0.1 % over the last quarter.
     """
     hot, flow, start = 600.0, 0.5, 0.05 * HEIGHT
     rise = flow * GAS_CONSTANT * hot / ATMOSPHERE / (WIDTH * DEPTH)
@@ -134,10 +134,10 @@ def filling_at_constant_pressure() -> Iterator[Measurement]:
 
 
 def choked_blow_down() -> Iterator[Measurement]:
-    """T3p: as T3, through a lid that lets as many pass as the law says.
+    """T3p: as T3, through a lid that lets particles pass at the rate of the law.
 
-    Half of 8,000 particles leave: 1.6 % of those that stay. What they take along, flight at a hole 2 k T, store, and
-    k T/2 from the others, is the enthalpy of continuum outflow: 0.6/sqrt(4,000) = 0.9 %.
+    Half of 8,000 particles leave: 1.6 % of those that remain. The energy they carry (2 k T in flight at a hole,
+    internal energy, and k T/2 from the others) is the enthalpy of continuum outflow: 0.6/sqrt(4,000) = 0.9 %.
     """
     hole = Passage("hole", VENT, ORIFICE, 0, triangles=LID, area=1e-3)
     gas = in_a_box(IDEAL, 8_000, 5e5, 600.0, passages=(hole,), outside=1e5)
@@ -184,8 +184,8 @@ def isentropic_compression() -> Iterator[Measurement]:
 
 
 def cooling() -> Iterator[Measurement]:
-    """U5p: as U5, for two time constants. The loss is owed by its exponential, so the only error is that the energy of
-    the mean drift, 0.6/N of all with 2,000 particles, is none of the temperature and comes and goes: 3e-4.
+    """U5p: as U5, for two time constants. The loss follows its exponential, so that the only error is the fluctuating
+    energy of the mean drift, which is not part of the temperature: 0.6/N of the total with 2,000 particles, 3e-4.
     """
     gas = in_a_box(IDEAL, 2_000, 2e5, 900.0, heat_conductance=np.array([40.0]))
     state = gas.start(bag_of_height(HEIGHT))
@@ -195,7 +195,7 @@ def cooling() -> Iterator[Measurement]:
     end = 2.0 * capacity / 40.0
     for _ in steps(gas, state, count, end / count):
         pass
-    # The loss of a gas step is paid before its flight: the temperature is that of the last gas step.
+    # The loss of a gas step is taken before its flight: the temperature is that of the last gas step.
     expected = 295.0 + warmer * np.exp(-40.0 * state.gas_time / capacity)
     yield Measurement("temperature [K]", state.temperature[0], expected, 1e-3)
     yield Measurement("heat lost [J]", gas.totals(state).heat_lost, start - state.particle_energy, 1e-9)
