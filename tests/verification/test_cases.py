@@ -1,4 +1,4 @@
-"""Every verification case passes, within the tolerances of the physics notes."""
+"""Every verification case passes, within its own tolerance."""
 
 import pytest
 

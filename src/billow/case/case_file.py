@@ -1,24 +1,25 @@
-"""From TOML to a `Case`, with one clear message for whatever is wrong."""
+"""From TOML to the schema of a case, with one clear message for whatever is wrong.
+
+It knows no schema of its own: `model` is the pydantic class to fill, and its keys are found from its fields.
+"""
 
 from __future__ import annotations
 
 import difflib
 import tomllib
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar, get_args
 
 from pydantic import ValidationError
 
 from billow.base.errors import InputError, shown
-from billow.case import schema
-from billow.case.bag.bags import BAGS
-from billow.case.bag.build_mesh_bag import settle_files
-from billow.case.fabric.curve_files import with_curves_inlined
-from billow.case.obstacles.obstacles import OBSTACLES
+from billow.case.named_files import with_files_settled
+from billow.case.quantity import Strict
 
-VARIANTS = {**OBSTACLES, **BAGS}
-"""Tables that a key `shape` chooses among."""
+Model = TypeVar("Model", bound=Strict)
 LARGEST_FILE = 1_000_000  # bytes; a case file is a few kilobytes
+
 
 UNREADABLE = InputError.declare(
     "E-CASE-001",
@@ -60,7 +61,7 @@ UNUSABLE_VALUE = InputError.declare(
 )
 
 
-def load_case(path: str | Path) -> schema.Case:
+def load_case(model: type[Model], path: str | Path) -> Model:
     """Case from a TOML file. Raises InputError E-CASE-001 (no such file), E-CASE-002 (not TOML), and those of
     `validate`."""
     path = Path(path)
@@ -88,38 +89,38 @@ def load_case(path: str | Path) -> schema.Case:
         data = tomllib.loads(text)
     except (ValueError, RecursionError) as error:  # TOMLDecodeError, or an integer of thousands of digits
         raise NOT_TOML(name=path.name, path=path, why=error) from None
-    settle_files(data, path.parent)
-    return validate(with_curves_inlined(data, path.parent), str(path))
+    return validate(model, with_files_settled(data, path.parent), str(path))
 
 
-def validate(data: dict[str, Any], where: str) -> schema.Case:
+def validate(model: type[Model], data: dict[str, Any], where: str) -> Model:
     """Case from nested dictionaries.
 
     Raises InputError: E-CASE-003 unknown key, E-CASE-004 missing key, E-CASE-005 bad value.
     """
     try:
-        return schema.Case.model_validate(data)
+        return model.model_validate(data)
     except ValidationError as error:
-        raise _explain(error, data, where) from None
+        raise _explain(error, model, where) from None
 
 
-def _explain(error: ValidationError, data: dict[str, Any], where: str) -> InputError:
+def _explain(error: ValidationError, model: type[Strict], where: str) -> InputError:
     problems = error.errors(include_url=False)
-    # Of a union every branch complains; the branch that got furthest speaks for it.
-    # A table is never a misspelt number: there the branch of the curve is meant.
+    # Every branch of a union reports a problem; the one that got furthest is shown. A table is never a misspelt number:
+    # the branch of the curve is meant.
     problem = max(
         problems,
         key=lambda p: (p["type"] in ("range", "unit", "curve") and not isinstance(p["input"], dict), len(p["loc"])),
     )
     *path, last = problem["loc"] or ("case",)
-    # A key of the user's may be called like a branch of a union; it stands last.
+    # A user's key may have the name of a union branch; it comes last.
     named = problem["type"] in ("extra_forbidden", "missing")
-    keys = [str(k) for k in path if not _is_branch(str(k))]
-    keys += [str(last)] if named or not _is_branch(str(last)) else []
+    variants = set(_variants(model))
+    keys = [str(k) for k in path if not _is_branch(str(k), variants)]
+    keys += [str(last)] if named or not _is_branch(str(last), variants) else []
     key = ".".join(keys) or "case"
     more = f" ({len(problems) - 1} more)" if len(problems) > 1 and len({p["loc"][:2] for p in problems}) > 1 else ""
     if problem["type"] == "extra_forbidden":
-        known = _known_keys(problem["loc"][:-1])
+        known = _known_keys(model, problem["loc"][:-1])
         close = difflib.get_close_matches(keys[-1], known, n=1)
         remedy = f"did you mean {close[0]!r}?" if close else None
         told = UNKNOWN_KEY(key=key, file=where, known=", ".join(known), remedy=remedy)
@@ -132,46 +133,63 @@ def _explain(error: ValidationError, data: dict[str, Any], where: str) -> InputE
             value=shown(problem["input"]),
             file=where,
             why="a list is expected here" if problem["type"] == "tuple_type" else problem["msg"],
-            remedy=(problem.get("ctx") or {}).get("try") or _remedy(problem, keys),
+            remedy=(problem.get("ctx") or {}).get("try") or _remedy(model, problem, keys),
         )
     told.what += more
     return told
 
 
-def _remedy(problem: dict[str, Any], keys: list[str]) -> str:
+def _remedy(model: type[Strict], problem: dict[str, Any], keys: list[str]) -> str:
     if problem["type"] == "tuple_type" and isinstance(problem["input"], dict):
         return f"write [[{'.'.join(keys)}]] with two brackets: there may be several"
     expected = (problem.get("ctx") or {}).get("expected")
     if expected:
         return f"use {expected}"
     named = [key for key in keys if not key.isdigit()]
-    meaning = " ".join((getattr(_find(problem["loc"]), "description", None) or "").split())
+    meaning = " ".join((getattr(_find(model, problem["loc"]), "description", None) or "").split())
     meant = f" ({meaning[0].lower()}{meaning[1:].rstrip('.')})" if meaning else ""
     return f"correct {named[-1] if named else 'the file'}{meant}; docs/case.md gives unit and range"
 
 
-def _is_branch(text: str) -> bool:
+def _is_branch(text: str, variants: set[str]) -> bool:
     """Whether a location part is pydantic's name of a union branch rather than a key."""
-    return "[" in text or text in (*VARIANTS, "float") or text.startswith(("function", "constrained"))
+    return "[" in text or text == "float" or text in variants or text.startswith(("function", "constrained"))
 
 
-def _known_keys(location: tuple) -> list[str]:
+def _known_keys(model: type[Strict], location: tuple) -> list[str]:
     """Keys of the table at a location."""
-    found = _find(location)
-    annotation = getattr(found, "annotation", found)
-    options = [annotation, *getattr(annotation, "__args__", ())]
-    table = next((o for o in options if hasattr(o, "model_fields")), None)
+    table = next(_tables(_find(model, location)), None)
     return sorted(getattr(table, "model_fields", {}))
 
 
-def _find(location: tuple) -> Any:
+def _find(model: type[Strict], location: tuple) -> Any:
     """The table or field of the schema that a location of a problem leads to, as far as it does."""
-    place: Any = schema.Case
+    place: Any = model
     for part in map(str, location):
-        if part in VARIANTS:
-            place = VARIANTS[part]
-            continue
-        annotation = getattr(place, "annotation", place)
-        tables = [o for o in (annotation, *getattr(annotation, "__args__", ())) if hasattr(o, "model_fields")]
-        place = next((t.model_fields[part] for t in tables if part in t.model_fields), place)
+        tables = list(_tables(place))
+        variant = next((t for t in tables if part in _shapes(t)), None)
+        place = variant or next((t.model_fields[part] for t in tables if part in t.model_fields), place)
     return place
+
+
+def _tables(place: Any) -> Iterator[type[Strict]]:
+    """The tables that a model, a field, or the annotation of one allows."""
+    annotation = getattr(place, "annotation", place)
+    if hasattr(annotation, "model_fields"):
+        yield annotation
+    for option in get_args(annotation):
+        yield from _tables(option)
+
+
+def _shapes(table: type[Strict]) -> tuple[str, ...]:
+    """Values of the key `shape` that choose this table among others."""
+    shape = table.model_fields.get("shape")
+    return get_args(shape.annotation) if shape else ()
+
+
+def _variants(model: type[Strict]) -> Iterator[str]:
+    """All values of keys `shape` in a schema."""
+    yield from _shapes(model)
+    for field in model.model_fields.values():
+        for table in _tables(field):
+            yield from _variants(table)

@@ -1,8 +1,9 @@
-"""Field types of the case schema: numbers with a unit and a plausible range, curves against time."""
+"""Field types of the case schema: numbers with a unit and a plausible range, whole numbers, curves against time."""
 
 from __future__ import annotations
 
 import itertools
+from dataclasses import dataclass
 from typing import Annotated, Any
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, model_validator
@@ -21,6 +22,11 @@ class Strict(BaseModel):
     )
 
 
+def refused(reason: str, remedy: str | None = None, kind: str = "value") -> PydanticCustomError:
+    """What a validator raises; reason and remedy become the lines "why" and "try" of the message."""
+    return PydanticCustomError(kind, "{reason}", {"reason": reason, "try": remedy})
+
+
 def quantity(unit: str, low: float, high: float) -> Any:
     """A number kept in `unit`; text with a unit is converted; values outside low..high are refused as implausible."""
 
@@ -28,15 +34,26 @@ def quantity(unit: str, low: float, high: float) -> Any:
         try:
             return to_si(value, unit)
         except ValueError as error:
-            raise PydanticCustomError("unit", "{reason}", {"reason": str(error)}) from None
+            raise refused(str(error), kind="unit") from None
 
     def check(value: float) -> float:
         if low <= value <= high:
             return value
         reason = f"{value:g} {unit} is outside the plausible range {low:g} to {high:g} {unit}"
-        raise PydanticCustomError("range", "{reason}", {"reason": reason, "try": _meant(value, unit, low, high)})
+        raise refused(reason, _meant(value, unit, low, high), kind="range")
 
-    return Annotated[float, BeforeValidator(convert), AfterValidator(check), _Documented(unit, low, high)]
+    return Annotated[float, BeforeValidator(convert), AfterValidator(check), Documented(unit, low, high)]
+
+
+def whole(low: int, high: int, noun: str = "") -> Any:
+    """A whole number from low to high; noun: what it counts, for messages."""
+
+    def check(value: int) -> int:
+        if low <= value <= high:
+            return value
+        raise refused(f"{value}{noun and ' '}{noun}; expected {low} to {high}", kind="range")
+
+    return Annotated[int, AfterValidator(check), WholeRange(low, high)]
 
 
 def _meant(value: float, unit: str, low: float, high: float) -> str | None:
@@ -47,16 +64,26 @@ def _meant(value: float, unit: str, low: float, high: float) -> str | None:
     return f"write {' or '.join(readings)} if that is meant" if readings else None
 
 
-class _Documented:
-    """Unit and range, kept in the field's metadata for the generated reference."""
+@dataclass(frozen=True)
+class Documented:
+    """Unit and range of a number, kept in the field's metadata for the generated reference."""
 
-    def __init__(self, unit: str, low: float, high: float):
-        self.unit, self.low, self.high = unit, low, high
+    unit: str
+    low: float
+    high: float
 
 
-def unit_of(field) -> _Documented | None:
+@dataclass(frozen=True)
+class WholeRange:
+    """Range of a whole number, kept like `Documented`."""
+
+    low: int
+    high: int
+
+
+def unit_of(field) -> Documented | None:
     """Unit and range of a pydantic field, if it is a quantity."""
-    return next((m for m in field.metadata if isinstance(m, _Documented)), None)
+    return next((m for m in field.metadata if isinstance(m, Documented)), None)
 
 
 def curve(unit: str, low: float, high: float) -> Any:
@@ -80,17 +107,11 @@ def curve(unit: str, low: float, high: float) -> Any:
 def require_curve(axis: str, unit: str, points: tuple[float, ...], value: tuple[float, ...]) -> None:
     """Refuse a curve of fewer than two points, of lists of different length, or whose axis does not increase."""
     if len(points) < 2:
-        raise PydanticCustomError("curve", "a curve needs at least two points; this one has {n}", {"n": len(points)})
+        raise refused(f"a curve needs at least two points; this one has {len(points)}", kind="curve")
     if len(points) != len(value):
-        raise PydanticCustomError(
-            "curve",
-            "{axis} has {n} points and value has {m}; they must be equally many",
-            {"axis": axis, "n": len(points), "m": len(value)},
+        raise refused(
+            f"{axis} has {len(points)} points and value has {len(value)}; they must be equally many", kind="curve"
         )
     for before, after in itertools.pairwise(points):
         if after <= before:
-            raise PydanticCustomError(
-                "curve",
-                "{axis}s must increase; {after} {unit} follows {before} {unit}",
-                {"axis": axis, "unit": unit, "after": after, "before": before},
-            )
+            raise refused(f"{axis}s must increase; {after} {unit} follows {before} {unit}", kind="curve")

@@ -1,7 +1,7 @@
 """The case: what a user writes, one strict schema with units, ranges and defaults.
 
-Every default is a sourced number for a 60-litre driver bag (physics notes, section 9). The reference in docs/case.md is
-generated from this file.
+The defaults describe a 60-litre driver bag; where they come from: docs/theory.md, Default driver bag. The reference in
+docs/case.md is generated from this file.
 """
 
 from __future__ import annotations
@@ -12,17 +12,18 @@ from typing import Any
 
 import tomli_w
 from pydantic import field_validator, model_validator
-from pydantic_core import PydanticCustomError
 
 from billow.case.bag.bags import Bag
 from billow.case.bag.schema_bag import DriverBag
+from billow.case.case_file import load_case, validate
 from billow.case.fabric.schema_fabric import Fabric
 from billow.case.gas.schema_gas import Ambient, Gas, Inflator, Inflators, require_distinct
 from billow.case.gas.schema_leakage import Leakage
 from billow.case.obstacles.obstacles import Obstacle
 from billow.case.obstacles.plate import Plate
-from billow.case.quantity import Strict, quantity
+from billow.case.quantity import Strict, quantity, refused, whole
 from billow.case.text import Name, Text
+from billow.case.vary import vary
 
 Acceleration = quantity("m/s^2", -100.0, 100.0)
 Coordinate = quantity("m", -10.0, 10.0)
@@ -30,13 +31,13 @@ MOST_ROWS = 100_000  # of histories; a run that needs 50 ms has 500
 
 
 class Sensor(Strict):
-    """A place where the corpuscular gas is read: columns of histories.csv for pressure, temperature, density and
-    velocity. Readings gather the nearest 400 particles."""
+    """A point where the corpuscular gas is measured: columns of histories.csv for pressure, temperature, density and
+    velocity. Values are means over the nearest 400 particles."""
 
     name: Name
     """Name, for the histories."""
     position: tuple[Coordinate, Coordinate, Coordinate]
-    """Where, in the coordinates of the bag; it does not move with the fabric."""
+    """Position in the coordinates of the bag; it does not move with the fabric."""
 
 
 class Run(Strict):
@@ -44,18 +45,18 @@ class Run(Strict):
 
     end_time: quantity("s", 1e-6, 1.0) = 0.050
     """Simulated time."""
-    frames: int = 50
+    frames: whole(1, 10_000) = 50
     """Number of output frames after the start, evenly spaced."""
-    histories_per_frame: int = 10
+    histories_per_frame: whole(1, 10_000) = 10
     """Rows of histories.csv per frame."""
     dt_scale: quantity("-", 0.01, 1.0) = 1.0
     """Fraction of the stable step to use."""
     gravity: tuple[Acceleration, Acceleration, Acceleration] = (0.0, 0.0, 0.0)
     """Acceleration of gravity; negligible during a deployment."""
     gas_frames: bool = True
-    """Write gas.vtkhdf: the corpuscular gas in boxes of about 100 particles, at every frame."""
+    """Whether to write gas.vtkhdf: the corpuscular gas in boxes of about 100 particles, at every frame."""
     particle_times: tuple[quantity("s", 0.0, 1.0), ...] = ()
-    """Times at which the particles themselves go to particles.vtkhdf; each at the next row of the histories."""
+    """Times at which the particles themselves are written to particles.vtkhdf, at the next row of the histories."""
     sensors: tuple[Sensor, ...] = ()
 
     @field_validator("sensors")
@@ -67,34 +68,20 @@ class Run(Strict):
     def _in_time(self):
         late = [time for time in self.particle_times if time > self.end_time]
         if late:
-            raise PydanticCustomError(
-                "range",
-                "{reason}",
-                {
-                    "reason": f"particle_times has {late[0]:g} s, after end_time, {self.end_time:g} s",
-                    "try": "remove that time, or raise run.end_time",
-                },
+            raise refused(
+                f"particle_times has {late[0]:g} s, after end_time, {self.end_time:g} s",
+                "remove that time, or raise run.end_time",
+                kind="range",
             )
         return self
-
-    @field_validator("frames", "histories_per_frame")
-    @classmethod
-    def _countable(cls, value):
-        if not 1 <= value <= 10_000:
-            raise PydanticCustomError("range", "{reason}", {"reason": f"{value}; expected 1 to 10000"})
-        return value
 
     @model_validator(mode="after")
     def _rows_fit(self):
         rows = self.frames * self.histories_per_frame
         if rows > MOST_ROWS:
-            raise PydanticCustomError(
-                "rows",
-                "{reason}",
-                {
-                    "reason": f"frames times histories_per_frame makes {rows} rows of histories; at most {MOST_ROWS}",
-                    "try": "reduce frames or histories_per_frame",
-                },
+            raise refused(
+                f"frames times histories_per_frame makes {rows} rows of histories; at most {MOST_ROWS}",
+                "reduce frames or histories_per_frame",
             )
         return self
 
@@ -122,29 +109,23 @@ class Case(Strict):
     @classmethod
     def _at_least_one(cls, value):
         if value == ():
-            raise PydanticCustomError(
-                "inflators", "the list is empty", {"try": 'set gas.model = "none" for a bag without inflator'}
-            )
+            raise refused("the list is empty", 'set gas.model = "none" for a bag without inflator')
         return require_distinct(value, "inflators") if isinstance(value, tuple) else value
 
     @property
     def inflators(self) -> tuple[Inflator, ...]:
-        """All inflators, also if there is only one."""
+        """All inflators, even if there is only one."""
         return self.inflator if isinstance(self.inflator, tuple) else (self.inflator,)
 
     @classmethod
     def load(cls, path: str | Path) -> Case:
         """Case from a TOML file; raises InputError with file, key, value and remedy."""
-        from billow.case.case_file import load_case  # which knows this schema
-
-        return load_case(path)
+        return load_case(cls, path)
 
     @classmethod
     def from_dict(cls, data: dict[str, Any], where: str = "case") -> Case:
         """Case from nested dictionaries; raises InputError."""
-        from billow.case.case_file import validate
-
-        return validate(data, where)
+        return validate(cls, data, where)
 
     def to_dict(self) -> dict[str, Any]:
         """Every key with its effective value, defaults filled in."""
@@ -164,6 +145,4 @@ class Case(Strict):
 
         Obstacles are addressed by name. Raises InputError for unknown keys or bad values.
         """
-        from billow.case.vary import vary
-
-        return vary(self, changes)
+        return validate(type(self), vary(self.to_dict(), changes), "design parameters")

@@ -6,29 +6,22 @@ import re
 from typing import Annotated
 
 from pydantic import AfterValidator
-from pydantic_core import PydanticCustomError
+
+from billow.case.quantity import refused
 
 
 def _plain_name(value: str) -> str:
     if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_-]{0,39}", value):
-        raise PydanticCustomError(
-            "name",
-            "{reason}",
-            {
-                "reason": "names head columns of histories.csv and lead to settings",
-                "try": "use letters, digits, - and _ (at most 40), a letter first",
-            },
+        raise refused(
+            "names head columns of histories.csv and lead to settings",
+            "use letters, digits, - and _ (at most 40), a letter first",
         )
     return value
 
 
 def _one_line(value: str) -> str:
     if not value.isprintable():
-        raise PydanticCustomError(
-            "text",
-            "{reason}",
-            {"reason": "it holds a line break or a control character", "try": "use plain text in one line"},
-        )
+        raise refused("it holds a line break or a control character", "use plain text in one line")
     return value
 
 

@@ -1,12 +1,10 @@
-"""A case with some keys replaced: how a design of experiments reaches into a case."""
+"""Some keys of a case replaced: how a design of experiments reaches into a case."""
 
 from __future__ import annotations
 
 from typing import Any
 
 from billow.base.errors import InputError
-from billow.case.case_file import validate
-from billow.case.schema import Case
 
 NO_SUCH_SETTING = InputError.declare(
     "E-CASE-006",
@@ -18,12 +16,12 @@ NO_SUCH_SETTING = InputError.declare(
 )
 
 
-def vary(case: Case, changes: dict[str, Any]) -> Case:
-    """Replace dotted keys; what stands in a list (obstacles, several inflators) is addressed by name.
+def vary(data: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
+    """The tables of a case with dotted keys replaced, in place; what stands in a list (obstacles, several inflators) is
+    addressed by name. Values are not checked.
 
-    Raises InputError E-CASE-006 or those of `validate`.
+    Raises InputError E-CASE-006 for keys that lead nowhere.
     """
-    data = case.to_dict()
     for key, value in changes.items():
         *path, last = key.split(".")
         place: Any = data
@@ -32,7 +30,7 @@ def vary(case: Case, changes: dict[str, Any]) -> Case:
         if not isinstance(place, dict):
             raise NO_SUCH_SETTING(key=key, part=last, known=_known(place))
         place[last] = value
-    return validate(data, "design parameters")
+    return data
 
 
 def _enter(place: Any, part: str, key: str) -> Any:
@@ -47,7 +45,7 @@ def _enter(place: Any, part: str, key: str) -> Any:
 
 
 def _named(place: Any) -> dict[str, Any]:
-    """The tables of a list by name; none if it is no list."""
+    """The tables of a list by name; none if it is not a list."""
     items = place if isinstance(place, (list, tuple)) else ()
     return {str(item.get("name")): item for item in items if isinstance(item, dict)}
 

@@ -1,4 +1,4 @@
-"""`billow converge`: how many particles are enough, and how large their noise is."""
+"""`billow converge`: how many particles are enough, and how large the noise is."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from billow.cli.options import UNUSABLE_NUMBER, CaseFile, Settings, make_console, parse_settings
+from billow.cli.options import UNUSABLE_NUMBER, CaseFile, Settings, Threads, make_console, parse_settings
 
 
 def converge(
@@ -16,22 +16,22 @@ def converge(
     particles: Annotated[
         str, typer.Option(metavar="N,N,...", help="Numbers of particles to compare; the largest is the reference.")
     ] = "5e3,1e4,2e4,4e4",
-    seeds: Annotated[int, typer.Option(min=2, help="Runs for each number, which differ in gas.seed alone.")] = 3,
+    seeds: Annotated[int, typer.Option(min=2, help="Runs for each number; they differ only in gas.seed.")] = 3,
     tolerance: Annotated[
-        str, typer.Option(help="Deviation of one run that is good enough, of the quantity's own size.")
+        str, typer.Option(help="Acceptable deviation of one run, relative to the size of the quantity.")
     ] = "2 %",
     settings: Settings = None,
-    threads: Annotated[int | None, typer.Option(min=1, help="Threads; results do not depend on it.")] = None,
+    threads: Threads = None,
 ) -> None:
-    """Repeat a case of the corpuscular gas over numbers of particles and seeds, and say how many are enough.
+    """Repeat a case of the corpuscular gas with several numbers of particles and seeds, and say how many are enough.
 
-    Compared are pressure, volume, velocity and acceleration of free obstacles, and the shape at the end. Deviation: a
-    run against the mean of the largest number. Noise: runs that differ in the seed alone; it should fall with the
-    square root of the number. Enough is the smallest number from which on a run deviates by at most the tolerance, or
-    the mean over seeds by no more than one run of the largest number is off by chance.
+    Compared are pressure, volume, velocity and acceleration of free obstacles, and the final shape. Deviation: one
+    run against the mean of the largest number. Noise: runs that differ only in the seed; it should fall with the
+    square root of the number. Enough is the smallest number from which on either a run deviates by at most the
+    tolerance, or the mean over seeds deviates no more than the noise of one run with the largest number.
 
-    Begin small: time grows with the number of particles. To refine, give the command again with larger numbers: runs
-    that are there are not repeated. Writes convergence.csv, summary.toml, errors.png, curves.png, shapes.png.
+    Begin small: time grows with the number of particles. To refine, run the command again with larger numbers; existing
+    runs are not repeated. Writes convergence.csv, summary.toml, errors.png, curves.png, shapes.png.
     """
     from billow.apps.converge.study import report, run_study
     from billow.apps.converge.sweep import Sweep

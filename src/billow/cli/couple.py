@@ -1,4 +1,4 @@
-"""`billow couple`: a surrogate that moves its own impactor."""
+"""`billow couple`: a surrogate that moves an impactor."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from typing import Annotated
 
 import typer
 
-from billow.cli.options import make_console, parse_settings
+from billow.cli.options import DesignValues, Extrapolate, StudyFolder, SurrogateOption, make_console, parse_settings
 
 app = typer.Typer(
     name="couple",
     no_args_is_help=True,
     rich_markup_mode="rich",
-    help="""Couple a surrogate to its own impactor: acceleration, velocity, HIC of a free obstacle without a run.
+    help="""Couple a surrogate to an impactor: acceleration, velocity, HIC of a free obstacle without a run.
 
 A first round, with a study of a free obstacle:
 
@@ -26,19 +26,15 @@ A first round, with a study of a free obstacle:
 """,
 )
 
-Study = Annotated[Path, typer.Argument(help="Study folder.")]
-
 
 @app.command()
 def train(
-    folder: Study,
-    surrogate_file: Annotated[
-        Path | None, typer.Option("--surrogate", help="Surrogate file (default: FOLDER/surrogate.safetensors).")
-    ] = None,
-    out: Annotated[Path | None, typer.Option(help="Coupled file (default: FOLDER/coupled.safetensors).")] = None,
+    folder: StudyFolder,
+    surrogate_file: SurrogateOption = None,
+    out: Annotated[Path | None, typer.Option(help="Coupled file (default: STUDY/coupled.safetensors).")] = None,
     seed: Annotated[int, typer.Option(help="Seed of the networks.")] = 0,
 ) -> None:
-    """Learn the contact force on the free obstacle from the runs the surrogate was learned from."""
+    """Learn the contact force on the free obstacle, from the training runs of the surrogate."""
     from billow.cli.terminal import epochs
     from billow.results.dataset import Dataset
     from billow.rom.coupled.coupled_model import Coupled
@@ -54,13 +50,13 @@ def train(
 
 @app.command()
 def evaluate(
-    folder: Study,
+    folder: StudyFolder,
     coupled_file: Annotated[
-        Path | None, typer.Option("--coupled", help="Coupled file (default: FOLDER/coupled.safetensors).")
+        Path | None, typer.Option("--coupled", help="Coupled file (default: STUDY/coupled.safetensors).")
     ] = None,
     out: Annotated[Path | None, typer.Option(help="Write the numbers as JSON.")] = None,
 ) -> None:
-    """Compare with the solver on unseen runs: ISO/TS 18571 ratings and injury metrics. Nothing is known in advance."""
+    """Compare with the solver on unseen runs: ISO/TS 18571 ratings and injury metrics."""
     from billow.cli.terminal import steps
     from billow.results.atomic import write_atomically
     from billow.results.dataset import Dataset
@@ -71,14 +67,14 @@ def evaluate(
     coupled = Coupled.load(coupled_file or folder / "coupled.safetensors")
     with steps(make_console()) as progress:
         found = evaluate_coupled(dataset, coupled, progress)
-    print(f"{len(found.runs)} unseen runs; ISO/TS 18571 against the solver, median and worst")
+    print(f"{len(found.runs)} unseen runs; ISO/TS 18571 ratings against the solver, median and worst")
     print(f"  {'':<20} {'  '.join(f'{answer:<20}' for answer in found.ratings)}")
     for quantity in QUANTITIES:
         pairs = (f"{found.median(quantity, a):.3f}  {found.worst(quantity, a):.3f}" for a in found.ratings)
         print(f"  {quantity:<20} {'  '.join(f'{pair:<20}' for pair in pairs)}")
     print(
-        f"  {TRUE_CONTACT}: the same steps under the force the solver recorded, the best a perfect law could reach;\n"
-        f"  {MEAN_MOTION}: that of the training runs, which ignores the design"
+        f"  {TRUE_CONTACT}: the same steps under the force the solver recorded: the best a perfect law can reach;\n"
+        f"  {MEAN_MOTION}: mean of the training runs, which ignores the design"
     )
     print(f"  one deployment takes {found.seconds:.3g} s")
     if out is not None:
@@ -88,15 +84,11 @@ def evaluate(
 @app.command()
 def predict(
     coupled_file: Annotated[Path, typer.Argument(help="Coupled file.")],
-    settings: Annotated[
-        list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="Value of a design parameter.")
-    ] = None,
+    settings: DesignValues = None,
     out: Annotated[Path | None, typer.Option(help="Write motion.csv, injury.json and motion.svg here.")] = None,
-    extrapolate: Annotated[
-        bool, typer.Option("--extrapolate", help="Allow values outside the trained ranges.")
-    ] = False,
+    extrapolate: Extrapolate = False,
 ) -> None:
-    """Motion and injury metrics of the obstacle in one deployment. Without --set it lists the parameters."""
+    """Motion and injury metrics of the obstacle in one deployment. Without --set, list the parameters."""
     from billow.rom.coupled.coupled_evaluation import injury_record
     from billow.rom.coupled.coupled_folder import write_motion
     from billow.rom.coupled.coupled_model import Coupled

@@ -32,7 +32,9 @@ def coupon(
     ] = None,
     law: Annotated[
         list[str] | None,
-        typer.Option(help="linear, curves or curves-shear, several times to compare (default: the file's; or all)."),
+        typer.Option(
+            help="linear, curves or curves-shear, repeat it to compare (default: the law of the file, else all)."
+        ),
     ] = None,
     data: Annotated[
         list[str] | None,
@@ -41,18 +43,16 @@ def coupon(
             help="Measured test to rate against, loading first: strain (or angle), stress. CURVE: warp, weft, shear.",
         ),
     ] = None,
-    peak: Annotated[
-        str | None, typer.Option(help="How far to load: true strain, or angle with unit, '35 deg'.")
-    ] = None,
-    direction: Annotated[str, typer.Option(help="warp or weft: how a strip is cut.")] = "warp",
+    peak: Annotated[str | None, typer.Option(help="Largest load: true strain, or angle with unit, '35 deg'.")] = None,
+    direction: Annotated[str, typer.Option(help="warp or weft: direction of a strip.")] = "warp",
     element_size: Annotated[str, typer.Option(help="Edge length of the elements.")] = "10 mm",
 ) -> None:
-    """Simulate a fabric test with a real mesh, compare the fabric laws, and rate them against test data.
+    """Simulate a fabric test on a mesh, compare fabric laws, and rate them against test data.
 
     Biaxial: a square stretched equally along warp and weft. Strip: clamped ends, free sides. Picture frame: pure shear.
     Each is loaded and unloaded. Writes stress and strain of each law (CSV), coupon.png and coupon.toml.
 
-    Without --data the curves in the fabric file stand for the test they came from.
+    Without --data, the curves in the fabric file serve as test data.
     """
     from billow.apps.coupon import comparison
     from billow.case.schema import Case

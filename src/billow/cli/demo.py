@@ -1,4 +1,4 @@
-"""The whole idea at reduced size: the ROM paper's first test case, from design parameters to a measured surrogate."""
+"""A small study from start to report: the ROM paper's first test case, from design parameters to a tested surrogate."""
 
 from __future__ import annotations
 
@@ -115,7 +115,7 @@ def write_definition(folder: Path, train: int, test: int) -> Path:
 
 
 def run_demo(folder: Path, train: int, test: int, workers: int | None, console: Console) -> Path:
-    """Simulate, learn, evaluate; returns the path of the report. Safe to interrupt and to start again."""
+    """Simulate, train, evaluate; returns the path of the report. May be interrupted and started again."""
     from billow.cli.terminal import epochs, steps
     from billow.rom.judge.evaluate import evaluate
     from billow.rom.judge.report import write_report
@@ -133,7 +133,7 @@ def run_demo(folder: Path, train: int, test: int, workers: int | None, console: 
     dataset = study.dataset()
     lost = left_out(dataset, dataset.trusted)
     note = f" ({len(lost.why)} left out: {lost.reasons()})" if lost.why else ""
-    console.print(f"2/3 learning from {len(dataset.trusted)} runs{note}")
+    console.print(f"2/3 training on {len(dataset.trusted)} runs{note}")
     with epochs(console, "training") as progress:
         surrogate = Surrogate.train(dataset, progress=progress)
     surrogate.save(folder / "surrogate.safetensors")

@@ -14,8 +14,8 @@ import typer
 
 from billow import __version__
 from billow.base.errors import BillowError, InputError, ResourceError
-from billow.cli import converge, couple, coupon, export, import_runs, injury, paper, suggest, tank
-from billow.cli.options import CaseFile, Settings, make_console, parse_settings
+from billow.cli import converge, couple, coupon, paper, surrogates, tank
+from billow.cli.options import CaseFile, Quiet, Settings, Threads, make_console, parse_settings
 
 NO_CASE = InputError.declare(
     "E-CLI-003",
@@ -43,7 +43,7 @@ BILLOW_FAILED = BillowError.declare(
 INTERRUPTED = 130
 """Exit code after Ctrl-C."""
 
-# OpenBLAS threads spin while they wait: beside other work they cost more than they give (a POD of 0.2 s took 17 s),
+# OpenBLAS threads spin while they wait: beside other work they cost more than they gain (a POD of 0.2 s took 17 s),
 # and the last bits of a POD depend on their number. Must be set before NumPy is imported.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
@@ -53,12 +53,12 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode="rich",
-    help="""Simulate airbag deployment, and learn a reduced-order model from it.
+    help="""Simulate airbag deployment, and train a reduced-order model on it.
 
 A first round:
 
 \b
-  billow demo --out demo                the whole idea, ends with a report
+  billow demo --out demo                a small study from start to report
   billow check --example > bag.toml     a case to start from
   billow run bag.toml --out runs/bag    one deployment
 """,
@@ -66,7 +66,7 @@ A first round:
 
 
 def main() -> None:
-    """Entry point: every failure becomes a message in four parts and an exit code; a traceback is never the answer."""
+    """Entry point: every failure becomes a message in four parts and an exit code, never a traceback."""
     try:
         app()
     except SystemExit as end:
@@ -103,7 +103,9 @@ def _version(wanted: bool) -> None:
 
 @app.callback()
 def _options(
-    version: Annotated[bool, typer.Option("--version", callback=_version, is_eager=True, help="Print it.")] = False,
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")
+    ] = False,
 ) -> None:
     pass
 
@@ -137,8 +139,8 @@ def run(
     case_file: CaseFile,
     out: Annotated[Path, typer.Option(help="Result folder; must not exist yet.")],
     settings: Settings = None,
-    threads: Annotated[int | None, typer.Option(min=1, help="Threads; results do not depend on it.")] = None,
-    quiet: Annotated[bool, typer.Option("--quiet", help="No solver log on the screen.")] = False,
+    threads: Threads = None,
+    quiet: Quiet = False,
 ) -> None:
     """Simulate one case.
 
@@ -155,17 +157,17 @@ def run(
 @app.command()
 def resume(
     folder: Annotated[Path, typer.Argument(help="The --out folder of the interrupted run.")],
-    threads: Annotated[int | None, typer.Option(min=1, help="Threads; results do not depend on it.")] = None,
-    quiet: Annotated[bool, typer.Option("--quiet", help="No solver log on the screen.")] = False,
+    threads: Threads = None,
+    quiet: Quiet = False,
 ) -> None:
-    """Go on with an interrupted run from its newest checkpoint.
+    """Continue an interrupted run from its newest checkpoint.
 
-    A run saves itself every 30 s, on SIGUSR2, and when it is asked to stop: Ctrl-C, SIGTERM, or a file named STOP in
+    A run saves itself every 30 s, on SIGUSR2, and when asked to stop: Ctrl-C, SIGTERM, or a file named STOP in
     its .partial folder. The results are the same bits as without interruption, whatever the number of threads.
     """
-    from billow.run.simulate import resume as go_on
+    from billow.run.simulate import resume as continue_run
 
-    result = go_on(folder, progress=None if quiet else _show, threads=threads)
+    result = continue_run(folder, progress=None if quiet else _show, threads=threads)
     print(f"{result.folder}: {result.status}")
 
 
@@ -179,7 +181,7 @@ def study(
     ] = None,
     retry_failed: Annotated[bool, typer.Option("--retry-failed", help="Try failed runs again.")] = False,
 ) -> None:
-    """Run a design of experiments: draw the designs, simulate each, keep what fails with its reason."""
+    """Run a design of experiments: draw the designs and simulate each; failures are kept with their reason."""
     from billow.study.progress import study_progress
     from billow.study.study import Study
 
@@ -192,82 +194,47 @@ def study(
     raise typer.Exit(1 if summary.failed else 0)
 
 
-@app.command()
-def train(
-    folder: Annotated[Path, typer.Argument(help="Study folder.")],
-    out: Annotated[Path | None, typer.Option(help="Surrogate file (default: FOLDER/surrogate.safetensors).")] = None,
-    recipe: Annotated[str, typer.Option(help="shared: one network for all modes; paper: one per mode.")] = "shared",
-    modes: Annotated[int, typer.Option(min=1, help="Modes of each displacement component (K).")] = 12,
-    runs: Annotated[int | None, typer.Option(min=2, help="Use only the first so many training runs.")] = None,
-    epochs: Annotated[int | None, typer.Option(min=1, help="Epochs (default: the recipe's).")] = None,
-    seed: Annotated[int, typer.Option(help="Seed of basis and networks.")] = 0,
-    memory: Annotated[float, typer.Option(min=0.1, help="GiB of snapshots held at once; more are streamed.")] = 4.0,
-) -> None:
-    """Learn a surrogate from the training runs of a study."""
-    from billow.cli.terminal import epochs as show_epochs
-    from billow.results.dataset import Dataset
-    from billow.rom.learn.left_out import left_out
-    from billow.rom.surrogate.surrogate import Surrogate
-
-    console = make_console()
-    dataset = Dataset.open(folder)
-    lost = left_out(dataset, dataset.trusted)
-    if lost.why:
-        console.print(f"{len(lost.why)} training runs are left out: {lost.reasons()}", markup=False)
-    with show_epochs(console, "training") as progress:
-        surrogate = Surrogate.train(
-            dataset, recipe, modes, dataset.trusted[:runs], seed, epochs=epochs, progress=progress,
-            memory=int(memory * 2**30),
-        )  # fmt: skip
-    path = surrogate.save(out or folder / "surrogate.safetensors")
-    seconds = surrogate.training["pod_seconds"] + surrogate.training["network_seconds"]
-    console.print(f"{path}: learned {len(surrogate.training['runs'])} runs in {seconds:.1f} s", markup=False)
-
-
-@app.command()
-def evaluate(
-    folder: Annotated[Path, typer.Argument(help="Study folder.")],
-    surrogate_file: Annotated[
-        Path | None, typer.Option("--surrogate", help="Surrogate file (default: FOLDER/surrogate.safetensors).")
+@app.command("import")
+def import_runs(
+    folder: Annotated[Path, typer.Argument(help="Folder with runs.csv and the moving meshes.")],
+    out: Annotated[Path, typer.Option(help="Study folder; must not exist yet.")],
+    title: Annotated[str | None, typer.Option(help="Title of the dataset (default: the folder's name).")] = None,
+    reference_length: Annotated[
+        float | None,
+        typer.Option(min=1e-9, help="Length \\[m] that errors are relative to (default: size of the mesh)."),
     ] = None,
-    out: Annotated[Path | None, typer.Option(help="Report folder (default: FOLDER/report).")] = None,
-    memory: Annotated[float, typer.Option(min=0.1, help="GiB of snapshots held at once; more are streamed.")] = 4.0,
+    test_share: Annotated[
+        float, typer.Option(min=0.0, max=0.9, help="Share of test runs, unless runs.csv has a column split.")
+    ] = 0.2,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the split.")] = 0,
 ) -> None:
-    """Measure a surrogate on the unseen runs of its study and write report.html, metrics.json and figures."""
-    from billow.cli.terminal import steps
-    from billow.results.dataset import Dataset
-    from billow.rom.judge.evaluate import evaluate as measure
-    from billow.rom.judge.report import write_report
-    from billow.rom.surrogate.surrogate import Surrogate
+    """Make a dataset from runs of another solver: CSV, NumPy or VTK frames and a table of parameters.
 
-    dataset = Dataset.open(folder)
-    surrogate = Surrogate.load(surrogate_file or folder / "surrogate.safetensors")
-    with steps(make_console()) as progress:
-        evaluation = measure(dataset, surrogate, memory=int(memory * 2**30), progress=progress)
-    path = write_report(dataset, surrogate, evaluation, out or folder / "report")
-    make_console().print(f"report: {path}", markup=False)
+    Nodes, triangles, times and start shapes are checked against each other; nothing is written unless all agree.
+    """
+    from billow.study.import_runs import import_runs as make_dataset
+
+    train, test = make_dataset(
+        folder, out, title=title, reference_length=reference_length, test_share=test_share, seed=seed
+    )
+    print(f"{out}: {train} training and {test} unseen runs\nnext: billow train {out}")
 
 
 @app.command()
-def predict(
-    surrogate_file: Annotated[Path, typer.Argument(help="Surrogate file.")],
-    settings: Annotated[
-        list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="Value of a design parameter.")
-    ] = None,
-    out: Annotated[Path | None, typer.Option(help="Write the deployment as .vtkhdf (opens in ParaView).")] = None,
-    extrapolate: Annotated[
-        bool, typer.Option("--extrapolate", help="Allow values outside the trained ranges.")
-    ] = False,
-) -> None:
-    """Predict one deployment. Without --set it lists the parameters and their trained ranges."""
-    from billow.rom.surrogate.prediction import describe_surrogate, write_prediction
-    from billow.rom.surrogate.surrogate import Surrogate
+def injury(run: Annotated[Path, typer.Argument(help="Result folder of a run with a free obstacle.")]) -> None:
+    """Injury metrics of every free obstacle of a run, regarded as a head (CFC 1000).
 
-    surrogate = Surrogate.load(surrogate_file)
-    if not settings:
-        print(describe_surrogate(surrogate))
-        return
-    print(write_prediction(surrogate, parse_settings(settings), out, extrapolate))
+    HIC15 and HIC36 with their windows, the 3 ms clip (cumulative and contiguous), and the peak.
+    """
+    from billow.injury.criteria import GRAVITY
+    from billow.injury.motion import assess_run
+    from billow.results.result import Result
+
+    for name, found in assess_run(Result.open(run)).items():
+        for title, hic in (("HIC15", found.hic15), ("HIC36", found.hic36)):
+            print(f"{name}  {title}      {hic.value:8.1f}    from {1e3 * hic.start:.2f} to {1e3 * hic.end:.2f} ms")
+        print(f"{name}  3 ms clip  {found.clip / GRAVITY:8.2f} g  contiguous {found.contiguous_clip / GRAVITY:.2f} g")
+        print(f"{name}  peak       {found.peak / GRAVITY:8.2f} g  at {1e3 * found.peak_time:.2f} ms")
 
 
 @app.command()
@@ -275,7 +242,7 @@ def verify(
     ids: Annotated[list[str] | None, typer.Argument(help="Cases to run, e.g. T1 S6 (default: all).")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print a JSON list.")] = False,
 ) -> None:
-    """Run closed-form cases through the solver: measured, expected, tolerance. Exit code 1 if one fails."""
+    """Run the closed-form cases: measured, expected, tolerance. Exit code 1 if one fails."""
     from billow.apps.verification.cases import run_cases
 
     if as_json:
@@ -305,21 +272,19 @@ def demo(
     test: Annotated[int, typer.Option(min=2, help="Unseen designs.")] = 12,
     workers: Annotated[int | None, typer.Option(min=1, help="Worker processes (default: one per core).")] = None,
 ) -> None:
-    """The whole idea at reduced size: 60 deployments, a surrogate learned from 48, judged on 12, and a report."""
+    """A small study from start to report: 60 deployments, a surrogate trained on 48 of them and tested on 12."""
     from billow.cli.demo import run_demo
 
     run_demo(out, train, test, workers, make_console())
 
 
-app.command()(converge.converge)
-app.command()(coupon.coupon)
-app.add_typer(tank.app)
-app.command()(injury.injury)
-app.add_typer(couple.app)
-app.command()(suggest.suggest)
-app.command()(export.export)
-app.command("import")(import_runs.import_runs)
-app.command()(paper.paper)
+for command in (
+    surrogates.train, surrogates.evaluate, surrogates.predict, surrogates.suggest, surrogates.export,
+    converge.converge, coupon.coupon, paper.paper,
+):  # fmt: skip
+    app.command()(command)
+for group in (tank.app, couple.app):
+    app.add_typer(group)
 
 if __name__ == "__main__":
     main()

@@ -1,4 +1,4 @@
-"""What several commands of `billow` share: the console, the case argument, --set."""
+"""What several commands of `billow` share: the console, --set, and arguments that mean the same everywhere."""
 
 from __future__ import annotations
 
@@ -50,3 +50,15 @@ Settings = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="KEY=VALUE", help="Change a key of the case; obstacles are addressed by name."),
 ]
+Threads = Annotated[int | None, typer.Option(min=1, help="Threads; results do not depend on it.")]
+Quiet = Annotated[bool, typer.Option("--quiet", help="No solver log on the screen.")]
+StudyFolder = Annotated[Path, typer.Argument(metavar="STUDY", help="Study folder.")]
+SurrogateFile = Annotated[Path, typer.Argument(metavar="SURROGATE", help="Surrogate file.")]
+SurrogateOption = Annotated[
+    Path | None, typer.Option("--surrogate", help="Surrogate file (default: STUDY/surrogate.safetensors).")
+]
+DesignValues = Annotated[
+    list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="Value of a design parameter.")
+]
+Extrapolate = Annotated[bool, typer.Option("--extrapolate", help="Allow values outside the trained ranges.")]
+Memory = Annotated[float, typer.Option(min=0.1, help="GiB of snapshots held at once; more are streamed.")]

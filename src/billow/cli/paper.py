@@ -1,4 +1,4 @@
-"""`billow paper`: the ROM paper's tables and figures from our own studies."""
+"""`billow paper`: the tables and figures of the ROM paper, from our own studies."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from billow.base.errors import InputError
-from billow.cli.options import make_console
+from billow.cli.options import Memory, make_console
 
 NO_REPORT = InputError.declare(
     "E-CLI-008",
@@ -36,13 +36,13 @@ def paper(
     jet_parameter: Annotated[
         str, typer.Option(help="Name of the jet direction among the parameters.")
     ] = "jet_direction",
-    kept: Annotated[Path | None, typer.Option(help="Where finished fits are kept (default: OUT/kept).")] = None,
-    memory: Annotated[float, typer.Option(min=0.1, help="GiB of snapshots held at once; more are streamed.")] = 4.0,
+    kept: Annotated[Path | None, typer.Option(help="Folder for finished fits (default: OUT/kept).")] = None,
+    memory: Memory = 4.0,
 ) -> None:
-    """The ROM paper's Tables 2-5 and Figures 4-12 from our own runs, in one report and as files.
+    """Tables 2-5 and Figures 4-12 of the ROM paper from our own runs, as a report and as files.
 
-    A study may be incomplete: the report says what is missing. An interrupted command goes on where it was, because
-    every fit is kept, and the paper's networks save themselves every 30 s.
+    A study may be incomplete: the report says what is missing. An interrupted command continues where it was, because
+    every fit is kept, and the paper's networks are saved every 30 s.
     """
     from billow.cli.terminal import steps
     from billow.reproductions.rom_paper.available import available
@@ -79,7 +79,7 @@ def paper(
         missing.append("The paper's own recipe was not trained (--paper-recipe z).")
     compared = None
     if jets is None:
-        missing.append("What two gas models say about the jet direction was not asked for (--jets).")
+        missing.append("The effect of the jet direction in two gas models was not requested (--jets).")
     else:
         compared = compare_jets(*map(Dataset.open, jets), ("uniform pressure", "particles"), jet_parameter)
     console.print(f"report: {write_document(out, results, compared, missing)}", markup=False)

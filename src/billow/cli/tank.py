@@ -21,7 +21,7 @@ A first round:
   billow tank inverse examples/tank/tank_measured.csv \\
       --case examples/tank/tank_test.toml --out found
 
-The second finds mass flow and band; found/inflator.toml pastes into a case. docs/tank.md has equations and keys.
+The second finds mass flow and band; found/inflator.toml can be pasted into a case. docs/tank.md: equations and keys.
 """,
 )
 
@@ -51,7 +51,7 @@ def forward(case_file: CaseFile, out: Out) -> None:
 @app.command()
 def inverse(
     trace_file: Annotated[
-        Path, typer.Argument(help="Trace (CSV), headed for example: time \\[ms],pressure \\[kPa]; docs/tank.md.")
+        Path, typer.Argument(help="Trace (CSV) with a header such as: time \\[ms],pressure \\[kPa]; docs/tank.md.")
     ],
     case_file: Annotated[
         Path, typer.Option("--case", help="Tank case (TOML): the tank, the gas, and what is known of its temperature.")
@@ -63,7 +63,7 @@ def inverse(
     The temperature of the inflow is that of \\[inflator]; without one, it is found from the weighed total_mass; without
     that, from a column 'gas temperature \\[K]' of the trace. \\[measurement] says whether the pressure is absolute.
 
-    Writes flow.csv, fit.csv, inflator.toml (pastes into a case), summary.toml and tank.png.
+    Writes flow.csv, fit.csv, inflator.toml (to paste into a case), summary.toml and tank.png.
     """
     from billow.apps.tank.evaluate import evaluate, measured, warnings
     from billow.apps.tank.folder import write_evaluation

@@ -1,4 +1,4 @@
-"""Showing long work: a bar on a terminal, plain lines in a log."""
+"""Progress of long work: a bar on a terminal, plain lines in a log."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ QUIET_SECONDS = 5.0
 
 @contextlib.contextmanager
 def epochs(console: Console, title: str) -> Iterator[Callable[[int, int, float], None]]:
-    """A function (epoch, epochs, loss) to hand to training."""
+    """A function (epoch, epochs, loss) for training to call."""
     if console.is_terminal:
         columns = (TextColumn(title), BarColumn(), MofNCompleteColumn(), TextColumn("loss {task.fields[loss]:.2e}"))
         with Progress(*columns, TimeElapsedColumn(), TimeRemainingColumn(), console=console) as bar:
@@ -35,7 +35,7 @@ def epochs(console: Console, title: str) -> Iterator[Callable[[int, int, float],
 
 @contextlib.contextmanager
 def steps(console: Console) -> Iterator[Callable[[int, int, str], None]]:
-    """A function (done, total, what) to hand to evaluation."""
+    """A function (done, total, what) for evaluation to call."""
     if not console.is_terminal:
         yield lambda done, total, what: console.print(f"[{done}/{total}] {what}", markup=False, highlight=False)
         return

@@ -1,4 +1,5 @@
-"""What every ready-made or read bag is: flat reference, start positions, parts, straps, local thickness."""
+"""The shape of a bag, ready-made or read from a file: flat reference, start positions, parts, straps, local
+thickness."""
 
 from __future__ import annotations
 
@@ -37,7 +38,7 @@ class StrapLine:
 
 @dataclass(frozen=True)
 class BagShape:
-    """Geometry of a bag before it has any physics.
+    """Geometry of a bag, without physics.
 
     surface: closed surface. positions: start shape, [m], (nodes, 3). reference: (triangles, 3, 2) [m], the flat cut
     coordinates of each triangle's corners in warp and weft direction; triangles that are not fabric may have none

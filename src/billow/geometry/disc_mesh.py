@@ -14,7 +14,7 @@ import numpy as np
 from billow.geometry.triangulation import smoothed, triangulate
 
 CLEARANCE = 0.55
-"""Room kept between a hole and the nodes around it, in edges."""
+"""Distance kept between a hole and the nodes around it, in edges."""
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,7 @@
 """Where fabric lies in several layers: seams and reinforcements, smeared over the elements they cover.
 
-An element takes the share of its flat area that is covered, so that mass and membrane stiffness of a seam of 8 mm do
-not depend on an element size of 20 mm.
+An element gets the extra layers in proportion to the share of its flat area that is covered, so that mass and membrane
+stiffness of a seam of 8 mm do not depend on an element size of 20 mm.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from billow.geometry.bag_shapes import BagShape
 from billow.geometry.disc_mesh import rim_count
 
 SPLITS = 4
-"""Elements that are partly covered are looked at in 4 x 4 equal triangles, in each of which depth is linear."""
+"""Elements that are partly covered are divided into 4 x 4 equal triangles, with linear depth in each."""
 
 Depth = Callable[[np.ndarray], np.ndarray]
 """From flat points [m] (n, 2) to the depth [m] (n,) at which they lie under the second layer, negative outside."""

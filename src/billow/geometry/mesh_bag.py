@@ -1,7 +1,7 @@
 """A bag of any shape: a start mesh, and the flat pieces it was sewn from.
 
-The reference has the cells of the start mesh, in the same order, on nodes of its own: a node on a seam is one node of
-the bag and a node of each piece.
+The reference has the cells of the start mesh in the same order, but its own nodes: a node on a seam is one node of the
+bag and a node of each piece.
 """
 
 from __future__ import annotations

@@ -10,9 +10,9 @@ from scipy.sparse.csgraph import connected_components
 def diagonals(cells: np.ndarray, node_count: int) -> np.ndarray:
     """Corner, 0 or 1, from which each quad's diagonal runs, (cells,); cells: (cells, 4), -1 last for triangles.
 
-    The diagonals join nodes of one colour of a checkerboard: on a grid that is every other way round. A node with two
-    edges is a corner where two panels meet; there the diagonal runs into the corner, because two panels must not share
-    the diagonal that cuts it off.
+    The diagonals join nodes of one colour of a checkerboard, so that on a grid their directions alternate. A node with
+    two edges is a corner where two panels meet; there the diagonal runs into the corner, because two panels must not
+    share a diagonal that cuts the corner off.
     """
     quads = cells[cells[:, 3] >= 0]
     first, second = quads.ravel(), np.roll(quads, -1, axis=1).ravel()

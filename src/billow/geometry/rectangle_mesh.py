@@ -1,8 +1,8 @@
 """Triangulation of a flat rectangle: a grid whose cells are split with alternating diagonals, re-meshed around round
 holes and rings only.
 
-Alternating diagonals prefer no direction, and with even numbers of cells every corner has a diagonal of its own: two
-panels sewn along their edges then share no other edge.
+Alternating diagonals prefer no direction. With even numbers of cells every corner has its own diagonal, so that two
+panels sewn along their edges share no other edge.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from billow.geometry.disc_mesh import CLEARANCE, Hole, circle, hole_polygon
 from billow.geometry.triangulation import smoothed, triangulate
 
 MARGIN = 1.6
-"""Room a hole or ring needs to the nearest line that must stay as it is, in edges."""
+"""Distance that a hole or ring needs from the nearest line that must stay as it is, in edges."""
 
 
 @dataclass(frozen=True)
@@ -31,8 +31,8 @@ class Ring:
 @dataclass(frozen=True)
 class RectangleMesh:
     """points: [m], (n, 2). triangles: (m, 3) int64, counter-clockwise. grid: (columns, rows) int64, the point at each
-    crossing of grid lines, -1 where a hole took it away. patches: triangles inside each ring or hole, in the order
-    they were given."""
+    crossing of grid lines, -1 where a hole removed it. patches: triangles inside each ring or hole, in the order they
+    were given."""
 
     points: np.ndarray
     triangles: np.ndarray
@@ -50,8 +50,8 @@ def mesh_rectangle(
     """Mesh the rectangle between the first and last of ascending grid lines [m], with edges of about `size` [m].
 
     shapes: circles to be meshed into it, each at least its radius and MARGIN edges away from the rim and from walls
-    (the caller's to check). Holes get a polygon of the hole's area and no nodes inside. walls: those of x_lines whose
-    nodes must stay where they are.
+    (the caller must check this). Holes get a polygon of the hole's area and no nodes inside. walls: those of x_lines
+    whose nodes must stay where they are.
     """
     columns, rows = len(x_lines), len(y_lines)
     x, y = (g.ravel() for g in np.meshgrid(x_lines, y_lines, indexing="ij"))
@@ -113,8 +113,8 @@ class _Block:
 
 
 def _blocks(x_lines, y_lines, size, shapes, walls) -> list[_Block]:
-    """Rectangles of cells around the shapes, those that overlap made into one; they end at walls (indices of x_lines),
-    and the outermost cells stay out."""
+    """Rectangles of cells around the shapes; overlapping ones are joined. They end at walls (indices of x_lines) and
+    exclude the outermost cells."""
     blocks: list[_Block] = []
     for shape in shapes:
         reach = _outline(shape, size)[1] + 2.5 * size

@@ -1,4 +1,4 @@
-"""Rectangular bag: two flat panels sewn at the rim, parted into chambers by seams that join both panels.
+"""Rectangular bag: two flat panels sewn at the rim, divided into chambers by seams that join both panels.
 
 A square bag (LS-DYNA paper, examples 1 and 2) is one chamber; a side or window bag (example 3) several. Each seam
 leaves a gap through which gas passes; virtual triangles between the front and the rear fabric close it, so that the
@@ -62,9 +62,9 @@ def rectangular_bag(
 ) -> BagShape:
     """Two panels of length (x) by width (y) [m] about the origin, the rear one in the plane z = 0.
 
-    mouth_radius: of the retainer ring in the middle of the mouth chamber's rear panel [m], counted from 0 at the
-    lowest x; nodes on and inside it are fixed. initial_gap: greatest height of the front over the rear panel at the
-    start [m]. chambers: rooms of equal length along x; gap: needed if there are several.
+    mouth_radius: of the retainer ring in the middle of the mouth chamber's rear panel [m], counted from 0 at the lowest
+    x; nodes on and inside it are fixed. initial_gap: greatest height of the front over the rear panel at the start [m].
+    chambers: of equal length along x; gap: needed if there are several.
 
     Raises InputError E-GEO-010 if the mouth, a vent or a gap does not fit.
     """
@@ -92,7 +92,7 @@ def rectangular_bag(
     rear_node[~sewn] = len(front.points) + np.arange(np.count_nonzero(~sewn))
     flat = np.concatenate([front.points, rear.points[~sewn]])
     depth = distance_to_lines(front.points, lines)
-    # A rounded roof over every room: as high as the fabric is far from a seam, level along the ridge.
+    # A rounded roof over every chamber: its height grows with the distance from the seams and is level along the ridge.
     height = np.zeros(len(flat))
     height[: len(front.points)] = initial_gap * (1.0 - (1.0 - np.minimum(1.0, depth / depth.max())) ** 2)
 
@@ -137,7 +137,7 @@ def _chamber_lines(length: float, size: float, chambers: int) -> np.ndarray:
 
 
 def _gap_ends(width: float, size: float, gap: Gap) -> tuple[float, float]:
-    """The gap's ends along y [m], moved to the rim where no seam of one element's length would be left."""
+    """Ends of the gap along y [m], moved to the rim where the remaining seam would be shorter than an element."""
     length = min(gap.width, width)
     low = np.clip(width * (gap.place - 0.5) - 0.5 * length, -0.5 * width, 0.5 * width - length)
     if low + 0.5 * width < size:

@@ -101,9 +101,9 @@ def place(surface: Surface, positions: np.ndarray, triangle: int) -> str:
 def require_unmirrored(shape: BagShape, warp_angles: dict[str, float]) -> None:
     """Require that no panel is mirrored against its flat cut. warp_angles: [rad], of parts where it is not zero.
 
-    Raises InputError E-GEO-036 if part of a panel lies the other way round than the rest: its flat cut is folded over
-    itself. Raises E-GEO-037 if a whole panel is drawn from the other side than said and its warp runs aslant: the angle
-    would be counted the wrong way.
+    Raises InputError E-GEO-036 if some triangles of a panel run the other way than the rest: its flat cut is folded
+    over itself. Raises E-GEO-037 if a whole panel is drawn from the other side than stated and its warp is oblique: the
+    angle would be counted in the wrong direction.
     """
     surface = shape.surface
     signed = signed_areas(shape.reference)

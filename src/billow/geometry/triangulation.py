@@ -21,7 +21,7 @@ def triangulate(points: np.ndarray) -> np.ndarray:
 
 
 def smoothed(points: np.ndarray, movable: np.ndarray) -> np.ndarray:
-    """Points [m] (n, 2) of which the movable ones (n,) bool went to the mean of their neighbours, a few sweeps
+    """Points [m] (n, 2) after a few sweeps that pull the movable ones, (n,) bool, towards the mean of their neighbours
     (Laplacian smoothing)."""
     for _ in range(SWEEPS):
         edges = unique_edges(triangulate(points))

@@ -8,7 +8,9 @@ from __future__ import annotations
 
 import contextlib
 import os
+import shutil
 import uuid
+from collections.abc import Iterator
 from pathlib import Path
 
 from billow.base.errors import InputError
@@ -58,6 +60,22 @@ def write_atomically(path: str | Path, data: str | bytes) -> None:
             temporary.unlink()
         raise
     sync_folder(path.parent)
+
+
+@contextlib.contextmanager
+def whole_folder(final: str | Path) -> Iterator[Path]:
+    """A folder to fill, which gets the name `final` at the end of the block and vanishes if that fails.
+
+    Errors as `publish_folder`.
+    """
+    final = Path(final)
+    partial = final.with_name(f"{final.name}.{uuid.uuid4().hex[:12]}.partial")
+    partial.mkdir(parents=True)
+    try:
+        yield partial
+        publish_folder(partial, final)
+    finally:
+        shutil.rmtree(partial, ignore_errors=True)
 
 
 def publish_folder(partial: str | Path, final: str | Path) -> None:

@@ -1,4 +1,4 @@
-"""Designs that somebody chose: a table with a column for each parameter, one row a run.
+"""Designs chosen by the user: a table with a column for each parameter and a row for each run.
 
     permeability [-],inflator_temperature [K]
     0.0231,655.0

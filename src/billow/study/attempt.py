@@ -1,4 +1,4 @@
-"""One attempt at one run, wherever it is made: in this process, in a local worker, in a worker of a cluster."""
+"""One attempt at one run, in this process, in a local worker, or in a worker of a cluster."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ Runner = Callable[..., Any]
 
 @dataclass(frozen=True)
 class Task:
-    """A run to be made, as it travels to a worker process: the case as text, which every process reads alike.
+    """A run to be made, as sent to a worker process: the case as text, which every process reads alike.
 
     case_toml: the effective case; rebuild: makes a `billow.Case` of its nested dictionaries.
     """
@@ -120,7 +120,7 @@ def _simulate(store: RunStore, task: Task, place: Path, runner: Runner | None) -
     case, error = task.rebuild(tomllib.loads(task.case_toml)), None
     try:
         runner(case, place, threads=1)
-    except NumericalStop as stop:  # what it left is still worth a look
+    except NumericalStop as stop:  # its last frames are still of interest
         error = stop
     if not place.is_dir():
         raise error or RuntimeError("the simulation ended without publishing its run")

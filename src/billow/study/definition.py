@@ -1,11 +1,11 @@
-"""study.toml: what a study varies, how often, and around which case.
+"""study.toml: the case of a study, its parameters, and the numbers of runs.
 
 title = "Driver bag against a locked obstacle"
 case = "driver_locked.toml"       # relative to this file
 seed = 1
 train = 48                        # may be raised later, to a multiple
 test = 12
-nested = [12, 24]                 # the first 12 training runs are a Latin hypercube of their own, and the first 24
+nested = [12, 24]                 # the first 12 training runs are a Latin hypercube themselves, and so are the first 24
 added_designs = "next.csv"        # more training runs, as `billow suggest` writes them
 reference_length = 0.28           # [m], to which errors are compared
 
@@ -104,7 +104,7 @@ class StudyParameter(BaseModel):
 
 
 class StudyDefinition(BaseModel):
-    """Everything a study.toml says. reference_length: [m]."""
+    """The content of a study.toml. reference_length: [m]."""
 
     model_config = _STRICT
 
@@ -140,12 +140,12 @@ class StudyDefinition(BaseModel):
 
     @property
     def axes(self) -> tuple[Parameter, ...]:
-        """The parameters as a dataset knows them."""
+        """The parameters in the form that a dataset uses."""
         return tuple(Parameter(p.name, p.label, p.unit, p.low, p.high) for p in self.parameters)
 
     @property
     def sizes(self) -> tuple[int, ...]:
-        """Numbers of training runs that are Latin hypercubes of their own, rising; the last is `train`."""
+        """Numbers of training runs that are Latin hypercubes themselves, ascending; the last is `train`."""
         return (*self.nested, self.train)
 
     def to_toml(self) -> str:

@@ -1,7 +1,7 @@
 """Designs of a study: which values its parameters take in each run.
 
-Training designs are a Latin hypercube, or several nested ones, and test designs another, drawn from a random stream of
-its own: what a surrogate is judged on never depends on what it was trained on.
+Training designs are a Latin hypercube, or several nested ones. Test designs are another, from a separate random stream,
+so that the tests of a surrogate never depend on its training.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ Values = tuple[float, ...]
 
 @dataclass(frozen=True)
 class Design:
-    """Runs of a study. train, test: run -> value of each parameter in its unit; runs are numbered through."""
+    """Runs of a study. train, test: run -> value of each parameter in its unit; runs are numbered consecutively."""
 
     train: dict[str, Values]
     test: dict[str, Values]
@@ -37,8 +37,8 @@ class Design:
 def latin_hypercube(count: int, dimensions: int, random: np.random.Generator) -> np.ndarray:
     """(count, dimensions) float64 in [0, 1): each axis cut into `count` equal strata, each holding one point.
 
-    McKay, Beckman and Conover, Technometrics 21 (1979) 239-245, section 2.1. The points are in random order, so the
-    first n are a fair sample too.
+    McKay, Beckman and Conover, Technometrics 21 (1979) 239-245, section 2.1. The points are in random order, so that
+    the first n are also a fair sample.
     """
     strata = np.stack([random.permutation(count) for _ in range(dimensions)], axis=1)
     return (strata + random.random((count, dimensions))) / count
@@ -58,7 +58,7 @@ def refine(points: np.ndarray, count: int, random: np.random.Generator) -> np.nd
 
 
 def draw(definition: StudyDefinition) -> Design:
-    """The designs of a study, without `added_designs`: the same for the same definition, always and everywhere."""
+    """The designs of a study, without `added_designs`; the same for the same definition on every machine."""
     train = _rows(definition, _nested(definition.sizes, definition, _TRAIN_STREAM))
     test = _rows(definition, _nested((definition.test,), definition, _TEST_STREAM))
     return numbered(Design({}, {}), train, test)

@@ -1,6 +1,6 @@
-"""Where runs are made: one after the other in this process, or by the worker processes of a Dask cluster.
+"""Execution of runs: one after the other in this process, or by the worker processes of a Dask cluster.
 
-Both ways yield an `Outcome` for each run as it ends, and one more for each attempt that died and is repeated.
+Both yield an `Outcome` for each run as it ends, and one for each attempt that died and is repeated.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ MAX_ATTEMPTS = 3
 """Attempts at a run whose worker process dies, before the run counts as failed."""
 
 _MAX_SUBMISSIONS = 12
-"""Hand-overs of one run to the cluster. A run waiting in a worker that another run kills has not been attempted, but
-a cluster whose workers die before they begin anything must come to an end too."""
+"""Submissions of one run to the cluster. A run that waits in a worker killed by another run has not been attempted, but
+a cluster whose workers die before they begin anything must end too."""
 
 NO_SCHEDULER = InputError.declare(
     "E-STU-015",
@@ -89,7 +89,7 @@ def dask_client(workers: int, scheduler: str | None) -> Iterator:
             yield client
         return
     settings = {
-        # A dead worker is this module's business: it knows which of the worker's runs had been begun.
+        # This module handles dead workers: it knows which of the worker's runs had begun.
         "distributed.scheduler.allowed-failures": 0,
         "distributed.scheduler.worker-saturation": 1.0,  # runs wait in the scheduler, not in a worker
         # Dask looks at what a worker does a hundred times a second; each look takes the interpreter from the solver.
@@ -107,7 +107,7 @@ def dask_client(workers: int, scheduler: str | None) -> Iterator:
                 threads_per_worker=1,
                 processes=True,
                 host="127.0.0.1",
-                # No dashboard; its server listens all the same: at a free port, so that studies can run side by side.
+                # No dashboard, but its server still listens: at a free port, so that studies can run side by side.
                 dashboard_address="127.0.0.1:0",
                 scheduler_kwargs={"dashboard": False},
                 memory_limit=0,  # runs are small; pausing one helps nobody
@@ -124,7 +124,8 @@ def dask_client(workers: int, scheduler: str | None) -> Iterator:
 
 @contextlib.contextmanager
 def _environment_kept() -> Iterator[None]:
-    """Dask sets the workers' variables in this process too and leaves them there; numba would refuse to go on here."""
+    """Dask sets the workers' variables in this process too and leaves them there; numba would then refuse to continue
+    here."""
     before = {name: os.environ.get(name) for name in _ONE_THREAD}
     try:
         yield
@@ -137,7 +138,7 @@ def _environment_kept() -> Iterator[None]:
 
 
 def _leave_interrupts_to_this_process(client) -> None:
-    """A terminal sends Ctrl-C to every process; workers, which this one ends, would each print a traceback."""
+    """A terminal sends Ctrl-C to every process; the workers, which this process ends, would each print a traceback."""
     from distributed import WorkerPlugin
 
     class IgnoreInterrupts(WorkerPlugin):

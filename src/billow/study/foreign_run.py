@@ -1,4 +1,4 @@
-"""The moving mesh of one run that another solver made, in whatever form it left it."""
+"""The moving mesh of one run of another solver, in any of the supported formats."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class ForeignRun:
 
 
 def find_run(folder: Path, run: str) -> tuple[Path, Callable[[Path], ForeignRun]] | None:
-    """Where `folder` keeps a run, and what reads it; None if nowhere."""
+    """Path of a run in `folder`, and the function that reads it; None if there is none."""
     for suffix, read in ((".npz", _read_npz), (".npy", _read_npy)):
         if (folder / f"{run}{suffix}").is_file():
             return folder / f"{run}{suffix}", read
@@ -96,7 +96,7 @@ def _read_npz(path: Path) -> ForeignRun:
 
 
 def _read_frames(folder: Path) -> ForeignRun:
-    """One file a frame, in the order of the numbers in their names; all of one kind."""
+    """One file per frame, in the order of the numbers in their names; all of one kind."""
     frames = sorted(
         (p for p in folder.iterdir() if p.suffix in (".csv", *SUFFIXES) and p.stem != "times"), key=_natural
     )

@@ -1,4 +1,5 @@
-"""A study that grows: more training runs after those it has; what is there, and every test run, stays as it is."""
+"""A study that grows: more training runs after the existing ones; existing runs, and all test runs, stay as they
+are."""
 
 from __future__ import annotations
 
@@ -28,10 +29,10 @@ MAY_GROW = ("train", "nested", "added_designs")
 
 
 def merged(existing: StudyDefinition, given: StudyDefinition, folder: Path) -> StudyDefinition:
-    """The definition of a study in `folder` after `given` has been asked for.
+    """The definition of a study in `folder` after `given` was requested.
 
-    Sizes that exist stay sizes of nested hypercubes, which is what keeps their runs where they are.
-    InputError E-STU-008 if `given` differs in more than `MAY_GROW` allows.
+    Existing sizes stay sizes of nested hypercubes, so that their runs keep their places. InputError E-STU-008 if
+    `given` differs in more than `MAY_GROW` allows.
     """
     different = [
         name

@@ -1,4 +1,4 @@
-"""A dataset made of runs of another solver, so that a surrogate can learn from them.
+"""A dataset made from runs of another solver, so that a surrogate can be trained on them.
 
     FOLDER/
       runs.csv            run,permeability [-],jet_direction [deg],...: the designs; also, if known, columns
@@ -17,15 +17,13 @@ from __future__ import annotations
 import csv
 import hashlib
 import re
-import shutil
-import uuid
 from pathlib import Path
 
 import numpy as np
 import tomli_w
 
 from billow.base.errors import InputError
-from billow.results.atomic import publish_folder, write_atomically
+from billow.results.atomic import whole_folder, write_atomically
 from billow.results.dataset_files import (
     DatasetRecord,
     Parameter,
@@ -73,7 +71,7 @@ TABLE = "runs.csv"
 _COLUMN = re.compile(r"([A-Za-z][A-Za-z0-9_]*) \[([^\[\]]+)\]")
 _RUN = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,60}")
 _SAME = 1e-6
-"""Part of the mesh's size by which start shapes may differ: text with seven digits."""
+"""Fraction of the mesh size by which start shapes may differ: text has seven digits."""
 
 
 def import_runs(
@@ -85,7 +83,7 @@ def import_runs(
     test_share: float = 0.2,
     seed: int = 0,
 ) -> tuple[int, int]:
-    """Make a dataset in `out` of the runs in `folder`; returns how many train and how many test.
+    """Make a dataset in `out` from the runs in `folder`; returns the numbers of training and test runs.
 
     title: by default the folder's name; reference_length: [m], to which errors are compared, by default the largest
     extent of the start shape; test_share: part of the runs that is set aside, unless runs.csv has a column split
@@ -96,9 +94,7 @@ def import_runs(
     folder, out = Path(folder), Path(out).absolute()
     table = _Table(folder / TABLE)
     split = table.split or _draw_split(list(table.design), test_share, seed)
-    partial = out.with_name(f"{out.name}.{uuid.uuid4().hex[:12]}.partial")
-    partial.mkdir(parents=True)
-    try:
+    with whole_folder(out) as partial:
         common = None
         for run in table.design:
             found = _read(folder, run)
@@ -119,9 +115,6 @@ def import_runs(
                 parameters=table.parameters,
             ),
         )
-        publish_folder(partial, out)
-    finally:
-        shutil.rmtree(partial, ignore_errors=True)
     return len(split[0]), len(split[1])
 
 
@@ -178,7 +171,7 @@ def _label(column: str) -> tuple[str, str, str]:
 
 
 def _draw_split(runs: list[str], share: float, seed: int) -> tuple[list[str], list[str]]:
-    """By run, never by snapshot; at least one test run, and two to learn from."""
+    """By run, never by snapshot; at least one test run and two training runs."""
     count = min(max(round(share * len(runs)), 1), len(runs) - 2)
     chosen = set(np.random.default_rng(seed).permutation(len(runs))[:count].tolist())
     return [r for k, r in enumerate(runs) if k not in chosen], [r for k, r in enumerate(runs) if k in chosen]

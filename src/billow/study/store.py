@@ -1,4 +1,4 @@
-"""Run folders of a study, kept so that whatever drives or runs it may die at any moment.
+"""Run folders of a study, organised so that any process may die at any moment.
 
     runs/<run>/            published runs: there only if complete, never overwritten
     failed/<run>.json      why a run failed; failed/<run>/ is what a stopped run left, for a look at its last frames
@@ -43,7 +43,7 @@ class RunStore:
 
     @contextlib.contextmanager
     def driving(self) -> Iterator[None]:
-        """Be the only process that drives this study, and clear away what a dead one left half-done.
+        """Be the only process that drives this study, and remove unfinished work of a dead one.
 
         InputError E-STU-013 if another process drives it. The lock ends with the process, however that ends.
         """
@@ -77,20 +77,20 @@ class RunStore:
         return sum(1 for _ in self.work.glob(f"{run}-*"))
 
     def end(self, attempt: Path) -> None:
-        """Forget an attempt that has been dealt with."""
+        """Remove an attempt that has been handled."""
         shutil.rmtree(attempt, ignore_errors=True)
 
     def is_published(self, run: str) -> bool:
-        """True if `run` has a folder in runs/; says nothing about whether it verifies."""
+        """True if `run` has a folder in runs/, whether or not it verifies."""
         return (self.runs / run).is_dir()
 
     def publish(self, run: str, finished: Path) -> None:
-        """Make `finished` the folder of `run`; if an attempt was quicker, that one stays."""
+        """Make `finished` the folder of `run`; if another attempt was faster, its folder stays."""
         with contextlib.suppress(InputError):
             publish_folder(finished, self.runs / run)
 
     def keep_stopped(self, run: str, stopped: Path) -> None:
-        """Keep what a stopped run left, in place of what an earlier one left."""
+        """Keep the folder of a stopped run, replacing that of an earlier one."""
         shutil.rmtree(self.failed / run, ignore_errors=True)
         with contextlib.suppress(InputError):
             publish_folder(stopped, self.failed / run)
@@ -113,7 +113,7 @@ class RunStore:
         write_atomically(self.failed / f"{run}.json", text + "\n")
 
     def failure(self, run: str) -> dict | None:
-        """What failed/<run>.json says, or None; a record that cannot be read is as good as none."""
+        """Content of failed/<run>.json, or None if it is missing or unreadable."""
         try:
             record = json.loads((self.failed / f"{run}.json").read_text(encoding="utf-8"))
         except (OSError, ValueError):
@@ -121,6 +121,6 @@ class RunStore:
         return record if isinstance(record, dict) and {"code", "what", "why"} <= set(record) else None
 
     def forget_failure(self, run: str) -> None:
-        """Remove the record of a failure that a completed run has overtaken."""
+        """Remove the record of a failure once the run is completed."""
         (self.failed / f"{run}.json").unlink(missing_ok=True)
         shutil.rmtree(self.failed / run, ignore_errors=True)

@@ -71,7 +71,7 @@ def test_friction_takes_its_part_of_the_tangential_velocity():
 
 
 def test_pressure_is_two_thirds_of_the_energy_density():
-    """Kinetic theory, paper equation 8; each wall's mean has deviation 1.13 / sqrt(hits) (physics notes, T19)."""
+    """Kinetic theory, paper equation 8; each wall's mean has deviation 1.13 / sqrt(hits) (docs/theory.md, case T19)."""
     rng = np.random.default_rng(3)
     flock = random_flock(50_000, rng)
     scene = Scene(*CUBE[:2], flock)

@@ -1,8 +1,7 @@
-"""Pictures of a convergence study: how errors fall, the curves with their noise, and the last shapes laid over."""
+"""Figures of a convergence study: how errors fall, the curves with their noise, and the final shapes overlaid."""
 
 from __future__ import annotations
 
-import io
 from collections.abc import Mapping, Sequence
 
 import matplotlib
@@ -12,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter, PercentFormatter
 
 from billow.apps.converge.measures import TIME, Convergence, free_obstacles, millisecond_means
-from billow.base.plot_style import GREY, STYLE
+from billow.base.plot_style import GREY, STYLE, png
 from billow.results.result import Result
 from billow.rom.judge.sections import cut
 
@@ -42,7 +41,7 @@ def draw_errors(found: Sequence[Convergence]) -> bytes:
         left.set_title("One run, off the mean of the largest count")
         right.set_title("Noise: one run, off by its seed alone")
         figure.legend(*left.get_legend_handles_labels(), loc="outside lower center", ncols=4)
-        return _png(figure)
+        return png(figure)
 
 
 def draw_curves(runs: Mapping[int, Sequence[Result]]) -> bytes:
@@ -65,7 +64,7 @@ def draw_curves(runs: Mapping[int, Sequence[Result]]) -> bytes:
                 axes.plot(time, mean, color=colour, lw=1.2, label=f"{count:,}")
             axes.set(title=title, xlabel="time [ms]")
         figure.legend(*axes.get_legend_handles_labels(), title="particles", loc="outside right upper")
-        return _png(figure)
+        return png(figure)
 
 
 def draw_shapes(runs: Mapping[int, Sequence[Result]]) -> bytes:
@@ -85,7 +84,7 @@ def draw_shapes(runs: Mapping[int, Sequence[Result]]) -> bytes:
         for axes in np.ravel(grid)[len(runs) :]:
             axes.set_axis_off()
         figure.suptitle("Last shape, plane y = 0; grey: the largest count", x=0.01, ha="left", fontsize=9.5)
-        return _png(figure)
+        return png(figure)
 
 
 def _velocity(histories: dict[str, np.ndarray], name: str) -> np.ndarray:
@@ -108,9 +107,3 @@ def _shades(number: int) -> list[np.ndarray]:
 
 def _cycle(number: int) -> list[str]:
     return [LINES[k % len(LINES)] for k in range(number)]
-
-
-def _png(figure: Figure) -> bytes:
-    buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", dpi=140, metadata={"Software": "Billow"})
-    return buffer.getvalue()

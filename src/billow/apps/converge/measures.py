@@ -1,10 +1,11 @@
-"""How far runs with fewer particles are from those with most, and how much runs differ that differ in the seed alone.
+"""How far runs with fewer particles deviate from those with most, and how much runs differ by their seed alone.
 
-Every quantity is a set of samples (a curve, or the places of all nodes). With x the samples of a run, M the mean over
-the runs of the largest count, and |.| the root mean square over samples, all relative to |M - x0| (x0: at the start),
+Every quantity is a set of samples (a curve, or the positions of all nodes). With x the samples of a run, M the mean
+over the runs of the largest count, and |.| the root mean square over samples, all relative to |M - x0| (x0: at the
+start),
 
-    noise      s_N = sqrt(mean over samples of the variance over seeds): by how much one run is off by chance
-    shift      b_N = |mean over seeds - M|: what the number of particles itself changes, and what chance leaves
+    noise      s_N = sqrt(mean over samples of the variance over seeds): random deviation of one run
+    shift      b_N = |mean over seeds - M|: effect of the number of particles, plus the remaining noise
     deviation  e_N = sqrt(mean over seeds of |x - M|^2 - s_max^2 / seeds): of one run; s_max for the largest count
 
 Noise of a mean over independent particles falls as N^-1/2; the exponent of e_N is the slope of its logarithm (least
@@ -45,7 +46,7 @@ class Quantity:
 @dataclass(frozen=True)
 class Convergence:
     """Of one quantity: (counts,) arrays of noise, shift and deviation, relative to scale; exponent of the deviation;
-    enough: smallest count that will do, or None if none smaller than the largest does."""
+    enough: smallest sufficient count, or None if only the largest is."""
 
     quantity: Quantity
     counts: np.ndarray
@@ -57,7 +58,7 @@ class Convergence:
 
 
 def quantities(runs: Mapping[int, Sequence[Result]]) -> list[Quantity]:
-    """What is compared: pressure, volume, velocity and acceleration of every free obstacle, and the last shape.
+    """The quantities compared: pressure, volume, velocity and acceleration of every free obstacle, and the final shape.
 
     runs: count -> runs of one case, at least two each.
     """
@@ -86,7 +87,7 @@ def quantities(runs: Mapping[int, Sequence[Result]]) -> list[Quantity]:
 def millisecond_means(times: np.ndarray, velocity: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Middles [s] and means over about a millisecond of the acceleration [m/s^2], from velocity [m/s] (..., times).
 
-    A force at an instant is mostly chatter of the contact; injuries are judged by means over 3 ms.
+    An instantaneous force is mostly contact chatter; injury criteria use means over 3 ms.
     """
     span = min(max(1, round(1e-3 / (times[1] - times[0]))), len(times) - 1)
     change = (velocity[..., span:] - velocity[..., :-span]) / (times[span] - times[0])
@@ -101,8 +102,8 @@ def free_obstacles(result: Result) -> list[str]:
 
 
 def converge(quantity: Quantity, tolerance: float) -> Convergence:
-    """How a quantity converges. A count is enough if it and all larger ones either shift no more than one run of the
-    largest is off by chance, or deviate by at most `tolerance` [-]."""
+    """How a quantity converges. A count is enough if, for it and all larger ones, either the shift is at most the noise
+    of one run with the largest count, or the deviation is at most `tolerance` [-]."""
     counts = np.array(sorted(quantity.samples))
     best, scale = quantity.best, quantity.scale
     most = quantity.samples[counts[-1]]
@@ -121,7 +122,7 @@ def converge(quantity: Quantity, tolerance: float) -> Convergence:
 
 
 def _exponent(counts: np.ndarray, deviation: np.ndarray) -> float:
-    """Slope of log(deviation) over log(count); nan with fewer than two that are not zero."""
+    """Slope of log(deviation) over log(count); nan if fewer than two are not zero."""
     known = deviation > 0.0
     if known.sum() < 2:
         return float("nan")

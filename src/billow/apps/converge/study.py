@@ -1,4 +1,4 @@
-"""A convergence study from the case to its pictures: runs, comparison, convergence.csv, summary.toml, PNG."""
+"""A convergence study from the case to its figures: runs, comparison, convergence.csv, summary.toml, PNG."""
 
 from __future__ import annotations
 
@@ -34,8 +34,8 @@ def run_study(
 ) -> list[Convergence]:
     """Make the missing runs, compare, and write the results into `folder`; returns one comparison for each quantity.
 
-    tolerance: relative deviation of one run that is good enough [-]. Errors as `make_runs`; NumericalStop E-NUM-007 if
-    so many runs were stopped that fewer than two counts have two runs each.
+    tolerance: acceptable relative deviation of one run [-]. Errors as `make_runs`; NumericalStop E-NUM-007 if so many
+    runs were stopped that fewer than two counts have two runs each.
     """
     folder = Path(folder)
     made = make_runs(sweep, folder, progress, threads)
@@ -59,7 +59,7 @@ def enough(found: list[Convergence]) -> int | None:
 
 
 def report(found: list[Convergence], tolerance: float) -> str:
-    """What a study found, as lines of text."""
+    """Result of a study, as lines of text."""
     lines = [
         f"{'quantity':<34}{'deviation of one run, few to many particles':<46}{'noise':>8}{'exponent':>10}{'enough':>10}"
     ]

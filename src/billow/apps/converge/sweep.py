@@ -3,7 +3,7 @@
     OUT/case.toml            the case as it was given
     OUT/runs/20000_seed2/    one run folder each
 
-A run that is there already is not repeated, and one that was interrupted goes on: the same command continues a study.
+Existing runs are not repeated and interrupted ones are continued: the same command continues a study.
 """
 
 from __future__ import annotations

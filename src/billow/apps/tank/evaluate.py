@@ -1,4 +1,4 @@
-"""Evaluation of a tank test as its case describes it: which temperature is known, and what is uncertain."""
+"""Evaluation of a tank test as its case describes it: which temperature is known, and which values are uncertain."""
 
 from __future__ import annotations
 
@@ -56,11 +56,10 @@ def measured(case: TankCase, path: str | Path) -> Trace:
 
 
 def evaluate(case: TankCase, trace: Trace) -> Solution:
-    """Mass flow of a test, its band holding noise, smoothing and the uncertainties of the case.
+    """Mass flow of a test; its band includes noise, smoothing and the uncertainties of the case.
 
-    The temperature of the inflow is the case's; without one it follows from total_mass; without that from the gas
-    temperature of the trace. Raises InputError E-TANK-012 if there is none of these, E-TANK-013 if total_mass cannot
-    be.
+    The temperature of the inflow is that of the case; else it follows from total_mass, else from the gas temperature of
+    the trace. Raises InputError E-TANK-012 if none of these is given, E-TANK-013 if total_mass is impossible.
     """
     temperature, total, how = case.inflow_temperature, case.inflator.total_mass, case.measurement
     tank, smaller = case.make_tank(), case.make_tank(-how.volume_uncertainty)
@@ -74,7 +73,7 @@ def evaluate(case: TankCase, trace: Trace) -> Solution:
             changes.append(flow_of_temperature(smaller, trace, temperature, best.smoothing))
     elif total is not None:
         best = flow_of_total_mass(tank, trace, total)
-        # The weighed mass is what is known; how well the pressure tells a mass is how well it tells the temperature.
+        # The weighed mass is known; the precision with which the pressure determines a mass is that of the temperature.
         heavier = total + float(np.hypot(best.mass_half_width, how.mass_uncertainty))
         changes.append(flow_of_total_mass(tank, trace, heavier, best.smoothing))
         if how.volume_uncertainty:
@@ -96,7 +95,7 @@ def evaluate(case: TankCase, trace: Trace) -> Solution:
 
 
 def warnings(case: TankCase, trace: Trace, found: Solution) -> list[Concern]:
-    """What about an evaluation makes its flow or its band doubtful."""
+    """Reasons to doubt the flow or the band of an evaluation."""
     made = []
     if found.pattern > PATTERN and found.noise > 1e-4 * np.ptp(trace.pressure):
         made.append(CORRELATED_RESIDUALS(correlation=found.pattern))

@@ -1,8 +1,6 @@
-"""Pictures of a tank test: what was measured, what explains it, and the inflow with its band."""
+"""Figures of a tank test: measurement, fit, and the inflow with its band."""
 
 from __future__ import annotations
-
-import io
 
 import matplotlib
 import numpy as np
@@ -11,7 +9,7 @@ from matplotlib.figure import Figure
 from billow.apps.tank.filling import Trajectory
 from billow.apps.tank.inverse import Solution
 from billow.apps.tank.trace import Trace
-from billow.base.plot_style import GREY, STYLE
+from billow.base.plot_style import GREY, STYLE, png
 
 PRESSURE, FLOW, HEAT = "#0072b2", "#0f9d76", "#d55e00"  # told apart with any colour vision
 MILLI, KILO = 1e3, 1e-3
@@ -28,11 +26,11 @@ def draw_prediction(state: Trajectory) -> bytes:
         middle.set(title="Gas temperature [K]")
         right.plot(time, state.mass * MILLI, color=FLOW)
         right.set(title="Mass delivered [g]", ylim=(0, None))
-        return _png(figure)
+        return png(figure)
 
 
 def draw_evaluation(trace: Trace, found: Solution) -> bytes:
-    """Measured and explained pressure, what is left over, mass flow and temperature of the inflow, as PNG."""
+    """Measured and fitted pressure, residual, mass flow and temperature of the inflow, as PNG."""
     with matplotlib.rc_context(STYLE):
         figure, ((pressure, flow), (rest, temperature)) = _panels(2, rows=2)
         time, knots = trace.times * MILLI, found.knots * MILLI
@@ -49,7 +47,7 @@ def draw_evaluation(trace: Trace, found: Solution) -> bytes:
             rest.axhline(sign * found.noise, color=PRESSURE, lw=0.9, ls=":")
         rest.set(title=f"Measured minus explained [Pa], noise {found.noise:.0f} Pa")
         _draw_temperatures(temperature, trace, found)
-        return _png(figure)
+        return png(figure)
 
 
 def _draw_temperatures(axes, trace: Trace, found: Solution) -> None:
@@ -73,9 +71,3 @@ def _panels(columns: int, rows: int = 1):
     for one in np.atleast_2d(axes)[-1]:
         one.set_xlabel("time [ms]")
     return figure, axes
-
-
-def _png(figure: Figure) -> bytes:
-    buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", dpi=140, metadata={"Software": "Billow"})
-    return buffer.getvalue()

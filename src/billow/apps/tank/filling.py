@@ -1,12 +1,12 @@
-"""A closed rigid tank that gas flows into: its temperature and pressure for given inflows, and how they respond.
+"""A closed rigid tank with an inflow: temperature and pressure, and their derivatives by the inflow.
 
 First law for the gas in the tank (e.g. Moran and Shapiro, transient analysis of filling a tank):
 
     dU/dt = mdot h(T_in) - h A (T - T_wall),   U = sum(m_i e_i(T)),   p V = T sum(m_i R_i)
 
-with M and H the mass and enthalpy that have entered. Nothing but the loss to the wall is discretised, so a tank without
-loss is exact for any steps. The loss takes the trapezoid rule, error about (dt hA / (m cv))^2 / 12 of it, or the
-implicit Euler rule where next to no gas makes it stiff.
+with M and H the mass and enthalpy that have entered. Only the loss to the wall is discretised, so that a tank without
+loss is exact for any step. The loss is integrated by the trapezoidal rule, relative error about (dt hA / (m cv))^2 /
+12, or by the implicit Euler rule where very little gas makes it stiff.
 """
 
 from __future__ import annotations
@@ -91,6 +91,10 @@ class Trajectory:
     inflow_energy: np.ndarray
     implicit: np.ndarray
 
+    def at(self, rows: slice | np.ndarray) -> Trajectory:
+        """Some rows of it."""
+        return Trajectory(**{name: values[rows] for name, values in vars(self).items()})
+
 
 def make_tank(
     volume: float,
@@ -117,7 +121,7 @@ def make_tank(
 
 
 def fill(tank: Tank, times: np.ndarray, mass: np.ndarray, enthalpy: np.ndarray) -> Trajectory:
-    """What becomes of the tank.
+    """States of the tank.
 
     times [s], (n,): increasing, the first is the start; mass [kg], enthalpy [J], (n,): entered until then, first zero.
     """

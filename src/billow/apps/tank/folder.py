@@ -1,9 +1,7 @@
-"""Result folders of tank tests: curves as CSV, an [inflator] table to paste into a case, a summary, a picture."""
+"""Result folders of tank tests: curves as CSV, an [inflator] table to paste into a case, a summary, a figure."""
 
 from __future__ import annotations
 
-import shutil
-import uuid
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +12,7 @@ from billow.apps.tank.filling import Trajectory
 from billow.apps.tank.inverse import Solution
 from billow.apps.tank.tank_case import TankCase
 from billow.apps.tank.trace import Trace
-from billow.results.atomic import publish_folder, write_atomically
+from billow.results.atomic import whole_folder, write_atomically
 from billow.results.histories import write_histories
 
 DIGITS = 6
@@ -106,17 +104,9 @@ def _number(value: float) -> str:
 
 
 def _publish(folder: str | Path, tables: dict, texts: dict[str, str], picture: bytes) -> None:
-    folder = Path(folder)
-    folder.parent.mkdir(parents=True, exist_ok=True)
-    partial = folder.with_name(f"{folder.name}.{uuid.uuid4().hex[:12]}.partial")
-    partial.mkdir()
-    try:
+    with whole_folder(folder) as partial:
         for name, curves in tables.items():
             write_histories(partial / name, curves)
         for name, text in texts.items():
             write_atomically(partial / name, text)
         write_atomically(partial / "tank.png", picture)
-        publish_folder(partial, folder)
-    except BaseException:
-        shutil.rmtree(partial, ignore_errors=True)
-        raise

@@ -22,9 +22,7 @@ def predict(
     """
     fine = np.unique(np.concatenate([times, np.arange(times[0], times[-1], FINEST)]))
     mass, enthalpy = temperature.integrals(tank, fine, flow_times)
-    state = fill(tank, fine, mass @ flow, enthalpy @ flow)
-    rows = np.searchsorted(fine, times)
-    return Trajectory(**{name: values[rows] for name, values in vars(state).items()})
+    return fill(tank, fine, mass @ flow, enthalpy @ flow).at(np.searchsorted(fine, times))
 
 
 def predict_case(case: TankCase) -> Trajectory:

@@ -1,8 +1,8 @@
-"""Mass flow and temperature of an inflator from the pressure it makes in a closed tank.
+"""Mass flow and temperature of an inflator from the pressure in a closed tank.
 
-A measured pressure and a temperature of the inflow give the mass flow (`flow_of_temperature`). Without a temperature,
-the weighed total mass gives a constant one (`flow_of_total_mass`), a measured gas temperature one that varies
-(`flow_of_gas_temperature`). Differentiation is regularised in `smoothing`.
+The measured pressure and the temperature of the inflow give the mass flow (`flow_of_temperature`). If that temperature
+is unknown, the weighed total mass gives a constant temperature (`flow_of_total_mass`), and a measured gas temperature
+gives a varying one (`flow_of_gas_temperature`). Differentiation is regularised in `smoothing`.
 """
 
 from __future__ import annotations
@@ -39,12 +39,12 @@ SETTLED = 1e-6
 
 @dataclass(frozen=True)
 class Solution:
-    """What a tank test says.
+    """Result of a tank test.
 
     knots [s], flow [kg/s], half_width [kg/s]: of the 95 % band, all (k,); temperature: of the inflow, and
     temperature_half_width [K] (one per value); mass, mass_half_width [kg]: delivered in all; state: of the tank at the
     times of the trace; noise [Pa]: standard deviation of the pressure; resolution [s]: shortest time over which the
-    data tell the flow; pattern [-]: correlation of one residual with the next.
+    data resolve the flow; pattern [-]: correlation of one residual with the next.
     """
 
     knots: np.ndarray
@@ -77,7 +77,7 @@ def flow_of_temperature(
     """Mass flow from the pressure of the trace [Pa] and the temperature of the inflow [K].
 
     Gauss-Newton: the pressure is nearly linear in the flow (exactly so for a constant cp and no loss). smoothing: that
-    of an earlier solution, to see what another setting changes and nothing else.
+    of an earlier solution, to see the effect of another setting alone.
     """
     times, knots = _from_start(trace.times), _knots(trace)
     rows = slice(len(times) - len(trace.times), None)
@@ -91,15 +91,15 @@ def flow_of_temperature(
         flow = found.flow
         if np.abs(flow - before).max() <= SETTLED * flow.max():
             break
-    state = _rows(fill(tank, times, mass @ flow, enthalpy @ flow), rows)
+    state = fill(tank, times, mass @ flow, enthalpy @ flow).at(rows)
     return _solution(knots, found, temperature, state, trace)
 
 
 def flow_of_total_mass(tank: Tank, trace: Trace, total: float, smoothing: float | None = None) -> Solution:
     """Mass flow and constant temperature of the inflow [K] that deliver this mass [kg].
 
-    The temperature follows from the end state, h(T_in) M = U_end - U_0 + Q, whose heat Q comes from the flow, in turns.
-    Raises InputError E-TANK-013 if no temperature of 200 to 3000 K does.
+    The temperature follows from the end state, h(T_in) M = U_end - U_0 + Q, iterated with the heat Q that follows from
+    the flow. Raises InputError E-TANK-013 if no temperature of 200 to 3000 K does.
     """
     temperature, heat = 0.0, 0.0
     end = _level(trace.pressure)
@@ -122,7 +122,7 @@ def flow_of_gas_temperature(tank: Tank, trace: Trace) -> Solution:
     """Mass flow and temperature of the inflow from pressure [Pa] and temperature [K] of the gas in the tank.
 
     p V = m R T gives the mass that has entered, U(m, T) and the loss to the wall the enthalpy; each is differentiated
-    on its own, and T_in(t) = h^-1(enthalpy flow / mass flow) wherever the flow stands out of its band.
+    separately, and T_in(t) = h^-1(enthalpy flow / mass flow) wherever the flow exceeds its band.
     """
     p, t, v = trace.pressure, trace.gas_temperature, tank.volume
     mass = (p * v / t - tank.start_constant) / tank.inflow_constant
@@ -191,7 +191,7 @@ def _solution(
 
 
 def _knots(trace: Trace) -> np.ndarray:
-    """Evenly spaced from ignition to the end of the trace; two measured values to each knot at least."""
+    """Evenly spaced from ignition to the end of the trace; at least two measured values per knot."""
     return np.linspace(0.0, trace.times[-1], min(MOST_KNOTS, len(trace.times) // 2))
 
 
@@ -200,12 +200,8 @@ def _from_start(times: np.ndarray) -> np.ndarray:
     return times if times[0] == 0.0 else np.concatenate([[0.0], times])
 
 
-def _rows(state: Trajectory, rows: slice) -> Trajectory:
-    return Trajectory(**{name: values[rows] for name, values in vars(state).items()})
-
-
 def _first_flow(tank: Tank, trace: Trace, enthalpy: np.ndarray) -> float:
-    """Constant flow [kg/s] that makes about the energy of the end, with cv about that of air."""
+    """Constant flow [kg/s] that gives about the final energy, with cv about that of air."""
     rise = _level(trace.pressure) - tank.start_constant * tank.start_temperature / tank.volume
     return 2.5 * max(rise, 0.0) * tank.volume / enthalpy.sum()
 

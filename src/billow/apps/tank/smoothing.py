@@ -2,10 +2,10 @@
 
 Prior: the flow is a Wiener process (a random walk between knots) of unknown strength with a free level; noise is white
 and Gaussian of unknown strength. Both strengths come from the data, by restricted maximum likelihood (Patterson and
-Thompson 1971; Wahba 1985 for splines). The estimate is the posterior mode subject to flow >= 0. The band is that of
-the posterior: such bands hold the squared bias of smoothing as well as the variance (Wahba 1983; Nychka 1988), on
-average over the curve, not at each of its kinks. A Wiener process rather than its integral (the usual cubic spline),
-because inflators start abruptly: the smoother prior cut off peaks and left them outside its band.
+Thompson 1971; Wahba 1985 for splines). The estimate is the posterior mode subject to flow >= 0. The band is that of the
+posterior: such bands include the squared bias of smoothing as well as the variance (Wahba 1983; Nychka 1988), on
+average over the curve, not at each of its kinks. A Wiener process is used rather than its integral (the usual cubic
+spline), because inflators start abruptly: the smoother prior cut off peaks and left them outside its band.
 """
 
 from __future__ import annotations
@@ -40,7 +40,8 @@ class Fit:
 def fit(design: np.ndarray, data: np.ndarray, knots: np.ndarray, smoothing: float | None = None) -> Fit:
     """Flow at the knots [s] from data = design @ flow + noise.
 
-    design: (n, knots), data: (n,), divided by the relative standard deviation of each datum; smoothing: kept if given.
+    design: (n, knots), data: (n,), divided by the relative standard deviation of each datum; smoothing: used if given,
+    else found.
     """
     step = np.diff(knots)
     slopes = np.diff(np.eye(len(knots)), axis=0) / np.sqrt(step)[:, None]

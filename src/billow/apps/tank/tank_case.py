@@ -1,4 +1,4 @@
-"""What a tank test needs to know, as users write it: one TOML file for prediction and evaluation.
+"""The case of a tank test: one TOML file for prediction and evaluation.
 
 docs/tank.md shows the file; `[inflator]` takes the same curves as that of a simulation.
 """
@@ -11,13 +11,12 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Field, ValidationError
-from pydantic_core import PydanticCustomError
 
 from billow.apps.tank.filling import Tank, make_tank
 from billow.apps.tank.inflow_temperature import InflowTemperature
 from billow.base.errors import InputError, shown
 from billow.base.units import to_si
-from billow.case.quantity import Strict, curve, quantity
+from billow.case.quantity import Strict, curve, quantity, refused
 from billow.case.text import Text
 from billow.parts.gas.supply.species import AIR, SPECIES
 
@@ -67,7 +66,7 @@ def _cubic_metres(value: Any) -> Any:
             try:
                 return factor * to_si(value.rstrip().removesuffix(unit), "-")
             except ValueError as error:
-                raise PydanticCustomError("unit", "{reason}", {"reason": str(error)}) from None
+                raise refused(str(error), kind="unit") from None
     return value
 
 
@@ -79,7 +78,7 @@ def volume_within(low: float, high: float) -> Any:
             return value
         reason = f"{value:g} m^3 is outside the plausible range {low:g} to {high:g} m^3"
         remedy = f'write "{value:g} l" if litres are meant' if low <= 1e-3 * value <= high else None
-        raise PydanticCustomError("range", "{reason}", {"reason": reason, "try": remedy})
+        raise refused(reason, remedy, kind="range")
 
     return Annotated[float, BeforeValidator(_cubic_metres), AfterValidator(check)]
 
@@ -102,7 +101,7 @@ class TankTable(Strict):
 
 
 class InflatorTable(Strict):
-    """The gas source: all of it to predict a test; what is known of it to evaluate one."""
+    """The gas source: complete to predict a test, as far as known to evaluate one."""
 
     gas: Fractions
     mass_flow: curve("kg/s", 0.0, 100.0) | None = None

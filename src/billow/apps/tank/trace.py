@@ -1,10 +1,10 @@
-"""A measured tank test: pressure, and if it was measured the gas temperature, against time, from a CSV file.
+"""A measured tank test from a CSV file: pressure and, if measured, gas temperature against time.
 
     time [ms],pressure [kPa],gas temperature [K]
     0.0,101.3,295.0
     0.1,101.4,296.1
 
-Columns are found by name and unit, in any order; others are ignored. Time 0 is ignition; what comes before tells the
+Columns are found by name and unit, in any order; others are ignored. Time 0 is ignition; rows before it give the
 pressure at rest.
 """
 
@@ -74,7 +74,8 @@ NO_RISE = InputError.declare(
 
 FEWEST_ROWS = 20
 MOST_ROWS = 2000
-"""Longer traces are averaged over blocks of equal length: what they lose is finer than any flow they can tell."""
+"""Longer traces are averaged over blocks of equal length; the detail lost is finer than any flow that can be
+resolved."""
 LARGEST_FILE = 100_000_000  # bytes; 100 kHz for a second are 3 MB
 
 _QUANTITIES = {"time": "s", "pressure": "Pa", "gas temperature": "K"}
@@ -116,7 +117,7 @@ def load_trace(path: str | Path, gauge: float = 0.0, end: float | None = None) -
 
 
 def check_trace(trace: Trace, start_pressure: float, loses_heat: bool, where: str) -> None:
-    """Whether a trace can be that of a closed tank that begins at start_pressure [Pa].
+    """Check that a trace can be that of a closed tank that begins at start_pressure [Pa].
 
     Raises InputError: E-TANK-008 negative pressure or temperature, E-TANK-009 another start, E-TANK-010 a fall without
     loss, E-TANK-011 no rise.
@@ -150,7 +151,8 @@ def noise_of(values: np.ndarray) -> float:
 
 
 def _start(trace: Trace) -> tuple[float | None, float]:
-    """Pressure [Pa] at ignition, and by what its noise is smaller than that of one row; None if nobody recorded it."""
+    """Pressure [Pa] at ignition (None if it was not recorded), and the factor by which its noise is smaller than that
+    of one row."""
     if trace.rest is not None:
         return trace.rest, 0.5
     soon = trace.times[0] <= 0.005 * trace.times[-1]

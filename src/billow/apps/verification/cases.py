@@ -1,7 +1,7 @@
 """The verification cases by id, and how they are run.
 
-Each case is a generator of `Measurement`s that drives the solver's own code and compares with a closed form or a
-published number. To add one, write the generator and enter it here.
+Each case is a generator of `Measurement`s that runs the solver's own code and compares with a closed form or a
+published number. To add a case, write the generator and enter it here.
 """
 
 from __future__ import annotations
@@ -83,7 +83,7 @@ def run_cases(ids: Iterable[str] | None = None, progress: Callable[[Check], None
     """Run the cases of these ids, all by default, in the order of `CASES`.
 
     progress: called with each check as soon as it is known. A case that the solver stops or refuses gives one failed
-    check, so that the others are still run. `Check.seconds` add up to the time the whole took.
+    check, so that the others are still run. The sum of `Check.seconds` is the total time.
 
     Raises InputError E-CLI-030 for an id that does not exist.
     """

@@ -130,11 +130,11 @@ def chain() -> Iterator[Measurement]:
 
 
 def stiff_chain() -> Iterator[Measurement]:
-    """U3: the chain with holes 1000 times larger: a step is a hundred times the time in which the rooms settle.
+    """U3: the chain with holes 1000 times larger: a step is a hundred times the settling time of the rooms.
 
     Flows of the old pressures alone would overshoot a hundredfold in every step. No pressure may leave the range of the
-    first ones, and the difference between the rooms may never grow. Pressures are rounded to 1e-16; what a step makes
-    of that is as much larger as its flow per pressure is too large, hence 1e-10.
+    first ones, and the difference between the rooms may never grow. Pressures are rounded to 1e-16; a step amplifies
+    this error in proportion to its flow per pressure, hence 1e-10.
     """
     bag = boxes_in_a_row((0.4, 0.02, 0.2))
     holes = (orifice("first", 0, 1, 0.2), orifice("second", 1, 2, 1.0))
@@ -149,11 +149,11 @@ def stiff_chain() -> Iterator[Measurement]:
 
 
 def blown_through() -> Iterator[Measurement]:
-    """U4: an inflator of 1 kg/s at 600 K blows into a room with a vent; in the end what comes goes.
+    """U4: an inflator of 1 kg/s at 600 K blows into a room with a vent; in the end inflow equals outflow.
 
-    Then T = T_in (all enthalpy that enters leaves), and the pressure is the one at which the orifice passes 1 kg/s. The
-    vents of 2e-3 m^2 (choked), 1e-2 m^2 and 1 m^2 (7 Pa above ambient, which an explicit step would miss by far) run
-    with steps of 0.1 ms for 1 s, twenty times the residence time behind the first: its start is forgotten to 2e-9.
+    Then T = T_in (all enthalpy that enters leaves), and at the pressure the orifice passes 1 kg/s. The vents of 2e-3
+    m^2 (choked), 1e-2 m^2 and 1 m^2 (7 Pa above ambient, which an explicit step would miss by far) run with steps of
+    0.1 ms for 1 s, twenty times the residence time behind the first: its start is forgotten to 2e-9.
     """
     bag = boxes_in_a_row((0.5,))
     fractions = AIR.mass_fractions

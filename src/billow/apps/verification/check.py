@@ -1,4 +1,4 @@
-"""What a verification case says: a number it measured, the number it should be, and how far apart they may be."""
+"""Result of a verification case: a measured number, the expected one, and the tolerance."""
 
 from __future__ import annotations
 
@@ -28,7 +28,8 @@ class Measurement:
 
 @dataclass(frozen=True)
 class Check:
-    """A measurement with the id of its case (physics notes, section 8) and what it cost: seconds of wall time."""
+    """A measurement with the id of its case (docs/theory.md, Verification cases) and what it cost: seconds of wall
+    time."""
 
     id: str
     title: str
@@ -39,7 +40,7 @@ class Check:
     seconds: float
 
     def record(self) -> dict[str, str | float | bool | None]:
-        """Plain values for JSON, which knows no nan: such numbers become None."""
+        """Plain values for JSON, which has no nan: such numbers become None."""
         return {
             key: None if isinstance(value, float) and not math.isfinite(value) else value
             for key, value in asdict(self).items()

@@ -1,4 +1,4 @@
-"""Fabric on the test bench: what comes out must be what the curves said."""
+"""Fabric on the test bench: the simulated test must return the curves."""
 
 from __future__ import annotations
 

@@ -158,9 +158,9 @@ def teabag() -> Iterator[Measurement]:
     """S7: two flat inextensible squares of side L, sewn along the edges and inflated: V/L^3 between 0.200 and 0.212
     with 32 divisions a side.
 
-    No closed form is known: bounds 0.2055 <= V/L^3 <= 0.217 for the paper itself, 0.197 and 0.201 with 8 and 16
-    elements (physics notes, section 8). Load and damping as for the Mylar balloon; after 4 T the volume stands to four
-    digits. Halving the load changes it by 0.1 %, 64 divisions by 0.2 %.
+    No closed form is known: bounds 0.2055 <= V/L^3 <= 0.217 for the ideal bag (Kepert, in Weisstein, "Paper bag"),
+    whose fine crimps no mesh can follow; 0.196 and 0.201 with 8 and 16 divisions. Load and damping as for the Mylar
+    balloon; after 4 T the volume stands to four digits. Halving the load changes it by 0.1 %, 64 divisions by 0.2 %.
     """
     model, state = _inflated(square_bag(1.0, 32, 0.1), duration=4.0)
     yield Measurement("volume / L^3 [absolute]", model.surface.volume(state.positions), 0.206, 0.006)

@@ -1,4 +1,4 @@
-"""T15 to T20: the corpuscular gas against kinetic theory on paper, and whether it is tight.
+"""T15 to T20: the corpuscular gas against closed forms of kinetic theory, and a leak audit.
 
 Boxes, tolerances and numbers of particles as in billow.apps.verification.particles.
 """
@@ -58,7 +58,7 @@ def flux() -> Iterator[Measurement]:
     mass; those that leave through a small hole fly with 2 k T (Bird, Molecular Gas Dynamics, 1994, section 4.2).
 
     A monatomic gas; 2e5 hits: 0.2 %. Then holes that let one in fifty pass, until half of 8,000 particles have left:
-    0.7/sqrt(4,000) = 1.1 %, four of them independent: 0.55 %. The k T/2 that outflow takes besides is booked apart.
+    0.7/sqrt(4,000) = 1.1 %, four of them independent: 0.55 %. The additional k T/2 of the outflow is booked separately.
     """
     gas = in_a_box(MONATOMIC, 8_000, 1e5, 300.0)
     state = gas.start(bag_of_height(HEIGHT))
@@ -156,7 +156,7 @@ def wall_noise() -> Iterator[Measurement]:
 def leak_audit() -> Iterator[Measurement]:
     """T20: a driver bag is crushed to a sixth of its height, blown up and shaken within 20 ms, while jets blow into it
     and gas leaves through vents and fabric. Each motion is affine, so that no fabric goes through other fabric, and the
-    mouth does not tilt. Independent looks on the way find every particle in its chamber, and the books are closed.
+    mouth does not tilt. Independent checks on the way find every particle in its chamber, and the balances close.
     """
     case = Case.from_dict(DRIVER)
     shape = build_shape(case.bag)

@@ -1,4 +1,4 @@
-"""R1: a free rigid body that nothing touches."""
+"""R1: a free rigid body without contact."""
 
 from __future__ import annotations
 

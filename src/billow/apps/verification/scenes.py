@@ -1,4 +1,4 @@
-"""From a shape and a fabric to a model, and from a model to its equilibrium: what the structural cases share."""
+"""Models of one shape and one fabric, and their equilibrium: shared by the structural cases."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class LoadedVolume:
 
 @dataclass(frozen=True)
 class PrescribedPressure(GasModel):
-    """A gauge pressure [Pa] that never changes: a gas model for cases whose answer is an equilibrium."""
+    """A constant gauge pressure [Pa]: a gas model for cases that look for an equilibrium."""
 
     gauge: float
     ambient: float = 101325.0

@@ -1,4 +1,4 @@
-"""Tank tests: prediction against thermodynamics on paper, and evaluation against what was predicted."""
+"""Tank tests: prediction against closed forms, and evaluation of predicted tests."""
 
 from __future__ import annotations
 

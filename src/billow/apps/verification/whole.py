@@ -1,4 +1,4 @@
-"""P3: the books of a whole run."""
+"""P3: the balances of a whole run."""
 
 from __future__ import annotations
 

@@ -1,14 +1,14 @@
-"""The kinds of bag that a case chooses among with `shape`."""
+"""The kinds of bag; a case selects one with `shape`."""
 
 from __future__ import annotations
 
 from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field
-from pydantic_core import PydanticCustomError
 
 from billow.case.bag.schema_bag import DriverBag, RectangularBag, SquareBag
 from billow.case.bag.schema_mesh_bag import MeshBag
+from billow.case.quantity import refused
 
 BAGS = {"driver": DriverBag, "square": SquareBag, "rectangular": RectangularBag, "mesh": MeshBag}
 """Table of each shape."""
@@ -24,7 +24,7 @@ def _known_shape(value: Any) -> Any:
         given = value["shape"]
         reason = f"there is no shape {given[:40]!r}" if isinstance(given, str) else "its shape is no text"
         remedy = f"write {' or '.join(f'shape = {shape!r}' for shape in BAGS)}"
-        raise PydanticCustomError("shape", "{reason}", {"reason": reason, "try": remedy})
+        raise refused(reason, remedy)
     return value
 
 

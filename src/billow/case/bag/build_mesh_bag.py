@@ -1,12 +1,9 @@
-"""From the `[bag]` table of shape mesh to a `BagShape`, and the files it names."""
+"""From the `[bag]` table of shape mesh to a `BagShape`."""
 
 from __future__ import annotations
 
-import hashlib
 import math
 from dataclasses import replace
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -14,9 +11,10 @@ from billow.base.errors import InputError
 from billow.base.units import CONVERSIONS
 from billow.case.bag import schema_mesh_bag
 from billow.case.bag.build_straps import strap_line
+from billow.case.named_files import files_digest
 from billow.geometry.bag_shapes import BagShape
 from billow.geometry.mesh_bag import MeshPart, mesh_bag, require_nodes
-from billow.geometry.mesh_file import LARGEST_FILE, CellMesh, read_mesh
+from billow.geometry.mesh_file import CellMesh, read_mesh
 
 FILES_CHANGED = InputError.declare(
     "E-GEO-035",
@@ -41,32 +39,6 @@ def build_mesh_shape(bag: schema_mesh_bag.MeshBag) -> BagShape:
         bars = require_nodes(np.array(strap.nodes), len(start.points), f"bag.straps, strap {k + 1}")
         straps.append(strap_line(strap, bars, start.points))
     return replace(shape, straps=tuple(straps))
-
-
-def settle_files(data: Any, folder: Path) -> None:
-    """Make the paths of a case's mesh files absolute, counted from the case file's folder, and note their digest."""
-    bag = data.get("bag") if isinstance(data, dict) else None
-    if not isinstance(bag, dict) or bag.get("shape") != "mesh":
-        return
-    for key in ("start", "reference"):
-        if isinstance(bag.get(key), str) and bag[key]:
-            bag[key] = str((folder / bag[key]).absolute())
-    if "digest" not in bag and isinstance(bag.get("start"), str):
-        bag["digest"] = files_digest(bag["start"], bag.get("reference", ""))
-
-
-def files_digest(*paths: Any) -> str:
-    """SHA-256 over the contents of files; empty if one cannot be read, which `read_mesh` then explains."""
-    digest = hashlib.sha256()
-    try:
-        for path in filter(None, paths):
-            if not Path(path).is_file() or Path(path).stat().st_size > LARGEST_FILE:
-                return ""
-            with open(path, "rb") as file:
-                digest.update(hashlib.file_digest(file, "sha256").digest())
-    except (OSError, ValueError, TypeError):
-        return ""
-    return digest.hexdigest()
 
 
 def _scaled(mesh: CellMesh, unit: str) -> CellMesh:

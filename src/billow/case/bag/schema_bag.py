@@ -5,11 +5,8 @@ from __future__ import annotations
 import math
 from typing import Literal
 
-from pydantic import field_validator
-from pydantic_core import PydanticCustomError
-
 from billow.case.gas.factor import over_either, over_time
-from billow.case.quantity import Strict, quantity
+from billow.case.quantity import Strict, quantity, whole
 
 Length = quantity("m", 1e-4, 10.0)
 Offset = quantity("m", -10.0, 10.0)
@@ -30,36 +27,29 @@ class VentFlow(Strict):
     opening_pressure: Pressure = 0.0
     """Gauge pressure at which a vent opens and stays open."""
     burst_time: quantity("s", 0.0, 10.0) = 0.0
-    """Time at which a vent opens at the latest; 0 to leave it to the pressure alone. With an opening_pressure of 0 the
-    vent stays closed until then."""
+    """Latest time at which a vent opens; 0 if only the pressure decides. With an opening_pressure of 0 the vent stays
+    closed until then."""
     blockage: bool = False
-    """Whether contact with an obstacle closes a vent, by the share of its rim that touches."""
+    """Whether contact with an obstacle closes a vent, in proportion to the share of its rim in contact."""
     through_blocked: Fraction = 0.0
-    """Share of the flow that remains through the blocked part of a vent."""
+    """Share of the flow that still passes through the blocked part of a vent."""
 
 
 class Vents(VentFlow):
     """Vent holes in the rear panel, evenly spaced about the axis."""
 
-    count: int = 2
+    count: whole(0, 12, "vents") = 2
     """Number of vents."""
     diameter: quantity("m", 1e-3, 0.2) = 0.035
     """Diameter of each hole."""
     distance: Length = 0.17
     """Distance of their centres from the bag's axis."""
 
-    @field_validator("count")
-    @classmethod
-    def _few(cls, value):
-        if not 0 <= value <= 12:
-            raise PydanticCustomError("range", "{reason}", {"reason": f"{value} vents; expected 0 to 12"})
-        return value
-
 
 class PanelVents(Vents):
     """Vent holes in one panel, evenly spaced about the middle of the bag; the first lies in direction x."""
 
-    count: int = 0
+    count: whole(0, 12, "vents") = 0
     """Number of vents."""
     panel: Panel = "rear"
     """Panel they are cut into."""
@@ -73,7 +63,7 @@ class ChamberVents(VentFlow):
     diameter: quantity("m", 1e-3, 0.2) = 0.035
     """Diameter of each hole."""
     offset: tuple[Offset, Offset] = (0.0, 0.0)
-    """Place of its centre from the middle of its chamber (x, y)."""
+    """Position of its centre relative to the middle of its chamber (x, y)."""
     panel: Panel = "rear"
     """Panel they are cut into."""
 
@@ -83,16 +73,16 @@ class ChamberVents(VentFlow):
 
 
 class StrapCloth(Strict):
-    """What straps are made of and when they pull."""
+    """Material of straps, and when they pull."""
 
     length: quantity("m", 0.01, 2.0) | Literal["start"] = "start"
     """Unstretched length; start: the distance of its ends at the start."""
     slack: quantity("m", 0.0, 1.0) = 0.0
-    """Added to the length: how far the ends may part before the strap pulls."""
+    """Added to the length: the strap pulls only beyond it."""
     width: quantity("m", 1e-3, 0.5) = 0.06
     """Width of each strap."""
     stiffness: quantity("N", 0.0, 1e7) = 0.0
-    """Tension per strain of the whole strap; 0 for that of the bag's fabric along the warp."""
+    """Tension per strain of the whole strap; 0 to use the bag's fabric along the warp."""
     failure: quantity("N", 0.0, 1e6) = 0.0
     """Tension of the whole strap at which it tears; 0 for never."""
 
@@ -101,26 +91,19 @@ class Straps(StrapCloth):
     """Straps (tethers) from the retainer ring to a stitch line on the front panel, by default cut from the bag's
     fabric."""
 
-    count: int = 4
+    count: whole(0, 24, "straps") = 4
     """Number of straps."""
     length: quantity("m", 0.01, 2.0) | Literal["start"] = 0.28
     """Unstretched length; start: the distance of its ends at the start."""
     stitch_radius: quantity("m", 1e-3, 2.0) = 0.08
     """Radius of the stitch line on the front panel."""
 
-    @field_validator("count")
-    @classmethod
-    def _few(cls, value):
-        if not 0 <= value <= 24:
-            raise PydanticCustomError("range", "{reason}", {"reason": f"{value} straps; expected 0 to 24"})
-        return value
-
 
 class PanelStrap(StrapCloth):
     """A strap from a point of the front panel to a point of the rear panel."""
 
     front: tuple[Offset, Offset]
-    """Its end on the front panel (x, y) from the middle of the bag; the nearest node is taken."""
+    """Its end on the front panel (x, y), relative to the middle of the bag; the nearest node is used."""
     rear: tuple[Offset, Offset]
     """Its end on the rear panel."""
 
@@ -131,7 +114,7 @@ class Seam(Strict):
     width: quantity("m", 0.0, 0.1) = 0.008
     """Width of the allowance in each panel."""
     layers: Layers = 2.0
-    """Layers of fabric there; 1 for none but the panel's own."""
+    """Layers of fabric there; 1 means only the panel itself."""
 
 
 class Reinforcement(Strict):
@@ -144,7 +127,7 @@ class Reinforcement(Strict):
     outer: quantity("m", 1e-3, 5.0) = 0.10
     """Outer radius."""
     layers: Layers = 2.0
-    """Layers of fabric there, the panel's own included."""
+    """Layers of fabric there, including the panel itself."""
 
 
 class WarpAngle(Strict):
@@ -157,10 +140,10 @@ class WarpAngle(Strict):
 
 
 class PanelBag(Strict):
-    """What bags of two sewn panels have in common."""
+    """Settings common to bags of two sewn panels."""
 
     element_size: quantity("m", 5e-4, 0.2) = 0.010
-    """Edge length of the triangles, about."""
+    """Approximate edge length of the triangles."""
     mouth_radius: quantity("m", 5e-3, 1.0) = 0.05
     """Radius of the retainer ring; fabric on it and inside is held fixed."""
     initial_gap: quantity("m", 1e-5, 0.2) = 0.002
@@ -223,11 +206,12 @@ class Openings(Strict):
     width: quantity("m", 1e-3, 5.0) = 0.08
     """Length of the gap along the seam."""
     place: Fraction = 0.9
-    """Where its middle lies across the bag, 0 to 1 with y; moved to the rim if less than an element would be sewn."""
+    """Position of its middle across the bag, from 0 to 1 along y; moved to the rim if the remaining seam would be
+    shorter than an element."""
 
 
 class RectangularBag(PanelBag):
-    """Two rectangular panels sewn at the edges, parted into chambers of equal length along x by seams that join both
+    """Two rectangular panels sewn at the edges, divided into chambers of equal length along x by seams that join both
     panels and leave gaps: side and window bags (LS-DYNA paper, example 3). Flat on the plane z = 0."""
 
     shape: Literal["rectangular"]
@@ -236,7 +220,7 @@ class RectangularBag(PanelBag):
     """Length of the flat panels, along x."""
     width: quantity("m", 0.05, 5.0) = 0.40
     """Width of the flat panels, along y."""
-    chambers: int = 1
+    chambers: whole(1, 64, "chambers") = 1
     """Number of chambers."""
     mouth_chamber: int = 1
     """Chamber with the inflator's mouth, in the middle of its rear panel; counted from 1 at the lowest x."""
@@ -255,10 +239,3 @@ class RectangularBag(PanelBag):
     def size_key(self) -> str:
         """The key that decides how large the bag is."""
         return "bag.length"
-
-    @field_validator("chambers")
-    @classmethod
-    def _few(cls, value):
-        if not 1 <= value <= 64:
-            raise PydanticCustomError("range", "{reason}", {"reason": f"{value} chambers; expected 1 to 64"})
-        return value

@@ -5,9 +5,8 @@ from __future__ import annotations
 from typing import Any, Literal
 
 from pydantic import model_validator
-from pydantic_core import PydanticCustomError
 
-from billow.case.quantity import Strict, quantity
+from billow.case.quantity import Strict, quantity, refused
 from billow.parts.fabric.library import FILES, library_curves
 
 Modulus = quantity("Pa", 1e4, 1e12)
@@ -17,7 +16,7 @@ DIRECTIONS = ("warp", "weft", "shear")
 
 
 class YarnCurve(Strict):
-    """True (logarithmic) strain against true stress. In a case file the path of a CSV file may stand for the table."""
+    """True (logarithmic) strain against true stress. In a case file the path of a CSV file may replace the table."""
 
     strain: tuple[Strain, ...] = ()
     """True strain, from 0 on."""
@@ -26,7 +25,7 @@ class YarnCurve(Strict):
 
 
 class ShearCurve(Strict):
-    """Angle against shear stress. In a case file the path of a CSV file may stand for the table."""
+    """Angle against shear stress. In a case file the path of a CSV file may replace the table."""
 
     angle: tuple[quantity("deg", -180.0, 180.0), ...] = ()
     """Change of the angle between warp and weft, from 0 on."""
@@ -49,7 +48,8 @@ class ShearCurves(Strict):
 
 
 class FabricCurves(Strict):
-    """Tests of the fabric, for the laws "curves" and "curves-shear". Without unloading curve, unloading is elastic."""
+    """Tests of the fabric, for the laws "curves" and "curves-shear". Without an unloading curve, unloading is
+    elastic."""
 
     transverse: quantity("-", -1.0, 2.0) = 1.0
     """Transverse over axial true strain in the tests of warp and weft: 1 equal-biaxial, 0 strip held in its width."""
@@ -61,10 +61,10 @@ class FabricCurves(Strict):
 
 
 class Liner(Strict):
-    """Isotropic layer that carries compression as well, for the linear law; 1 to 5 % keep crushed folds apart."""
+    """Isotropic layer that also carries compression, for the linear law; 1 to 5 % keep crushed folds apart."""
 
     ratio: quantity("-", 0.0, 1.0) = 0.0
-    """Its thickness over the fabric's; 0 for none."""
+    """Its thickness relative to the fabric's; 0 for none."""
     young: Modulus = 0.05e9
     """Young's modulus."""
     poisson: quantity("-", 0.0, 0.49) = 0.3
@@ -72,7 +72,8 @@ class Liner(Strict):
 
 
 class Coating(Strict):
-    """Coating (silicone): it adds mass and closes the fabric. Its stiffness is negligible, or a liner."""
+    """Coating (silicone): it adds mass and makes the fabric airtight. Its stiffness is negligible; otherwise add a
+    liner."""
 
     thickness: quantity("m", 0.0, 1e-3) = 0.0
     """Thickness; 0 for none."""
@@ -87,7 +88,7 @@ class Fabric(Strict):
     """linear: orthotropic, linear in Green strain (FORM 0); curves-shear: loading and unloading curves with history
     (FORM 14); curves: the same, but shear switches curves by the sign of its rate, which oscillates (FORM 4)."""
     density: quantity("kg/m^3", 50.0, 5000.0) = 800.0
-    """Mass per volume of the fabric as woven."""
+    """Mass per volume of the uncoated fabric."""
     thickness: quantity("m", 1e-5, 5e-3) = 0.30e-3
     """Thickness of the fabric without coating."""
     young_warp: Modulus = 0.40e9
@@ -95,24 +96,24 @@ class Fabric(Strict):
     young_weft: Modulus = 0.35e9
     """Young's modulus along the weft (linear)."""
     poisson: quantity("-", 0.0, 0.49) = 0.2
-    """Poisson's ratio: warp load, weft contraction (linear)."""
+    """Poisson's ratio: contraction along the weft under load along the warp (linear)."""
     shear: Modulus = 10e6
     """Shear modulus between warp and weft; woven fabric is soft in shear (linear)."""
     compression: bool = False
-    """Whether the fabric carries compression; real fabric buckles."""
+    """Whether the fabric carries compression; real fabric wrinkles instead."""
     damping: quantity("-", 0.0, 0.5) = 0.05
     """Stiffness-proportional damping, as a fraction of critical in an element's highest mode."""
     permeability: quantity("-", 0.0, 10.0) = 0.0
     """Leak speed in units of 1 m/s at 500 Pa; grows with the root of the pressure difference. 0 for coated fabric."""
     library: Literal["own", "nylon66-470dtex"] = "own"
-    """Where curves come from that are not given: nylon66-470dtex is typical, not measured. The effective case holds the
-    curves themselves, and says own."""
+    """Source of the curves that are not given: nylon66-470dtex is typical, not measured. The effective case contains
+    the curves themselves, and says own."""
     curves: FabricCurves = FabricCurves()
     liner: Liner = Liner()
     coating: Coating = Coating()
     self_contact: bool | Literal["auto"] = "auto"
-    """Whether layers of fabric keep apart. auto: with the corpuscular gas alone; uniform pressure blows the layers of
-    an unfolded bag apart by itself."""
+    """Whether layers of fabric are kept apart. auto: only with the corpuscular gas; uniform pressure blows the layers
+    of an unfolded bag apart by itself."""
 
     @model_validator(mode="before")
     @classmethod
@@ -130,13 +131,9 @@ class Fabric(Strict):
             return data
         if data.get("law") == "linear" or len(given) == len(DIRECTIONS):
             reason = "the law is linear" if data.get("law") == "linear" else "all three curves are given"
-            raise PydanticCustomError(
-                "library",
-                "{reason}",
-                {
-                    "reason": f"library = {library!r} would have no effect: {reason}",
-                    "try": 'write law = "curves-shear", and leave out the curves that the library should give',
-                },
+            raise refused(
+                f"library = {library!r} would have no effect: {reason}",
+                'write law = "curves-shear", and leave out the curves that the library should give',
             )
         filled = {name: table for name, table in library_curves(library).items() if name not in given}
         return {**data, "library": "own", "curves": {**data.get("curves", {}), **filled}}
@@ -145,15 +142,11 @@ class Fabric(Strict):
     def _resists(self):
         largest = (self.young_warp / self.young_weft) ** 0.5
         if self.poisson >= largest:
-            raise PydanticCustomError(
-                "poisson",
-                "{reason}",
-                {
-                    "reason": f"with young_warp = {self.young_warp:g} Pa, young_weft = {self.young_weft:g} Pa and "
-                    f"poisson = {self.poisson:g} a stretched fabric gains energy; poisson must stay below the root of "
-                    f"young_warp / young_weft, {largest:.3g}",
-                    "try": "check the units of both moduli, reduce poisson, or exchange young_warp and young_weft",
-                },
+            raise refused(
+                f"with young_warp = {self.young_warp:g} Pa, young_weft = {self.young_weft:g} Pa and "
+                f"poisson = {self.poisson:g} a stretched fabric gains energy; poisson must stay below the root of "
+                f"young_warp / young_weft, {largest:.3g}",
+                "check the units of both moduli, reduce poisson, or exchange young_warp and young_weft",
             )
         return self
 
@@ -171,7 +164,7 @@ class Fabric(Strict):
                 f'give it, or library = "{next(iter(FILES))}" for what is not given',
             )
         if problem:
-            raise PydanticCustomError("fabric", "{reason}", {"reason": problem[0], "try": problem[1]})
+            raise refused(problem[0], problem[1])
         return self
 
 

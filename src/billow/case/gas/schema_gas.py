@@ -5,11 +5,10 @@ from __future__ import annotations
 from typing import Annotated, Any, Literal
 
 from pydantic import Discriminator, Field, Tag, field_validator, model_validator
-from pydantic_core import PydanticCustomError
 
 from billow.case.gas.factor import over_time
 from billow.case.gas.models import GAS_MODELS
-from billow.case.quantity import Strict, curve, quantity
+from billow.case.quantity import Strict, curve, quantity, refused, whole
 from billow.case.text import Name
 from billow.parts.gas.supply.species import AIR, COLDEST, HOTTEST, MOLAR_GAS_CONSTANT
 
@@ -25,12 +24,12 @@ ONE, SEVERAL = "inflator[one]", "inflator[several]"
 def _require_whole(fractions: dict[str, float]) -> dict[str, float]:
     total = sum(fractions.values())
     if abs(total - 1.0) > 1e-6:
-        raise PydanticCustomError("fractions", "fractions sum to {total}, not 1", {"total": round(total, 9)})
+        raise refused(f"fractions sum to {round(total, 9)}, not 1")
     return fractions
 
 
 class Species(Strict):
-    """A gas of one's own: molar heat capacity cp = a + b T + c T^2."""
+    """A user-defined gas: molar heat capacity cp = a + b T + c T^2."""
 
     molar_mass: quantity("kg/mol", 1e-3, 0.5)
     """Molar mass."""
@@ -48,14 +47,10 @@ class Species(Strict):
             within.append(-0.5 * self.b / self.c)
         least, at = min((self.a + t * (self.b + t * self.c), t) for t in within)
         if least <= MOLAR_GAS_CONSTANT:
-            raise PydanticCustomError(
-                "heat",
-                "{reason}",
-                {
-                    "reason": f"cp falls to {least:.4g} J/(mol K) at {at:g} K; it must stay above the gas constant, "
-                    f"{MOLAR_GAS_CONSTANT:.4g} J/(mol K), between {COLDEST:g} and {HOTTEST:g} K",
-                    "try": "give molar values, a in J/(mol K), b in J/(mol K^2), c in J/(mol K^3)",
-                },
+            raise refused(
+                f"cp falls to {least:.4g} J/(mol K) at {at:g} K; it must stay above the gas constant, "
+                f"{MOLAR_GAS_CONSTANT:.4g} J/(mol K), between {COLDEST:g} and {HOTTEST:g} K",
+                "give molar values, a in J/(mol K), b in J/(mol K^2), c in J/(mol K^3)",
             )
         return self
 
@@ -76,7 +71,7 @@ class Initial(Strict):
 
 
 class Orifice(Strict):
-    """A hole of fixed area between two chambers, or to the surroundings, that the mesh does not show."""
+    """A hole of fixed area between two chambers, or to the surroundings, that is not part of the mesh."""
 
     name: Name
     """Name, for the histories."""
@@ -90,7 +85,7 @@ class Orifice(Strict):
     @model_validator(mode="after")
     def _joins(self):
         if self.between[0] == self.between[1]:
-            raise PydanticCustomError("orifice", "it joins {name} with itself", {"name": self.between[0]})
+            raise refused(f"it joins {self.between[0]} with itself")
         return self
 
 
@@ -100,13 +95,13 @@ class Gas(Strict):
     model: Literal[tuple(GAS_MODELS)] = "uniform-pressure"
     """uniform-pressure: one well-mixed gas in each chamber; corpuscular: particles that fly, collide and push, so that
     jets, narrow gaps and the flow path matter; none: no gas at all."""
-    particles: int = 100_000
-    """Of the corpuscular gas, for all there will be inside, injected and initial."""
-    seed: int = 1
-    """Of the corpuscular gas' random numbers; runs with other seeds show how large its noise is."""
+    particles: whole(1_000, 20_000_000) = 100_000
+    """Number of particles of the corpuscular gas, for injected and initial gas together."""
+    seed: whole(0, 2**31 - 1) = 1
+    """Seed of the corpuscular gas' random numbers; runs with other seeds show how large the noise is."""
     switch_time: quantity("s", 0.0, 10.0) = 0.0
-    """When the corpuscular gas becomes one of uniform pressure, which costs next to nothing; 0 for never. Mass and
-    energy go over exactly; the gas' flow comes to rest as heat."""
+    """Time at which the corpuscular gas becomes uniform pressure, which costs almost nothing; 0 for never. Mass and
+    energy are kept exactly; the kinetic energy of the flow becomes heat."""
     heat_transfer: quantity("W/(m^2 K)", 0.0, 1e4) = 0.0
     """Heat transfer coefficient from the gas through the outer fabric to the surroundings."""
     opening_discharge: Fraction = 0.7
@@ -114,15 +109,7 @@ class Gas(Strict):
     initial: Initial = Initial()
     orifices: tuple[Orifice, ...] = ()
     species: dict[Name, Species] = Field(default_factory=dict)
-    """Gases of one's own by name, for example [gas.species.smoke]; they go before those of the library."""
-
-    @field_validator("particles", "seed")
-    @classmethod
-    def _countable(cls, value, info):
-        low, high = (1_000, 20_000_000) if info.field_name == "particles" else (0, 2**31 - 1)
-        if not low <= value <= high:
-            raise PydanticCustomError("range", "{reason}", {"reason": f"{value}; expected {low} to {high}"})
-        return value
+    """User-defined gases by name, for example [gas.species.smoke]; they take precedence over the library."""
 
     @field_validator("orifices")
     @classmethod
@@ -133,7 +120,7 @@ class Gas(Strict):
 class Jets(Strict):
     """Ring of jets the inflator blows through. Uniform pressure alone cannot see their direction."""
 
-    count: int = 12
+    count: whole(0, 64, "jets") = 12
     """Number of holes; 0 for a diffuse source without jets."""
     ring_radius: quantity("m", 1e-3, 0.5) = 0.038
     """Radius of the ring of holes."""
@@ -145,13 +132,6 @@ class Jets(Strict):
     """Half-angle of the cone each jet spreads in, for the corpuscular gas; uniform pressure has its own law of jets."""
     spin: quantity("Hz", -1e4, 1e4) = 0.0
     """Turns of the ring about the bag's axis per second."""
-
-    @field_validator("count")
-    @classmethod
-    def _few(cls, value):
-        if not 0 <= value <= 64:
-            raise PydanticCustomError("range", "{reason}", {"reason": f"{value} jets; expected 0 to 64"})
-        return value
 
 
 class Inflator(Strict):
@@ -180,14 +160,7 @@ class Inflator(Strict):
     @model_validator(mode="after")
     def _delivers(self):
         if not any(self.mass_flow.value):
-            raise PydanticCustomError(
-                "flow",
-                "{reason}",
-                {
-                    "reason": "the mass flow is zero at all times",
-                    "try": 'set gas.model = "none" for a bag without inflator',
-                },
-            )
+            raise refused("the mass flow is zero at all times", 'set gas.model = "none" for a bag without inflator')
         return self
 
 
@@ -205,9 +178,7 @@ def require_distinct(items: tuple, kind: str) -> tuple:
     """Refuse two items of one name."""
     names = [item.name for item in items]
     if len(set(names)) != len(names):
-        raise PydanticCustomError(
-            "names", "two {kind} are called {name}", {"kind": kind, "name": max(names, key=names.count)}
-        )
+        raise refused(f"two {kind} are called {max(names, key=names.count)}")
     return items
 
 

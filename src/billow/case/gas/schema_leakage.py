@@ -5,10 +5,9 @@ from __future__ import annotations
 from typing import Literal
 
 from pydantic import Field, model_validator
-from pydantic_core import PydanticCustomError
 
 from billow.case.gas.factor import over_pressure, over_time
-from billow.case.quantity import Strict, quantity
+from billow.case.quantity import Strict, quantity, refused
 from billow.case.text import Name
 
 Term = quantity("-", -100.0, 100.0)
@@ -17,7 +16,7 @@ LARGEST = {"permeability": 10.0, "wang-nefske": 1.0, "graefe": 1.0, "porous-medi
 
 
 class PartLeakage(Strict):
-    """How gas gets through one part of the fabric."""
+    """Leakage through one part of the fabric."""
 
     law: Literal["permeability", "wang-nefske", "graefe", "porous-medium", "velocity-curve"] = "permeability"
     """permeability: fabric.permeability times a leak speed that grows with the root of the pressure difference.
@@ -39,24 +38,16 @@ class PartLeakage(Strict):
     @model_validator(mode="after")
     def _plausible(self):
         if self.law in ("porous-medium", "velocity-curve") and self.pressure_factor == 1.0:
-            raise PydanticCustomError(
-                "leakage",
-                "{reason}",
-                {
-                    "reason": f"{self.law} needs a pressure_factor; it has the unit of the law",
-                    "try": "give leakage.pressure_factor as a number or a curve against absolute pressure",
-                },
+            raise refused(
+                f"{self.law} needs a pressure_factor; it has the unit of the law",
+                "give leakage.pressure_factor as a number or a curve against absolute pressure",
             )
         largest = self._largest(self.time_factor) * self._largest(self.pressure_factor)
         limit = LARGEST[self.law]
         if largest > limit:
-            raise PydanticCustomError(
-                "leakage",
-                "{reason}",
-                {
-                    "reason": f"the factors of {self.law} reach {largest:g}; at most {limit:g} is plausible",
-                    "try": "check the unit of leakage.pressure_factor: SI, against absolute pressure",
-                },
+            raise refused(
+                f"the factors of {self.law} reach {largest:g}; at most {limit:g} is plausible",
+                "check the unit of leakage.pressure_factor: SI, against absolute pressure",
             )
         return self
 
@@ -66,7 +57,7 @@ class PartLeakage(Strict):
 
 
 class Leakage(PartLeakage):
-    """How gas gets through the fabric. One law for all of it, and others for single parts."""
+    """Leakage through the fabric. One law for all of it, and others for single parts."""
 
     parts: dict[Name, PartLeakage] = Field(default_factory=dict)
-    """Laws of single parts by name, for example [leakage.parts.front]; each stands for itself."""
+    """Laws of single parts by name, for example [leakage.parts.front]; each replaces the general law completely."""

@@ -7,11 +7,11 @@ from operator import or_
 from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field
-from pydantic_core import PydanticCustomError
 
 from billow.case.obstacles.plate import Plate
 from billow.case.obstacles.super_ellipsoid import SuperEllipsoid
 from billow.case.obstacles.table import ObstacleTable
+from billow.case.quantity import refused
 from billow.parts.bodies.body import Body
 from billow.parts.bodies.contact import SurfaceLaw
 
@@ -24,7 +24,7 @@ def _known_shape(value: Any) -> Any:
         given = value.get("shape")
         reason = f"there is no shape {given[:40]!r}" if isinstance(given, str) else "it has no shape"
         remedy = f"write {' or '.join(f'shape = {shape!r}' for shape in OBSTACLES)}"
-        raise PydanticCustomError("shape", "{reason}", {"reason": reason, "try": remedy})
+        raise refused(reason, remedy)
     return value
 
 

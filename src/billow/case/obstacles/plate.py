@@ -6,10 +6,9 @@ from typing import Literal
 
 import numpy as np
 from pydantic import field_validator
-from pydantic_core import PydanticCustomError
 
 from billow.case.obstacles.table import ObstacleTable
-from billow.case.quantity import quantity
+from billow.case.quantity import quantity, refused
 from billow.case.text import Name
 from billow.geometry.shapes.half_space import HalfSpace
 from billow.geometry.shapes.pose import of_plane
@@ -34,7 +33,7 @@ class Plate(ObstacleTable):
     @classmethod
     def _points_somewhere(cls, value):
         if not any(value):
-            raise PydanticCustomError("range", "{reason}", {"reason": "it has no direction", "try": "write [0, 0, 1]"})
+            raise refused("it has no direction", "write [0, 0, 1]")
         return value
 
     def build(self) -> tuple[HalfSpace, RigidBody, RigidState]:

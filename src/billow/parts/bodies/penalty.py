@@ -21,7 +21,7 @@ import math
 from billow.base.compiled import scalar
 
 A_REFERENCE = 1e-4
-"""Fabric area [m^2] for which a slope [N/m] is meant (physics notes, section 5)."""
+"""Fabric area [m^2] for which a slope [N/m] is meant (docs/theory.md, Contact slope)."""
 
 
 @scalar

@@ -1,10 +1,10 @@
 """FORM 4: loading and unloading curves for warp, weft and shear; shear switches between them by the sign of its rate.
 
-Warp and weft have history (`curve_table`). Shear follows its loading curve while the angle grows and its
-unloading curve while it shrinks, whatever happened before. Stress then jumps whenever the rate changes its sign, and
-small vibrations of the angle jump between the curves: this is what makes the old formulation oscillate (physics notes,
-section 4). What shear turns to heat depends on the path and is summed up. The law is kept for comparison with old
-models; `curves_shear_law` is the cure.
+Warp and weft have history (`curve_table`). Shear follows its loading curve while the angle grows and its unloading
+curve while it shrinks, whatever happened before. Stress then jumps whenever the rate changes its sign, and small
+vibrations of the angle jump between the curves: this is what makes the old formulation oscillate (docs/theory.md, Curve
+laws; LS-DYNA paper, figure 2). What shear turns to heat depends on the path and is summed up. The law is kept for
+comparison with old models; `curves_shear_law` is the cure.
 """
 
 from __future__ import annotations

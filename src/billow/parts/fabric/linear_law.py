@@ -87,8 +87,8 @@ class LinearFabric:
 
     @property
     def wave_speed(self) -> float:
-        """Fastest membrane wave [m/s]: sqrt(Emax / (rho (1 - nu^2))) (physics notes, section 4), or the fastest plane
-        wave in any direction where weft or shear make that faster."""
+        """Fastest membrane wave [m/s]: sqrt(Emax / (rho (1 - nu^2))) (docs/theory.md, Membrane step), or the fastest
+        plane wave in any direction where weft or shear make that faster."""
         young = max(self.young_warp, self.young_weft)
         c11, c22, c12, c66 = self.stiffness + self.liner.stiffness
         angle = np.linspace(0.0, 0.5 * np.pi, 91)

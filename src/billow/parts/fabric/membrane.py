@@ -74,8 +74,9 @@ class Membrane:
     def stable_dt(self, largest_stretch: float = 1.0) -> float:
         """Stable step [s] of the most critical element: h/c (sqrt(1 + xi^2) - xi) / stretch, without a safety factor.
 
-        h is the smallest altitude and xi the damping fraction (physics notes, section 4). In a total Lagrangian element
-        the tangent grows with the square of the stretch, so the step shrinks with the stretch.
+        h is the smallest altitude and xi the damping fraction (docs/theory.md, Membrane step; Belytschko, Liu and
+        Moran, "Nonlinear Finite Elements for Continua and Structures", 2000, ch. 6). In a total Lagrangian element the
+        tangent grows with the square of the stretch, so the step shrinks with the stretch.
         """
         xi = self.fabric.damping
         factor = (np.sqrt(1.0 + xi**2) - xi) / max(1.0, largest_stretch)

@@ -13,9 +13,9 @@ is exact in each term, so each has a potential, and a test under the conditions 
 - Yarns: with l = exp(strain) the force per reference width and thickness is stress exp(transverse strain), which does
   work on dl; dE = l dl, hence s = stress exp(transverse strain) / l. In an equal-biaxial test the transverse strain is
   the axial one (ratio 1), in a strip test it is none (ratio 0).
-- Shear: in a picture frame the yarns keep their lengths and only the angle gamma changes; dW = tau dgamma (physics
-  notes, S9). With z = sin(gamma + gamma0) - sin(gamma0) this is H dz, H = tau / cos(gamma + gamma0); gamma0 = 90
-  degrees minus the yarns' angle in the flat cut.
+- Shear: in a picture frame the yarns keep their lengths and only the angle gamma changes; dW = tau dgamma
+  (docs/theory.md, Curve laws). With z = sin(gamma + gamma0) - sin(gamma0) this is H dz, H = tau / cos(gamma + gamma0);
+  gamma0 = 90 degrees minus the yarns' angle in the flat cut.
 """
 
 from __future__ import annotations

@@ -41,7 +41,7 @@ from billow.parts.gas.corpuscular.wall_load import Patches, WallLoad, wall_speed
 from billow.parts.gas.gas_model import Bag, Content, GasTotals, SwitchableGas
 
 SMOOTHING = 0.2e-3
-"""Time constant [s] of wall pressure and incident flow (physics notes, section 2)."""
+"""Time constant [s] of wall pressure and incident flow (docs/theory.md, Smoothing of wall pressure)."""
 
 PATCH_INTERVAL = 0.1e-3
 """Time [s] between two changes of the patches."""

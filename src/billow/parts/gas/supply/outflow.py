@@ -48,7 +48,7 @@ def porous_flux(difference, density, permeability, reference_speed, reference_di
     """Mass flow per fabric area [kg/(s m^2)] at a pressure difference [Pa] >= 0 and upstream density [kg/m^3].
 
     Leak speed = permeability * reference_speed * sqrt(difference / reference_difference): the velocity-curve family
-    (MAT_FABRIC FVOPT 7) with the standard test at 500 Pa as reference; see docs/theory.md for why.
+    (MAT_FABRIC FVOPT 7) with the standard test at 500 Pa as reference (docs/theory.md, Permeability, says why).
     """
     if difference <= 0.0:
         return 0.0

@@ -1,0 +1,63 @@
+"""Files that a case names: curves of the fabric are read into it, meshes of the bag are noted with their digest."""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+from typing import Any
+
+from billow.geometry.mesh_file import LARGEST_FILE
+from billow.parts.fabric.curve_file import read_curve_file
+
+
+def with_files_settled(data: dict[str, Any], folder: Path) -> dict[str, Any]:
+    """The tables of a case, no longer dependent on `folder`, from which relative paths count.
+
+    `fabric.curves.*.loading = "file.csv"` is replaced by the points of that file (likewise unloading), so that the
+    effective case is complete in itself. Paths of mesh files become absolute, and bag.digest holds their SHA-256.
+    Whatever does not fit the schema stays as it is, for the schema to refuse.
+
+    Raises InputError E-FAB-001 and E-FAB-002 for curve files that cannot be used.
+    """
+    fabric, bag = data.get("fabric"), data.get("bag")
+    if isinstance(fabric, dict) and isinstance(fabric.get("curves"), dict):
+        curves = {name: _with_points(name, table, folder) for name, table in fabric["curves"].items()}
+        data = {**data, "fabric": {**fabric, "curves": curves}}
+    if isinstance(bag, dict) and bag.get("shape") == "mesh":
+        data = {**data, "bag": _with_digest(bag, folder)}
+    return data
+
+
+def files_digest(*paths: Any) -> str:
+    """SHA-256 over the contents of files; empty if one cannot be read, which `read_mesh` then explains."""
+    digest = hashlib.sha256()
+    try:
+        for path in filter(None, paths):
+            if not Path(path).is_file() or Path(path).stat().st_size > LARGEST_FILE:
+                return ""
+            with open(path, "rb") as file:
+                digest.update(hashlib.file_digest(file, "sha256").digest())
+    except (OSError, ValueError, TypeError):
+        return ""
+    return digest.hexdigest()
+
+
+def _with_points(name: str, table: Any, folder: Path) -> Any:
+    """The table of one direction (warp, weft, shear), with the points of the files it names."""
+    if not isinstance(table, dict) or name not in ("warp", "weft", "shear"):
+        return table
+    x = "angle" if name == "shear" else "strain"
+    return {
+        branch: read_curve_file(folder / curve, x)
+        if isinstance(curve, str) and branch in ("loading", "unloading")
+        else curve
+        for branch, curve in table.items()
+    }
+
+
+def _with_digest(bag: dict[str, Any], folder: Path) -> dict[str, Any]:
+    named = [key for key in ("start", "reference") if isinstance(bag.get(key), str) and bag[key]]
+    bag = {**bag, **{key: str((folder / bag[key]).absolute()) for key in named}}
+    if isinstance(bag.get("start"), str):
+        bag.setdefault("digest", files_digest(bag["start"], bag.get("reference", "")))
+    return bag

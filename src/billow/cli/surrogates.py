@@ -1,0 +1,132 @@
+"""`billow train | evaluate | predict | suggest | export`: a surrogate from a study to its answers."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from billow.cli.options import (
+    DesignValues,
+    Extrapolate,
+    Memory,
+    StudyFolder,
+    SurrogateFile,
+    SurrogateOption,
+    make_console,
+    parse_settings,
+)
+
+
+def train(
+    folder: StudyFolder,
+    out: Annotated[Path | None, typer.Option(help="Surrogate file (default: STUDY/surrogate.safetensors).")] = None,
+    recipe: Annotated[str, typer.Option(help="shared: one network for all modes; paper: one per mode.")] = "shared",
+    modes: Annotated[int, typer.Option(min=1, help="Modes of each displacement component (K).")] = 12,
+    runs: Annotated[int | None, typer.Option(min=2, help="Use only this many training runs, the first ones.")] = None,
+    epochs: Annotated[int | None, typer.Option(min=1, help="Epochs (default: the recipe's).")] = None,
+    seed: Annotated[int, typer.Option(help="Seed of basis and networks.")] = 0,
+    memory: Memory = 4.0,
+) -> None:
+    """Train a surrogate on the training runs of a study."""
+    from billow.cli.terminal import epochs as show_epochs
+    from billow.results.dataset import Dataset
+    from billow.rom.learn.left_out import left_out
+    from billow.rom.surrogate.surrogate import Surrogate
+
+    console = make_console()
+    dataset = Dataset.open(folder)
+    lost = left_out(dataset, dataset.trusted)
+    if lost.why:
+        console.print(f"{len(lost.why)} training runs are left out: {lost.reasons()}", markup=False)
+    with show_epochs(console, "training") as progress:
+        surrogate = Surrogate.train(
+            dataset, recipe, modes, dataset.trusted[:runs], seed, epochs=epochs, progress=progress,
+            memory=int(memory * 2**30),
+        )  # fmt: skip
+    path = surrogate.save(out or folder / "surrogate.safetensors")
+    seconds = surrogate.training["pod_seconds"] + surrogate.training["network_seconds"]
+    console.print(f"{path}: trained on {len(surrogate.training['runs'])} runs in {seconds:.1f} s", markup=False)
+
+
+def evaluate(
+    folder: StudyFolder,
+    surrogate_file: SurrogateOption = None,
+    out: Annotated[Path | None, typer.Option(help="Report folder (default: STUDY/report).")] = None,
+    memory: Memory = 4.0,
+) -> None:
+    """Test a surrogate on the unseen runs of its study; writes report.html, metrics.json and figures."""
+    from billow.cli.terminal import steps
+    from billow.results.dataset import Dataset
+    from billow.rom.judge.evaluate import evaluate as measure
+    from billow.rom.judge.report import write_report
+    from billow.rom.surrogate.surrogate import Surrogate
+
+    dataset = Dataset.open(folder)
+    surrogate = Surrogate.load(surrogate_file or folder / "surrogate.safetensors")
+    with steps(make_console()) as progress:
+        evaluation = measure(dataset, surrogate, memory=int(memory * 2**30), progress=progress)
+    path = write_report(dataset, surrogate, evaluation, out or folder / "report")
+    make_console().print(f"report: {path}", markup=False)
+
+
+def predict(
+    surrogate_file: SurrogateFile,
+    settings: DesignValues = None,
+    out: Annotated[Path | None, typer.Option(help="Write the deployment as .vtkhdf (opens in ParaView).")] = None,
+    extrapolate: Extrapolate = False,
+) -> None:
+    """Predict one deployment. Without --set, list the parameters and their trained ranges."""
+    from billow.rom.surrogate.prediction import describe_surrogate, write_prediction
+    from billow.rom.surrogate.surrogate import Surrogate
+
+    surrogate = Surrogate.load(surrogate_file)
+    if not settings:
+        print(describe_surrogate(surrogate))
+        return
+    print(write_prediction(surrogate, parse_settings(settings), out, extrapolate))
+
+
+def suggest(
+    folder: StudyFolder,
+    out: Annotated[Path, typer.Option(help="Table of designs (CSV), for added_designs in study.toml.")],
+    count: Annotated[int, typer.Option(min=1, help="Number of designs.")] = 8,
+    surrogate_file: SurrogateOption = None,
+) -> None:
+    """Suggest the next training runs: designs where the surrogate is least certain and no run is near.
+
+    OUT contains the designs added before, if any, and the new ones. Write added_designs = "OUT" into the study file and
+    run the study command again: it makes the new runs.
+    """
+    from billow.results.atomic import write_atomically
+    from billow.rom.learn.suggest import suggest as next_designs
+    from billow.rom.surrogate.surrogate import Surrogate
+    from billow.study.added_designs import added_designs_text, read_added_designs
+    from billow.study.study import ADDED_FILE, Study
+
+    study = Study.open(folder)
+    surrogate = Surrogate.load(surrogate_file or folder / "surrogate.safetensors")
+    added = []
+    if study.definition.added_designs is not None:
+        added = read_added_designs(folder / ADDED_FILE, study.definition.axes)
+    rows = next_designs(surrogate, count, list(study.runs.values()), seed=len(study.runs))
+    write_atomically(out, added_designs_text(study.definition.axes, [*added, *rows.tolist()]))
+    print(f"{out}: {len(added)} designs added before, {count} new ones")
+    print(f'next: write added_designs = "{out.name}" into the study file, and run the study command again')
+
+
+def export(
+    surrogate_file: SurrogateFile,
+    out: Annotated[Path, typer.Option(help="ONNX file, such as surrogate.onnx.")],
+) -> None:
+    """Write a surrogate as ONNX: from a design to the displacement of every node at every trained time.
+
+    Needs the packages onnx and onnxruntime; the file is checked against NumPy before it is written.
+    """
+    from billow.rom.surrogate.onnx_file import export_onnx
+    from billow.rom.surrogate.surrogate import Surrogate
+
+    surrogate = Surrogate.load(surrogate_file)
+    difference = export_onnx(surrogate, out)
+    print(f"{out}: predictions differ from NumPy's by at most {difference:.1e} of the largest displacement")

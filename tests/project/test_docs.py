@@ -1,0 +1,41 @@
+"""What the pages name is there: files of the repository, and commands of `billow`."""
+
+import re
+from pathlib import Path
+
+import pytest
+import typer
+
+from billow.cli.main import app
+
+ROOT = Path(__file__).parents[2]
+PAGES = sorted([ROOT / "README.md", ROOT / "CONTRIBUTING.md", *(ROOT / "docs").glob("*.md")])
+COMMANDS = set(typer.main.get_command(app).commands)
+
+
+def missing_files(text: str, page: Path) -> list[str]:
+    """Files in backticks and targets of links that are neither in the repository nor in the package."""
+    named = re.findall(r"`((?:[\w.-]+/)+[\w.-]+\.(?:py|json|csv))`", text)
+    linked = [target for target in re.findall(r"\]\(([^)#:]+)\)", text) if not (page.parent / target).exists()]
+    places = (ROOT, ROOT / "src" / "billow")
+    return linked + [path for path in named if not any((place / path).exists() for place in places)]
+
+
+def missing_commands(text: str) -> list[str]:
+    """First words of `billow ...` in code that are no commands."""
+    code = "\n".join(re.findall(r"^```\n(.*?)^```", text, re.MULTILINE | re.DOTALL) + re.findall(r"`([^`\n]+)`", text))
+    return sorted(set(re.findall(r"^ *billow ([a-z]+)", code, re.MULTILINE)) - COMMANDS)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_files_and_commands_that_a_page_names_exist(page):
+    text = page.read_text(encoding="utf-8")
+    assert missing_files(text, page) == []
+    assert missing_commands(text) == []
+
+
+def test_what_is_not_there_is_found():
+    page = ROOT / "docs" / "rom.md"
+    text = "`rom/nowhere.py`, [a page](nothing.md), `billow fly`\n```\nbillow run bag.toml\nbillow land\n```\n"
+    assert missing_files(text, page) == ["nothing.md", "rom/nowhere.py"]
+    assert missing_commands(text) == ["fly", "land"]
