@@ -41,7 +41,11 @@ from billow.parts.gas.uniform.chamber_step import (
     TEMPERATURE,
     VENTED,
     VOLUME,
+    Books,
+    Contents,
+    Supply,
     advance_chambers,
+    plain,
     sum_up,
 )
 from billow.parts.gas.uniform.pressure_load import add_pressure, add_pressures
@@ -75,6 +79,16 @@ class UniformState:
     jet_impulse_in: float = 0.0
     jet_impulse_out: float = 0.0
 
+    @property
+    def contents(self) -> tuple[np.ndarray, ...]:
+        """The fields of `Contents`."""
+        return self.masses, self.energy, self.volume, self.pressure, self.temperature
+
+    @property
+    def accounts(self) -> tuple[np.ndarray, ...]:
+        """The fields of `Books`."""
+        return self.passed, self.through, self.start_masses, self.books, self.sums
+
 
 @dataclass(frozen=True)
 class UniformPressure:
@@ -96,12 +110,10 @@ class UniformPressure:
     heat_conductance: np.ndarray | None = None
 
     @cached_property
-    def _inflow(self) -> InflowTable:
-        return InflowTable.build(self.inflators)
-
-    @cached_property
-    def _heat_conductance(self) -> np.ndarray:
-        return np.zeros(self.chambers.count) if self.heat_conductance is None else self.heat_conductance
+    def _supply(self) -> tuple:
+        conductance = np.zeros(self.chambers.count) if self.heat_conductance is None else self.heat_conductance
+        inflow = InflowTable.build(self.inflators)
+        return plain(Supply(self.table, inflow, self.passages.table, self.ambient, conductance))
 
     @property
     def _jets(self) -> tuple[Jets | None, ...]:
@@ -144,24 +156,15 @@ class UniformPressure:
             np.zeros(rows, np.bool_), np.zeros((rows, 2)), np.zeros_like(masses), start_masses, books, np.zeros(SUMS),
             float(volume.sum()), tuple(JetPattern.nothing() for _ in self.inflators), np.zeros(len(self.inflators)),
         )  # fmt: skip
-        sum_up(
-            masses, energy, volume, state.pressure, state.temperature, self.passages.plan, state.passed, books,
-            np.zeros(rows), state.sums,
-        )  # fmt: skip
+        sum_up(Contents(*state.contents), self.passages.table.plan, Books(*state.accounts), np.zeros(rows))
         return state
 
     def advance(self, gas: UniformState, bag: Bag, time: float, dt: float, corner_force: np.ndarray) -> None:
         jet_work = self._blow(gas, bag, time, dt, corner_force)
-        inflow, passages = self._inflow, self.passages
-        flow, heat, curves = inflow.flow, inflow.temperature, passages.curves
+        areas = self.passages.measure(bag.surface.triangles, bag.positions, bag.touched)
         advance_chambers(
-            self.table, gas.masses, gas.energy, gas.volume, gas.pressure, gas.temperature, self._volumes(bag), time, dt,
-            jet_work, self._heat_conductance, flow.start, flow.x, flow.y, inflow.cumulative, heat.start, heat.x, heat.y,
-            inflow.mass_fractions, inflow.chamber, self.ambient.pressure, self.ambient.temperature,
-            self.ambient.mass_fractions, passages.plan, passages.numbers, curves.start, curves.x, curves.y,
-            passages.first_chunk, passages.measure(bag.surface.triangles, bag.positions, bag.touched), gas.is_open,
-            gas.passed, gas.through, gas.start_masses, gas.books, gas.sums,
-        )  # fmt: skip
+            self._supply, gas.contents, gas.accounts, gas.is_open, jet_work, areas, self._volumes(bag), time, dt
+        )
         self.press(gas, bag, corner_force)
 
     def press(self, gas: UniformState, bag: Bag, corner_force: np.ndarray) -> None:
