@@ -14,8 +14,16 @@ from billow.geometry.chambers import OUTSIDE
 from billow.geometry.surface import area_vectors
 from billow.parts.gas.supply.curve import Curve, CurveTable, curve_value
 from billow.parts.gas.supply.outflow import ORIFICE
-from billow.parts.gas.supply.passages import ABSOLUTE, DIFFERENCE, FABRIC, PRESENT_AREA, VENT, Passage, Passages
-from billow.parts.gas.uniform.exchange import effective_area
+from billow.parts.gas.supply.passages import (
+    ABSOLUTE,
+    DIFFERENCE,
+    FABRIC,
+    PRESENT_AREA,
+    VENT,
+    Passage,
+    Passages,
+    effective_area,
+)
 
 ROOM = boxes_in_a_row((0.4,))
 TRIANGLES, POSITIONS = ROOM.surface.triangles, ROOM.positions
@@ -23,12 +31,7 @@ AREAS = np.linalg.norm(area_vectors(TRIANGLES, POSITIONS), axis=1)
 
 
 def area(passage, *, present=0.02, blocked=0.0, time=0.01, upstream=1.5e5, downstream=1e5):
-    table = Passages((passage,))
-    curves = table.curves
-    return effective_area(
-        table.plan[0], table.numbers[0], curves.start, curves.x, curves.y, present, blocked, time, upstream, downstream,
-        upstream - downstream,
-    )  # fmt: skip
+    return effective_area(Passages((passage,)).table, 0, present, blocked, time, upstream, downstream)
 
 
 def curve(x, y):
@@ -83,7 +86,7 @@ def test_areas_are_measured_by_the_nodes_that_touch():
     touched = np.zeros(len(POSITIONS), bool)
     touched[TRIANGLES[3, :2]] = True
     found = passages.measure(TRIANGLES, POSITIONS, touched)
-    assert passages.first_chunk.tolist() == [0, 1, 1, 2, 2]
+    assert passages.table.first_chunk.tolist() == [0, 1, 1, 2, 2]
     share = touched[TRIANGLES].sum(axis=1) / 3.0
     for line, members in zip(found, (some, np.arange(5)), strict=True):
         assert line == pytest.approx([AREAS[members].sum(), (AREAS * share)[members].sum()], rel=1e-14)
@@ -154,5 +157,5 @@ def test_curves_in_a_table_are_the_curves(curves, at):
     table = CurveTable.build(made)
     for k, one in enumerate(made):
         expected = np.interp(at, one.x, one.y)
-        assert curve_value(table.start, table.x, table.y, k, at) == pytest.approx(expected, rel=1e-12, abs=1e-12)
-    assert curve_value(table.start, table.x, table.y, -1, at) == 1.0
+        assert curve_value(table, k, at) == pytest.approx(expected, rel=1e-12, abs=1e-12)
+    assert curve_value(table, -1, at) == 1.0

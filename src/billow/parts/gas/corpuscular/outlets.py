@@ -33,10 +33,9 @@ import numpy as np
 
 from billow.geometry.chambers import OUTSIDE
 from billow.parts.gas.supply.ambient import Ambient
-from billow.parts.gas.supply.mixture import mixture_cp, mixture_gas_constant
+from billow.parts.gas.supply.mixture import mixture_gamma, mixture_gas_constant
 from billow.parts.gas.supply.outflow import conductance
-from billow.parts.gas.supply.passages import BURSTS_AT, OPENING, OPENS_AT, VENT, Passages
-from billow.parts.gas.uniform.exchange import effective_area
+from billow.parts.gas.supply.passages import OPENING, VENT, Passages, effective_area
 
 NO_PASSAGE = -1
 
@@ -85,12 +84,12 @@ class Outlets:
         Returns mass [kg] to be drawn in, blocked area [m^2] and mass flow to the surroundings [kg/s], all (passages,).
         """
         passages, ambient = self.passages, self.ambient
-        plan, numbers, curves = passages.plan, passages.numbers, passages.curves
-        drawn, blocked_area, wanted = np.zeros((3, len(plan)))
+        first_chunk = passages.table.first_chunk
+        drawn, blocked_area, wanted = np.zeros((3, len(passages.rows)))
         for k, row in enumerate(passages.rows):
             if row.coefficient == 0.0:  # tight
                 continue
-            present, blocked = areas[passages.first_chunk[k] : passages.first_chunk[k + 1]].sum(axis=0)
+            present, blocked = areas[first_chunk[k] : first_chunk[k + 1]].sum(axis=0)
             blocked_area[k] = blocked if row.through_blocked < 1.0 else 0.0
             struck = triangle_area[row.triangles]
             behind = ahead = ambient.pressure
@@ -105,7 +104,7 @@ class Outlets:
             if row.ahead != OUTSIDE:
                 ahead = chamber_pressure[row.ahead]
             lead = behind - ahead
-            if lead >= numbers[k, OPENS_AT] or time + dt >= numbers[k, BURSTS_AT]:
+            if lead >= row.opens_at or time + dt >= row.bursts_at:
                 is_open[k] = True
             if not is_open[k]:
                 pass_probability[row.triangles] = 0.0
@@ -115,10 +114,7 @@ class Outlets:
                 continue
             up, upstream, downstream = (row.behind, behind, ahead) if lead >= 0.0 else (row.ahead, ahead, behind)
             gamma, rt = self._upstream_gas(up, masses, temperature)
-            area = effective_area(
-                plan[k], numbers[k], curves.start, curves.x, curves.y, present, blocked, time, upstream, downstream,
-                lead,
-            )  # fmt: skip
+            area = effective_area(passages.table, k, present, blocked, time, behind, ahead)
             flow = area * conductance(row.law, upstream, downstream, gamma, rt) * (upstream - downstream)
             if up == OUTSIDE:
                 pass_probability[row.triangles] = 0.0
@@ -157,8 +153,7 @@ class Outlets:
             fractions, t = self.ambient.mass_fractions, self.ambient.temperature
         else:
             fractions, t = masses[chamber] / masses[chamber].sum(), temperature[chamber]
-        constant, cp = mixture_gas_constant(self.table, fractions), mixture_cp(self.table, fractions, t)
-        return cp / (cp - constant), constant * t
+        return mixture_gamma(self.table, fractions, t), mixture_gas_constant(self.table, fractions) * t
 
 
 def _missing_at(speed: float) -> float:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 
-@dataclass(frozen=True)
-class Ambient:
+class Ambient(NamedTuple):
     """Still air outside: pressure [Pa], temperature [K], mass_fractions (species,) in the order of the gas."""
 
     pressure: float

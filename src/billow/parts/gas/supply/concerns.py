@@ -11,7 +11,6 @@ from billow.parts.gas.supply.mixture import mixture_gas_constant
 from billow.parts.gas.supply.outflow import PERMEABILITY
 from billow.parts.gas.supply.passages import FABRIC, VENT
 from billow.parts.gas.supply.supply import Supply
-from billow.parts.gas.uniform.exchange import outflow
 from billow.parts.part import WORKING_PRESSURE, Setting, extent
 
 
@@ -83,7 +82,7 @@ def _losses(supply: Supply, specific_heat: float) -> Iterator[Concern]:
     peak, time = sum(flow for flow, _ in peaks), max(peaks)[1]
     outside = supply.ambient.pressure
     for kind, name in ((VENT, "vents let"), (FABRIC, "fabric lets")):
-        loss = outflow(supply.passages, kind, time, outside + WORKING_PRESSURE, outside, specific_heat)
+        loss = supply.passages.outflow(kind, time, outside + WORKING_PRESSURE, outside, specific_heat)
         laws = {row.law for row in supply.passages.rows if row.kind == FABRIC}
         fabric = "fabric.permeability" if PERMEABILITY in laws else "leakage.pressure_factor"
         key = "bag.vents" if kind == VENT else fabric

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -21,9 +22,8 @@ class Curve:
     y: np.ndarray
 
 
-@dataclass(frozen=True)
-class CurveTable:
-    """Curves one after the other. start: (curves + 1,) int64; x, y: (points,)."""
+class CurveTable(NamedTuple):
+    """Curves one after the other, for kernels. start: (curves + 1,) int64; x, y: (points,)."""
 
     start: np.ndarray
     x: np.ndarray
@@ -49,9 +49,9 @@ def interpolate(x, y, at):
 
 
 @scalar
-def curve_value(start, x, y, curve, at):
-    """Value of one curve of a table; 1 for NO_CURVE."""
-    if curve == NO_CURVE:
+def curve_value(curves, k, at):
+    """Value of curve k of a CurveTable; 1 for NO_CURVE."""
+    if k == NO_CURVE:
         return 1.0
-    first, end = start[curve], start[curve + 1]
-    return interpolate(x[first:end], y[first:end], at)
+    first, end = curves.start[k], curves.start[k + 1]
+    return interpolate(curves.x[first:end], curves.y[first:end], at)

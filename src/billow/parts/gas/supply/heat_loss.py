@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import numpy as np
+import math
 
 from billow.base.compiled import scalar
 
 
 @scalar
 def heat_lost(capacity, warmer, conductance, span):
-    """Heat [J] lost in `span` [s]: the equation's own exponential, so that any coefficient is stable.
+    """Heat [J] lost in `span` [s]: the exact exponential solution, stable for any coefficient.
 
-    capacity: m cv [J/K]; warmer: T - T_ambient at the start [K]; conductance: h A [W/K]
+    capacity: m cv [J/K]. warmer: T - T_ambient at the start [K]. conductance: h A [W/K].
     """
-    return -capacity * warmer * np.expm1(-span * conductance / capacity)
+    return -capacity * warmer * math.expm1(-span * conductance / capacity)

@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -59,8 +60,7 @@ class Inflator:
         return delivered_mass(self.flow_time, self.mass_flow, self.cumulative, time)
 
 
-@dataclass(frozen=True)
-class InflowTable:
+class InflowTable(NamedTuple):
     """Inflators as kernels need them.
 
     flow, cumulative: mass flow [kg/s] and mass delivered [kg] against time, on the same points. temperature [K] against

@@ -6,7 +6,7 @@ from 0 K and e(T) = h(T) - R T; of a mixture p V = T sum(m_i R_i) and U = sum(m_
 
 from __future__ import annotations
 
-import numpy as np
+import math
 
 from billow.base.compiled import scalar
 from billow.parts.gas.supply.species import COLDEST, HOTTEST
@@ -67,14 +67,27 @@ def mixture_gas_constant(table, masses):
 
 
 @scalar
+def mixture_cv(table, masses, temperature):
+    """Heat capacity at constant volume times mass [J/K]."""
+    return mixture_cp(table, masses, temperature) - mixture_gas_constant(table, masses)
+
+
+@scalar
+def mixture_gamma(table, masses, temperature):
+    """Ratio of the heat capacities cp/cv [-]."""
+    cp = mixture_cp(table, masses, temperature)
+    return cp / (cp - mixture_gas_constant(table, masses))
+
+
+@scalar
 def mixture_temperature(table, masses, internal_energy, guess):
-    """Temperature [K] at which sum(m_i e_i(T)) equals internal_energy [J]: Newton on a monotone function.
+    """Temperature [K] at which sum(m_i e_i(T)) equals internal_energy [J], by Newton's method from a guess [K].
 
     Returns nan if there is no gas or the energy is negative.
     """
     gas_constant = mixture_gas_constant(table, masses)
     if not (gas_constant > 0.0 and internal_energy > 0.0):
-        return np.nan
+        return math.nan
     t = guess
     for _ in range(60):
         residual = mixture_enthalpy(table, masses, t) - gas_constant * t - internal_energy

@@ -1,13 +1,13 @@
 """Flow through an orifice and through porous fabric, from the side of higher pressure.
 
-The porous laws are the families of LS-DYNA's MAT_FABRIC (keyword manual II, FVOPT); each gives the flow per area for a
-coefficient of 1 in the unit of its family. Near equal pressures the square root has infinite slope and would chatter;
-all laws are made linear in the pressure difference below LINEAR_BELOW, continuous at that point.
+The porous laws are the families of LS-DYNA's MAT_FABRIC (keyword manual II, FVOPT). Each gives the flow per area for a
+coefficient of 1 in the unit of its family. Near equal pressures the square root has infinite slope, and the flow would
+oscillate. All laws are therefore linear in the pressure difference below LINEAR_BELOW, and continuous there.
 """
 
 from __future__ import annotations
 
-import numpy as np
+import math
 
 from billow.base.compiled import scalar
 
@@ -20,7 +20,7 @@ ORIFICE, GRAEFE, POROUS_MEDIUM, VELOCITY, PERMEABILITY = range(5)
 [m/s]; a leak speed of 1 m/s at TEST_DIFFERENCE that grows with the root of dp [-]."""
 
 TEST_DIFFERENCE = 500.0
-"""Pressure difference [Pa] of the standard permeability test (ISO 9237)."""
+"""Pressure difference [Pa] of the standard permeability test (ISO 9237), at which the leak speed is 1 m/s."""
 
 
 @scalar
@@ -40,42 +40,40 @@ def orifice_flux(upstream, downstream, gamma, gas_constant_times_temperature):
     critical = (2.0 / (gamma + 1.0)) ** (gamma / (gamma - 1.0))
     ratio = max(downstream / upstream, critical)
     shape = ratio ** (2.0 / gamma) - ratio ** ((gamma + 1.0) / gamma)
-    return slope * upstream * np.sqrt(2.0 * gamma / ((gamma - 1.0) * gas_constant_times_temperature) * shape)
+    return slope * upstream * math.sqrt(2.0 * gamma / ((gamma - 1.0) * gas_constant_times_temperature) * shape)
 
 
 @scalar
-def porous_flux(difference, density, permeability, reference_speed, reference_difference):
-    """Mass flow per fabric area [kg/(s m^2)] at a pressure difference [Pa] >= 0 and upstream density [kg/m^3].
+def porous_flux(difference, density):
+    """Mass flow per fabric area [kg/(s m^2)] at a pressure difference [Pa] and upstream density [kg/m^3].
 
-    Leak speed = permeability * reference_speed * sqrt(difference / reference_difference): the velocity-curve family
+    The leak speed is sqrt(difference / TEST_DIFFERENCE) m/s for a permeability of 1: the velocity-curve family
     (MAT_FABRIC FVOPT 7) with the standard test at 500 Pa as reference (docs/theory.md, Permeability, says why).
     """
     if difference <= 0.0:
         return 0.0
     if difference < LINEAR_BELOW:
-        ratio = difference / np.sqrt(LINEAR_BELOW * reference_difference)
-    else:
-        ratio = np.sqrt(difference / reference_difference)
-    return permeability * reference_speed * ratio * density
+        return difference / math.sqrt(LINEAR_BELOW * TEST_DIFFERENCE) * density
+    return math.sqrt(difference / TEST_DIFFERENCE) * density
 
 
 @scalar
 def conductance(law, upstream, downstream, gamma, gas_constant_times_temperature):
     """Mass flow per effective area and pressure difference [kg/(s m^2 Pa)] at upstream [Pa] >= downstream [Pa].
 
-    It is the chord of the law, flow over difference, and finite at equal pressures. Effective area is area times the
-    law's coefficient.
+    It is the chord of the law, flow over difference, which is finite at equal pressures. The effective area is the area
+    times the law's coefficient.
     """
     difference = max(upstream - downstream, LINEAR_BELOW)
     density = upstream / gas_constant_times_temperature
     if law == ORIFICE:
         flux = orifice_flux(upstream, upstream - difference, gamma, gas_constant_times_temperature)
     elif law == GRAEFE:
-        flux = np.sqrt(2.0 * density * difference)
+        flux = math.sqrt(2.0 * density * difference)
     elif law == POROUS_MEDIUM:
         flux = difference
     elif law == VELOCITY:
         flux = density
     else:
-        flux = porous_flux(difference, density, 1.0, 1.0, TEST_DIFFERENCE)
+        flux = porous_flux(difference, density)
     return flux / difference

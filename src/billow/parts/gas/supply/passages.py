@@ -1,52 +1,55 @@
 """Passages: every way for gas to leave a chamber, to the surroundings or to another chamber, in one flat table.
 
 A vent, a porous part of the fabric, an opening between chambers and an orifice without geometry differ only in their
-law of flow, in the area it acts on and in when they are open. The effective area of a passage is
+law of flow, in the area it acts on, and in when they are open. The effective area of a passage is
 
     coefficient * f1(t) * f2(t) * f3(p) * (X0 A0 + X1 A + (p_up/p_down) (X2 A0 + X3 A)) * (1 - b + b through_blocked)
 
-with A0 its flat and A its present area, b the blocked share of it, and (X0, X1, X2, X3) the terms of Anagonye and Wang
-(LS-DYNA keyword manual II, MAT_FABRIC, X0 to X3): (1, 0, 0, 0) is the flat area, (0, 1, 0, 0) the present one.
+where A0 is its flat area, A its present area, b the blocked share of it, and X0 to X3 are the terms of Anagonye and
+Wang (LS-DYNA keyword manual II, MAT_FABRIC): (1, 0, 0, 0) is the flat area, (0, 1, 0, 0) the present one.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numba import prange
 
-from billow.base.compiled import CHUNK, kernel
+from billow.base.compiled import CHUNK, kernel, scalar
 from billow.geometry.chambers import OUTSIDE
 from billow.geometry.triangle import double_area_vector
-from billow.parts.gas.supply.curve import NO_CURVE, Curve, CurveTable
+from billow.parts.gas.supply.curve import NO_CURVE, Curve, CurveTable, curve_value
+from billow.parts.gas.supply.outflow import conductance
 
 VENT, FABRIC, OPENING = range(3)
-"""What a passage is, for the histories: a hole to the surroundings, porous fabric, a hole between two chambers."""
+"""Kinds of passages: a hole to the surroundings, porous fabric, a hole between two chambers."""
 
 ABSOLUTE, DIFFERENCE = range(2)
-"""Which pressure a passage's curve is read at: the absolute one upstream, or behind minus ahead."""
+"""Pressure at which a passage's curve is read: the absolute one upstream, or the difference behind minus ahead."""
 
 FLAT_AREA, PRESENT_AREA = (1.0, 0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0)
 
 KIND, LAW, BEHIND, AHEAD, FIRST_CURVE, SECOND_CURVE, PRESSURE_CURVE, PRESSURE_READ = range(8)
-"""Columns of `Passages.plan`."""
+"""Columns of `PassageTable.plan`."""
 
 COEFFICIENT, AREA, X0, X1, X2, X3, THROUGH_BLOCKED, OPENS_AT, BURSTS_AT = range(9)
-"""Columns of `Passages.numbers`."""
+"""Columns of `PassageTable.numbers`."""
 
 
 @dataclass(frozen=True)
 class Passage:
     """One way out of a chamber.
 
-    kind: VENT, FABRIC or OPENING. law: one of outflow.py. behind, ahead: index of the chambers it joins, or
-    OUTSIDE; flow from behind to ahead counts as positive. triangles: (n,) int64 that make it up; none for an orifice
-    without geometry. area: flat area [m^2]. coefficient: in the unit of the law. over_time: up to two factors against
-    time [s]. over_pressure: factor against pressure [Pa], read as `pressure_read`. area_terms: X0 to X3.
-    through_blocked: share of the flow that remains where contact blocks it; 1 if contact blocks nothing. opens_at:
-    pressure behind minus ahead [Pa], and bursts_at: time [s], from which on it is open for good, whichever comes first.
+    kind: VENT, FABRIC or OPENING. law: one of outflow.py. behind, ahead: indices of the chambers it joins, or OUTSIDE;
+    flow from behind to ahead is positive. triangles: (n,) int64 that make it up; none for an orifice without geometry.
+    area: flat area [m^2]. coefficient: in the unit of the law. over_time: up to two factors against time [s].
+    over_pressure: factor against pressure [Pa], read as `pressure_read`. area_terms: X0 to X3. through_blocked: share
+    of the flow that remains where contact blocks the passage; 1 if contact has no effect. opens_at: pressure
+    difference behind minus ahead [Pa], and bursts_at: time [s]; once either is reached the passage stays open.
     """
 
     name: str
@@ -67,46 +70,47 @@ class Passage:
 
     @property
     def measured(self) -> bool:
-        """Whether its present or its blocked area has to be known in every step."""
+        """Whether its present or its blocked area is needed in every step."""
         needed = self.area_terms[1] != 0.0 or self.area_terms[3] != 0.0 or self.through_blocked < 1.0
         return needed and len(self.triangles) > 0
 
 
+class PassageTable(NamedTuple):
+    """Passages as kernels take them.
+
+    plan: (passages, 8) int64, columns KIND to PRESSURE_READ. numbers: (passages, 9), columns COEFFICIENT to BURSTS_AT.
+    curves: all their curves. first_chunk: (passages + 1,) int64; the areas of passage k are chunks first_chunk[k] to
+    first_chunk[k + 1] of `Passages.measure`.
+    """
+
+    plan: np.ndarray
+    numbers: np.ndarray
+    curves: CurveTable
+    first_chunk: np.ndarray
+
+
 @dataclass(frozen=True)
 class Passages:
-    """All passages of a bag, and the arrays that kernels read."""
+    """All passages of a bag."""
 
     rows: tuple[Passage, ...] = ()
 
     @cached_property
-    def plan(self) -> np.ndarray:
-        """(passages, 8) int64, columns KIND to PRESSURE_READ."""
+    def table(self) -> PassageTable:
         plan = np.full((len(self.rows), 8), NO_CURVE, np.int64)
-        curves = 0
-        for line, row in zip(plan, self.rows, strict=True):
-            line[:4] = row.kind, row.law, row.behind, row.ahead
-            for column, _ in self._curves_of(row):
-                line[column] = curves
-                curves += 1
-            line[PRESSURE_READ] = row.pressure_read
-        return plan
-
-    @cached_property
-    def numbers(self) -> np.ndarray:
-        """(passages, 9), columns COEFFICIENT to BURSTS_AT."""
-        numbers = [
-            (r.coefficient, r.area, *r.area_terms, r.through_blocked, r.opens_at, r.bursts_at) for r in self.rows
-        ]
-        return np.array(numbers, dtype=np.float64).reshape(-1, 9)
-
-    @cached_property
-    def curves(self) -> CurveTable:
-        return CurveTable.build([curve for row in self.rows for _, curve in self._curves_of(row)])
-
-    @staticmethod
-    def _curves_of(row: Passage) -> list[tuple[int, Curve]]:
-        found = list(zip((FIRST_CURVE, SECOND_CURVE), row.over_time, strict=False))
-        return found + ([(PRESSURE_CURVE, row.over_pressure)] if row.over_pressure is not None else [])
+        numbers, curves = np.empty((len(self.rows), 9)), []
+        for r, integers, floats in zip(self.rows, plan, numbers, strict=True):
+            integers[:4] = r.kind, r.law, r.behind, r.ahead
+            integers[PRESSURE_READ] = r.pressure_read
+            floats[:] = r.coefficient, r.area, *r.area_terms, r.through_blocked, r.opens_at, r.bursts_at
+            for column, curve in zip((FIRST_CURVE, SECOND_CURVE), r.over_time, strict=False):
+                integers[column] = len(curves)
+                curves.append(curve)
+            if r.over_pressure is not None:
+                integers[PRESSURE_CURVE] = len(curves)
+                curves.append(r.over_pressure)
+        chunks = [-(-len(row.triangles) // CHUNK) if row.measured else 0 for row in self.rows]
+        return PassageTable(plan, numbers, CurveTable.build(curves), np.cumsum([0, *chunks]).astype(np.int64))
 
     @cached_property
     def members(self) -> np.ndarray:
@@ -114,14 +118,8 @@ class Passages:
         return np.concatenate([np.empty(0, np.int64), *(row.triangles for row in self.rows if row.measured)])
 
     @cached_property
-    def first_chunk(self) -> np.ndarray:
-        """(passages + 1,) int64: passage k is made of chunks first_chunk[k] to first_chunk[k + 1]."""
-        counts = [-(-len(row.triangles) // CHUNK) if row.measured else 0 for row in self.rows]
-        return np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
-
-    @cached_property
     def chunk_start(self) -> np.ndarray:
-        """(chunks + 1,) int64: where each chunk begins in `members`; no chunk belongs to two passages."""
+        """(chunks + 1,) int64: where each chunk begins in `members`. No chunk belongs to two passages."""
         starts, begin = [], 0
         for row in self.rows:
             if row.measured:
@@ -132,7 +130,8 @@ class Passages:
     def measure(self, triangles: np.ndarray, positions: np.ndarray, touched: np.ndarray | None) -> np.ndarray:
         """Present and blocked area [m^2] of each chunk, (chunks, 2).
 
-        positions: [m], (nodes, 3). touched: (nodes,) bool, nodes in contact; each blocks a third of its triangles.
+        positions: [m], (nodes, 3). touched: (nodes,) bool, nodes in contact; each blocks a third of its triangles. None
+        if nothing can be touched.
         """
         areas = np.empty((len(self.chunk_start) - 1, 2))
         if len(areas):
@@ -140,8 +139,41 @@ class Passages:
             _measure(len(self.members), triangles, self.members, self.chunk_start, positions, nothing, areas)
         return areas
 
+    def outflow(self, kind: int, time: float, inside: float, outside: float, rt: float, gamma: float = 1.3) -> float:
+        """Mass flow [kg/s] to the surroundings through all open passages of a kind, at their flat areas.
+
+        inside, outside: pressures [Pa]; rt: R T of the gas inside [J/kg]; gamma: its cp/cv [-].
+        """
+        total = 0.0
+        for k, row in enumerate(self.rows):
+            if row.kind == kind and row.ahead == OUTSIDE:
+                area = effective_area(self.table, k, row.area, 0.0, time, inside, outside)
+                total += area * conductance(row.law, inside, outside, gamma, rt) * (inside - outside)
+        return total
+
 
 NO_PASSAGES = Passages()
+
+
+@scalar
+def effective_area(passages, k, present, blocked, time, behind, ahead):
+    """Area [m^2] of passage k of a PassageTable times its coefficient, by the formula at the top of this file.
+
+    present, blocked: its present area and the blocked part of it [m^2]. behind, ahead: pressures [Pa]. time: [s].
+    """
+    plan, numbers, curves = passages.plan, passages.numbers, passages.curves
+    upstream, downstream = (behind, ahead) if behind >= ahead else (ahead, behind)
+    ratio = upstream / downstream
+    flat = numbers[k, AREA]
+    area = numbers[k, X0] * flat + numbers[k, X1] * present
+    area += ratio * (numbers[k, X2] * flat + numbers[k, X3] * present)
+    if present > 0.0:
+        area *= 1.0 - blocked / present * (1.0 - numbers[k, THROUGH_BLOCKED])
+    factor = numbers[k, COEFFICIENT]
+    factor *= curve_value(curves, plan[k, FIRST_CURVE], time)
+    factor *= curve_value(curves, plan[k, SECOND_CURVE], time)
+    at = upstream if plan[k, PRESSURE_READ] == ABSOLUTE else behind - ahead
+    return max(area, 0.0) * factor * curve_value(curves, plan[k, PRESSURE_CURVE], at)
 
 
 @kernel
@@ -152,7 +184,7 @@ def _measure(n, triangles, members, chunk_start, positions, touched, areas_out):
             i = members[m]
             a, b, c = triangles[i, 0], triangles[i, 1], triangles[i, 2]
             nx, ny, nz = double_area_vector(positions, a, b, c)
-            area = 0.5 * np.sqrt(nx * nx + ny * ny + nz * nz)
+            area = 0.5 * math.sqrt(nx * nx + ny * ny + nz * nz)
             present += area
             blocked += area * (1.0 * touched[a] + touched[b] + touched[c]) / 3.0
         areas_out[chunk, 0] = present

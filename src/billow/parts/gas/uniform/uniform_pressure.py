@@ -38,7 +38,11 @@ from billow.parts.gas.uniform.chamber_step import (
     TEMPERATURE,
     VENTED,
     VOLUME,
+    Books,
+    Contents,
+    SupplyTable,
     advance_chambers,
+    plain,
     sum_up,
 )
 from billow.parts.gas.uniform.pressure_load import add_pressure, add_pressures
@@ -73,6 +77,16 @@ class UniformState:
     jet_impulse_in: float = 0.0
     jet_impulse_out: float = 0.0
 
+    @property
+    def contents(self) -> tuple[np.ndarray, ...]:
+        """The fields of `Contents`."""
+        return self.masses, self.energy, self.volume, self.pressure, self.temperature
+
+    @property
+    def accounts(self) -> tuple[np.ndarray, ...]:
+        """The fields of `Books`."""
+        return self.passed, self.through, self.start_masses, self.books, self.sums
+
 
 @dataclass(frozen=True)
 class UniformPressure(GasModel):
@@ -81,13 +95,11 @@ class UniformPressure(GasModel):
     supply: Supply
 
     @cached_property
-    def _inflow(self) -> InflowTable:
-        return InflowTable.build(self.supply.inflators)
-
-    @cached_property
-    def _heat_conductance(self) -> np.ndarray:
-        given = self.supply.heat_conductance
-        return np.zeros(self.supply.chambers.count) if given is None else given
+    def _table(self) -> tuple:
+        supply, given = self.supply, self.supply.heat_conductance
+        conductance = np.zeros(supply.chambers.count) if given is None else given
+        inflow = InflowTable.build(supply.inflators)
+        return plain(SupplyTable(supply.table, inflow, supply.passages.table, supply.ambient, conductance))
 
     def _volumes(self, bag: Bag) -> np.ndarray:
         return self.supply.chambers.volumes(bag.surface.triangles, bag.positions)
@@ -122,24 +134,15 @@ class UniformPressure(GasModel):
             np.zeros(rows, np.bool_), np.zeros((rows, 2)), np.zeros_like(masses), start_masses, books, np.zeros(SUMS),
             float(volume.sum()), tuple(JetPattern.nothing() for _ in range(sources)), np.zeros(sources),
         )  # fmt: skip
-        sum_up(
-            masses, energy, volume, state.pressure, state.temperature, passages.plan, state.passed, books,
-            np.zeros(rows), state.sums,
-        )  # fmt: skip
+        sum_up(Contents(*state.contents), passages.table.plan, Books(*state.accounts), np.zeros(rows))
         return state
 
     def advance(self, gas: UniformState, bag: Bag, time: float, dt: float, corner_force: np.ndarray) -> None:
         jet_work = self._blow(gas, bag, time, dt, corner_force)
-        supply, inflow, passages = self.supply, self._inflow, self.supply.passages
-        flow, heat, curves = inflow.flow, inflow.temperature, passages.curves
+        areas = self.supply.passages.measure(bag.surface.triangles, bag.positions, bag.touched)
         advance_chambers(
-            supply.table, gas.masses, gas.energy, gas.volume, gas.pressure, gas.temperature, self._volumes(bag), time,
-            dt, jet_work, self._heat_conductance, flow.start, flow.x, flow.y, inflow.cumulative, heat.start, heat.x,
-            heat.y, inflow.mass_fractions, inflow.chamber, supply.ambient.pressure, supply.ambient.temperature,
-            supply.ambient.mass_fractions, passages.plan, passages.numbers, curves.start, curves.x, curves.y,
-            passages.first_chunk, passages.measure(bag.surface.triangles, bag.positions, bag.touched), gas.is_open,
-            gas.passed, gas.through, gas.start_masses, gas.books, gas.sums,
-        )  # fmt: skip
+            self._table, gas.contents, gas.accounts, gas.is_open, jet_work, areas, self._volumes(bag), time, dt
+        )
         self.press(gas, bag, corner_force)
 
     def press(self, gas: UniformState, bag: Bag, corner_force: np.ndarray) -> None:
