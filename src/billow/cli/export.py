@@ -16,7 +16,7 @@ def export(
 
     Needs the packages onnx and onnxruntime; the file is checked against NumPy before it is written.
     """
-    from billow.rom.surrogate.onnx_file import export_onnx
+    from billow.rom.surrogate.onnx_export import export_onnx
     from billow.rom.surrogate.surrogate import Surrogate
 
     surrogate = Surrogate.load(surrogate_file)

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
-from pathlib import Path
+from dataclasses import dataclass, replace
+from time import process_time
 
 import numpy as np
 
 from billow.reproductions.rom_paper.available import Available
 from billow.reproductions.rom_paper.fits import Fit, fit
-from billow.reproductions.rom_paper.inference import Inference, measure_inference
-from billow.reproductions.rom_paper.kept import Kept, fingerprint
+from billow.reproductions.rom_paper.kept import Kept, fingerprint, shared_settings
 from billow.reproductions.rom_paper.published import EPOCHS, MODES, PublishedCase
 from billow.reproductions.rom_paper.recipe import RecipeFit, paper_recipe
 from billow.reproductions.rom_paper.reductions import FORCE_COMPONENTS, FORCE_MODES, Reduced, force_inputs, reduced
@@ -20,8 +18,11 @@ from billow.rom.coupled.coupled_model import Coupled
 from billow.rom.judge.evaluate import SWEEP_MODES, Evaluation, evaluate
 from billow.rom.judge.learning_curve import LearningCurve
 from billow.rom.judge.learning_curve import fit as fit_learning_curve
+from billow.rom.judge.timing import Inference, measure_inference
+from billow.rom.learn.dataset import Dataset
+from billow.rom.learn.progress import Announcement, Announcer
 from billow.rom.learn.reduction import DEFAULT_MEMORY
-from billow.rom.learn.training import Plan, learn_networks, shared_settings
+from billow.rom.learn.train import Recipe, train, train_networks
 from billow.rom.surrogate.surrogate import Surrogate
 
 SEEDS = (0, 1)
@@ -53,13 +54,12 @@ class Size:
 
 @dataclass(frozen=True, eq=False)
 class CaseResults:
-    """sizes: N_DOE -> results, rising; evaluation, surrogate, inference: of the largest, with K of the tables."""
+    """sizes: N_DOE -> results, rising; evaluation, inference: of a surrogate of the largest, with K of the tables."""
 
     case: PublishedCase
-    dataset: object
+    dataset: Dataset
     notes: tuple[str, ...]
     sizes: dict[int, Size]
-    surrogate: Surrogate
     evaluation: Evaluation
     inference: Inference
     coupled: Coupled | None = None
@@ -69,6 +69,10 @@ class CaseResults:
     @property
     def largest(self) -> int:
         return max(self.sizes)
+
+    @property
+    def surrogate(self) -> Surrogate:
+        return self.evaluation.surrogate
 
     @property
     def reference_length(self) -> float:
@@ -83,46 +87,50 @@ class CaseResults:
 
 def case_results(
     case: PublishedCase,
-    dataset,
+    dataset: Dataset,
     there: Available,
     kept: Kept,
     *,
     recipe: str | None = None,
     recipe_epochs: int = EPOCHS,
     memory: int = DEFAULT_MEMORY,
-    progress: Callable[[int, int, str], None] | None = None,
+    progress: Announcement | None = None,
 ) -> CaseResults:
     """Everything of one case; pieces that are kept are not made again.
 
     recipe: the component for which the paper's own recipe is trained too, or None; recipe_epochs: its epochs
     progress: called as progress(done, total, what) before each piece
-    Errors as `Surrogate.train` and `evaluate`; E-CPL-001 if no training run felt a force.
+    Errors as `train` and `evaluate`; E-CPL-001 if no training run felt a force.
     """
     fits_each = 1 + 2 * len(SEEDS) + case.forces
-    announce = _Announcer(progress, len(there.sizes) * (fits_each + 2) + 3 + 3 * case.forces + (recipe is not None))
+    announce = Announcer(progress, len(there.sizes) * (fits_each + 2) + 3 + 3 * case.forces + (recipe is not None))
     sizes, last = {}, None
     for size, runs in there.sizes.items():
         sizes[size], last = _size(case, dataset, there, size, runs, kept, memory, announce)
-    recipe_fit = None
+    runs, modes, recipe_fit = there.sizes[there.largest], _modes(dataset, there), None
     if recipe is not None:
-        said = announce(f"the paper's recipe for {recipe}, N_DOE = {there.largest}")
-        recipe_fit = paper_recipe(dataset, last, case, recipe, kept, epochs=recipe_epochs, progress=said)
-    said = announce(f"surrogate with intervals, N_DOE = {there.largest}")
-    surrogate = _surrogate(dataset, there.sizes[there.largest], _modes(dataset, there), kept, memory, said)
+        inside = announce(f"the paper's recipe for {recipe}, N_DOE = {there.largest}")
+        recipe_fit = paper_recipe(dataset, last, case, recipe, kept, epochs=recipe_epochs, progress=inside)
+    inside = announce(f"surrogate with intervals, N_DOE = {there.largest}")
+    learned = {"of": fingerprint(dataset, runs), "modes": modes} | shared_settings()
+    ours = Recipe(modes=modes, memory=memory)
+    surrogate = kept.model(
+        Surrogate, "surrogate", learned | {"memory": memory}, lambda: train(dataset, ours, runs=runs, progress=inside)
+    )
     announce("comparing with unseen runs and baselines")
     evaluation = evaluate(dataset, surrogate, sizes=())
     announce("measuring times")
-    inference = measure_inference(surrogate, evaluation.design[0])
+    inference = measure_inference(surrogate, evaluation.design[0], process_time)
     coupled = coupled_evaluation = None
     if case.forces:
-        said = announce("coupled model")
-        coupled = _coupled(dataset, surrogate, there, kept, said)
-        said = announce(f"surrogate with true forces, N_DOE = {there.largest}")
-        informed = _with_forces(dataset, there, last, surrogate.modes, kept, memory, said)
+        inside = announce("coupled model")
+        coupled = kept.model(Coupled, "coupled", learned, lambda: Coupled.train(dataset, surrogate, progress=inside))
+        inside = announce(f"surrogate with true forces, N_DOE = {there.largest}")
+        informed = _with_forces(dataset, runs, there.unseen, last, ours, kept, inside)
         announce("coupled model on unseen runs")
         coupled_evaluation = evaluate_coupled(dataset, coupled, with_forces=informed)
     return CaseResults(
-        case, dataset, there.notes, sizes, surrogate, evaluation, inference, coupled, coupled_evaluation, recipe_fit
+        case, dataset, there.notes, sizes, evaluation, inference, coupled, coupled_evaluation, recipe_fit
     )
 
 
@@ -142,8 +150,10 @@ def _size(case, dataset, there, size, runs, kept, memory, announce) -> tuple[Siz
     modes = (_modes(dataset, there),)
 
     def trained(counts, seed, forces):
-        said = announce(f"networks, N_DOE = {size}, K = {counts[-1]}, seed {seed}, {'with' if forces else 'no'} forces")
-        return fit(dataset, made, counts, kept, seed=seed, forces=known if forces else None, progress=said)
+        inside = announce(
+            f"networks, N_DOE = {size}, K = {counts[-1]}, seed {seed}, {'with' if forces else 'no'} forces"
+        )
+        return fit(dataset, made, counts, kept, seed=seed, forces=known if forces else None, progress=inside)
 
     return Size(
         runs=len(runs),
@@ -156,49 +166,13 @@ def _size(case, dataset, there, size, runs, kept, memory, announce) -> tuple[Siz
     ), made
 
 
-def _surrogate(dataset, runs, modes, kept, memory, said) -> Surrogate:
-    inputs = {"of": fingerprint(dataset, runs), "modes": modes, "memory": memory} | shared_settings()
-    path = kept.path("surrogate", inputs)
-    if not path.is_file():
-        Surrogate.train(dataset, modes=modes, runs=runs, memory=memory, progress=said).save(path)
-    return Surrogate.load(path)
-
-
-def _coupled(dataset, surrogate, there, kept, said) -> Coupled:
-    runs = there.sizes[there.largest]
-    path: Path = kept.path("coupled", {"of": fingerprint(dataset, runs), "modes": surrogate.modes} | shared_settings())
-    if not path.is_file():
-        Coupled.train(dataset, surrogate, progress=said).save(path)
-    return Coupled.load(path)
-
-
-def _with_forces(dataset, there, made: Reduced, modes, kept, memory, said) -> Surrogate:
-    """A surrogate of the largest design that sees the contact forces of the time before."""
-    runs = there.sizes[there.largest]
-    known = force_inputs(dataset, runs, there.unseen, made, kept, memory)
-    inputs = {"of": made.made_of, "modes": modes, "force_modes": known.model.width} | shared_settings()
-    path = kept.path("surrogate-with-forces", inputs)
-    if not path.is_file():
-        plan = Plan("shared", modes, SEEDS[0], None, FORCE_MODES, FORCE_COMPONENTS, memory)
-        given = known.model, known.seen
-        Surrogate(**learn_networks(dataset, made.reduction.cut(modes), plan, given, said)).save(path)
-    return Surrogate.load(path)
-
-
-class _Announcer:
-    """Says what is done next, and makes of a piece's own progress part of the whole."""
-
-    def __init__(self, progress, total):
-        self._progress, self._done, self._total = progress, 0, total
-
-    def __call__(self, what):
-        if self._progress is None:
-            return None
-        done, self._done = self._done, self._done + 1
-        self._progress(done, self._total, what)
-
-        def inside(epoch, epochs, loss):
-            if epoch % 250 == 0:  # only the paper's recipe trains so long
-                self._progress(done, self._total, f"{what}: epoch {epoch:,} of {epochs:,}")
-
-        return inside
+def _with_forces(dataset, runs, test, made: Reduced, recipe: Recipe, kept, inside) -> Surrogate:
+    """A surrogate of the largest design that sees the contact forces of the previous time."""
+    known = force_inputs(dataset, runs, test, made, kept, recipe.memory)
+    given, reduction = (known.model, known.seen), made.reduction.cut(recipe.modes)
+    with_forces = replace(recipe, seed=SEEDS[0], force_modes=FORCE_MODES, force_components=FORCE_COMPONENTS)
+    inputs = {"of": made.made_of, "modes": recipe.modes, "force_modes": known.model.width} | shared_settings()
+    return kept.model(
+        Surrogate, "surrogate-with-forces", inputs,
+        lambda: train_networks(dataset, reduction, with_forces, given, inside),
+    )  # fmt: skip

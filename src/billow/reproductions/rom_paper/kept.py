@@ -1,4 +1,4 @@
-"""Finished pieces of long work, kept on disk: whoever asks again with the same inputs gets them at once."""
+"""Finished pieces of long work, kept on disk: the same inputs get the same piece at once."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import hashlib
 import json
 from collections.abc import Callable
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 
@@ -13,9 +14,13 @@ from billow import __version__
 from billow.results.atomic import write_atomically
 from billow.results.dataset_files import mesh_sha256
 from billow.results.tensor_file import read_tensors, write_tensors
+from billow.rom.learn.dataset import Dataset
+from billow.rom.learn.train import import_network
 
 Piece = tuple[dict[str, np.ndarray], dict]
 """Arrays and a JSON record."""
+
+Model = TypeVar("Model")
 
 
 class Kept:
@@ -40,8 +45,24 @@ class Kept:
             write_tensors(path, *make())
         return read_tensors(path, ValueError)
 
+    def model(self, kind: type[Model], name: str, inputs: dict, make: Callable[[], Model]) -> Model:
+        """A `Surrogate` or `Coupled`, loaded if it is there, else made and saved."""
+        path = self.path(name, inputs)
+        if not path.is_file():
+            make().save(path)
+        return kind.load(path)
 
-def fingerprint(dataset, runs) -> str:
+
+def shared_settings() -> dict:
+    """What the default recipe is at present, as plain JSON: what was learned by another one must not pass for it."""
+    network = import_network()
+    return {
+        "layers": [network.MEMBERS, *network.HIDDEN_SHARED],
+        "steps": [network.BATCH_SHARED, *network.EPOCHS_SHARED, network.STEPS_SHARED],
+    }
+
+
+def fingerprint(dataset: Dataset, runs) -> str:
     """SHA-256 of all that is learned from some runs of a dataset: axes, times, mesh, designs and the runs' files.
 
     Runs whose records carry no sum of their own (datasets in memory) are hashed by what they answer.

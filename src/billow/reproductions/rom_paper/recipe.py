@@ -15,9 +15,12 @@ from billow.reproductions.rom_paper.kept import Kept
 from billow.reproductions.rom_paper.published import EPOCHS, MODES, PublishedCase
 from billow.reproductions.rom_paper.reductions import Reduced
 from billow.results.tensor_file import read_tensors, write_tensors
-from billow.rom.judge.rmse import Summary
-from billow.rom.learn.snapshots import COMPONENTS
-from billow.rom.learn.training import Progress, import_network
+from billow.rom.judge.errors import Summary
+from billow.rom.learn.dataset import Dataset
+from billow.rom.learn.progress import Progress
+from billow.rom.learn.train import import_network
+from billow.rom.surrogate.basis import COMPONENTS
+from billow.rom.surrogate.design_space import bounds
 from billow.rom.surrogate.regression import Regression
 from billow.rom.surrogate.scaling import InputScaling, OutputScaling
 
@@ -71,7 +74,7 @@ class _Sittings:
 
 
 def paper_recipe(
-    dataset,
+    dataset: Dataset,
     reduced: Reduced,
     case: PublishedCase,
     component: str,
@@ -82,14 +85,13 @@ def paper_recipe(
 ) -> RecipeFit:
     """Train the paper's networks for the coefficients of one component and judge them on unseen runs.
 
-    component: "x", "y" or "z". Errors as `Surrogate.train`.
+    component: "x", "y" or "z". Errors as `train`.
     """
     index = COMPONENTS.index(component)
     reduction = reduced.reduction.cut(min(MODES, len(reduced.reduction.bases[0].modes)))
     known = reduction.coefficients[:, :, index : index + 1]
     design, times = reduction.design, reduction.times
-    low, high = (np.array([getattr(p, side) for p in dataset.parameters], float) for side in ("low", "high"))
-    inputs = InputScaling(low, high, float(times[0]), float(times[-1]), "paper")
+    inputs = InputScaling(*bounds(dataset.parameters), float(times[0]), float(times[-1]), "paper")
     outputs = OutputScaling.of(known, times, "paper")
     modes = known.shape[3]
     targets = outputs.forward(known.reshape(*known.shape[:2], modes)).reshape(-1, modes)

@@ -8,10 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from billow.reproductions.rom_paper.kept import Kept, Piece, fingerprint
-from billow.rom.judge.projection import Projection, project
-from billow.rom.learn.basis import Basis
-from billow.rom.learn.force_inputs import ForceInputs, previous
+from billow.rom.judge.errors import Projection, project
+from billow.rom.learn.dataset import Dataset
+from billow.rom.learn.force_modes import learn_force_inputs
 from billow.rom.learn.reduction import Reduction, reduce_runs
+from billow.rom.surrogate.basis import Basis
+from billow.rom.surrogate.force_inputs import ForceInputs, previous
 
 SEED = 0
 FORCE_MODES = 3
@@ -38,7 +40,7 @@ class Forces:
     unseen: np.ndarray
 
 
-def reduced(dataset, runs, test, modes: int, kept: Kept, memory: int) -> Reduced:
+def reduced(dataset: Dataset, runs, test, modes: int, kept: Kept, memory: int) -> Reduced:
     """The reduction of `runs` with `modes` modes, and `test` in it. memory: [byte], as `reduce_runs`."""
     made_of = fingerprint(dataset, [*runs, *test])
     inputs = {"of": made_of, "modes": modes, "seed": SEED, "memory": memory}
@@ -76,14 +78,14 @@ def _reduce(dataset, runs, test, modes, memory) -> Piece:
     return arrays, {"reduction": {name: getattr(reduction, name) for name in said}}
 
 
-def force_inputs(dataset, runs, test, reduced: Reduced, kept: Kept, memory: int) -> Forces:
+def force_inputs(dataset: Dataset, runs, test, reduced: Reduced, kept: Kept, memory: int) -> Forces:
     """Inputs from the contact forces of training and unseen runs, as the paper makes them; the unseen runs' are true,
-    known only because these runs have been made. memory: [byte], as `force_bases`. Errors as `ForceInputs.learn`."""
+    known only because these runs have been made. memory: [byte], as `force_bases`. Errors as `learn_force_inputs`."""
     inputs = {"of": reduced.made_of, "modes": FORCE_MODES, "components": FORCE_COMPONENTS, "seed": SEED}
 
     def make() -> Piece:
         begun = time.process_time()
-        model, seen = ForceInputs.learn(dataset, runs, FORCE_MODES, FORCE_COMPONENTS, SEED, memory)
+        model, seen = learn_force_inputs(dataset, runs, FORCE_MODES, FORCE_COMPONENTS, SEED, memory)
         unseen = [model(previous(dataset.snapshots("contact_force", [run])))[0] for run in test]
         arrays = {"modes": model.modes, "mean": model.mean, "deviation": model.deviation}
         arrays |= {"components": np.array(model.components), "seen": seen, "unseen": np.stack(unseen)}

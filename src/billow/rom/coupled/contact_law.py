@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from billow.rom.learn.train import import_network
 from billow.rom.surrogate.regression import Regression
 from billow.rom.surrogate.scaling import InputScaling, OutputScaling
 
@@ -46,8 +47,6 @@ def learn_contact_law(inputs: InputScaling, design, times, state, force, seed, p
     inputs: scaling of design and time, without further inputs; design: (runs, parameters); times: [s], (steps,), the
     middle of each step; state: (runs, steps, state); force: [N], (runs, steps, 3)
     """
-    from billow.rom.learn.training import import_network  # PyTorch is needed only here
-
     network = import_network()
     mean = state.mean(axis=(0, 1))
     deviation = np.maximum(state.std(axis=(0, 1)), 1e-9)

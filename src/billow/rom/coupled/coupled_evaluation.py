@@ -12,21 +12,22 @@ What it answers knows nothing of the deployment in advance. Beside it stand answ
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from dataclasses import asdict, dataclass
 
 import numpy as np
 
-from billow.base.errors import InputError
 from billow.injury.criteria import GRAVITY
 from billow.injury.motion import Injury, assess
 from billow.injury.rating import Rating, rate
 from billow.rom.coupled.coupled_model import Coupled
 from billow.rom.coupled.impactor_motion import ImpactorMotion, recorded_force
-from billow.rom.learn.force_inputs import previous
+from billow.rom.judge.evaluate import require_unseen
+from billow.rom.learn.dataset import Dataset
+from billow.rom.learn.progress import Announcement, Announcer
+from billow.rom.surrogate.basis import Z
+from billow.rom.surrogate.force_inputs import previous
 from billow.rom.surrogate.surrogate import Surrogate
 
-Z = 2
 QUANTITIES = ("acceleration CFC 60", "acceleration CFC 180", "velocity", "displacement")
 
 COUPLED = "coupled"
@@ -87,9 +88,9 @@ class CoupledEvaluation:
 
 
 def evaluate_coupled(
-    dataset,
+    dataset: Dataset,
     coupled: Coupled,
-    progress: Callable[[int, int, str], None] | None = None,
+    progress: Announcement | None = None,
     *,
     with_forces: Surrogate | None = None,
 ) -> CoupledEvaluation:
@@ -99,22 +100,15 @@ def evaluate_coupled(
     with_forces: a surrogate of the same runs with contact forces as inputs, whose bag gives `TRUE_INPUTS`
     Raises InputError E-ROM-015 without unseen runs, E-INJ-003 if histories are too coarse for injury metrics.
     """
-    if not dataset.test:
-        raise InputError(
-            "E-ROM-015",
-            "there are no unseen runs to compare with",
-            where=coupled.surrogate.title or "dataset",
-            why="the dataset has no completed test run",
-            remedy="ask for test runs in study.toml, or finish the study: billow study STUDY.toml --out FOLDER",
-        )
+    require_unseen(dataset)
+    announce = Announcer(progress, len(dataset.test))
     name = coupled.impactor.name
-    seen = [ImpactorMotion.of_run(dataset.result(run), name) for run in coupled.surrogate.training["runs"]]
+    seen = [ImpactorMotion.of_run(dataset.result(run), name) for run in coupled.surrogate.runs]
     mean = ImpactorMotion(seen[0].times, *(np.mean([getattr(m, n) for m in seen], 0) for n in ("centre", "velocity")))
     ratings: dict[str, dict[str, list[Rating]]] = {}
     solver, answers, seconds = [], [], []
-    for done, (run, design) in enumerate(zip(dataset.test, dataset.design(dataset.test), strict=True)):
-        if progress is not None:
-            progress(done, len(dataset.test), f"run {run}")
+    for run, design in zip(dataset.test, dataset.design(dataset.test), strict=True):
+        announce(f"run {run}")
         result = dataset.result(run)
         truth = ImpactorMotion.of_run(result, name)
         begun = time.perf_counter()

@@ -27,7 +27,9 @@ from billow.rom.coupled.contact_reach import REACHES, area_vectors, node_area
 from billow.rom.coupled.coupled_file import read_coupled, write_coupled
 from billow.rom.coupled.impactor_motion import ImpactorMotion, filtered_force
 from billow.rom.coupled.impactor_of_design import Impactor, ImpactorOfDesign
-from billow.rom.surrogate.question import check_design, design_rows
+from billow.rom.learn.dataset import Dataset
+from billow.rom.learn.progress import Progress
+from billow.rom.surrogate.design_space import check_design, design_rows
 from billow.rom.surrogate.surrogate import Surrogate
 
 
@@ -50,7 +52,7 @@ class Coupled:
     gravity: np.ndarray
 
     @classmethod
-    def train(cls, dataset, surrogate: Surrogate, seed: int = 0, progress=None) -> Coupled:
+    def train(cls, dataset: Dataset, surrogate: Surrogate, seed: int = 0, progress: Progress | None = None) -> Coupled:
         """Learn the contact force of the runs that `surrogate` was learned from. Test runs are never read.
 
         progress(epoch, epochs, loss) is called after each epoch.
@@ -58,7 +60,7 @@ class Coupled:
         E-CPL-005 (the surrogate wants forces itself, or histories of runs differ in their times), ResourceError
         E-ROM-006 (no PyTorch), NumericalStop E-ROM-014 (training failed).
         """
-        runs = surrogate.training["runs"]
+        runs = surrogate.runs
         impactor = ImpactorOfDesign.learn(dataset, runs)
         motions = [ImpactorMotion.of_run(dataset.result(run), impactor.name) for run in runs]
         times = motions[0].times

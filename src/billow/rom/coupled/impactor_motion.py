@@ -8,6 +8,7 @@ import numpy as np
 
 from billow.injury.filters import channel_filter
 from billow.injury.motion import body_velocity, mean_acceleration
+from billow.results.result import Result
 
 FORCE_CLASS = 180
 """Channel frequency class of the forces that are learned."""
@@ -22,7 +23,7 @@ class ImpactorMotion:
     velocity: np.ndarray
 
     @classmethod
-    def of_run(cls, result, name: str) -> ImpactorMotion:
+    def of_run(cls, result: Result, name: str) -> ImpactorMotion:
         """The free obstacle `name` of a finished run."""
         histories = result.histories
         centre = np.stack([histories[f"{name}_centre_{axis} [m]"] for axis in "xyz"], axis=1)
@@ -48,7 +49,7 @@ def filtered_force(motion: ImpactorMotion, mass: float, gravity: np.ndarray) -> 
     return mass * (motion.acceleration(FORCE_CLASS)[1] - gravity)
 
 
-def recorded_force(result, name: str) -> np.ndarray:
+def recorded_force(result: Result, name: str) -> np.ndarray:
     """Contact force on the free obstacle `name` as the solver recorded it, filtered to `FORCE_CLASS`: [N],
     (times - 1, 3), mean of the two ends of each interval of the histories."""
     force = np.stack([result.histories[f"{name}_force_{axis} [N]"] for axis in "xyz"], axis=1)

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from billow.base.errors import InputError
+from billow.rom.learn.dataset import Dataset
 
 PROPERTIES = (
     *("radius a [m]", "radius b [m]", "radius c [m]", "degree [-]"),
@@ -44,7 +45,7 @@ class ImpactorOfDesign:
     affine: np.ndarray
 
     @classmethod
-    def learn(cls, dataset, runs) -> ImpactorOfDesign:
+    def learn(cls, dataset: Dataset, runs) -> ImpactorOfDesign:
         """From the cases of `runs`. Raises InputError E-CPL-003 without a free super-ellipsoid, E-CPL-004 if a property
         is no affine function of the design, or the runs are too few to tell."""
         bodies = [_free_body(dataset.result(run).case_toml, run) for run in runs]

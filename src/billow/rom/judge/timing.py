@@ -5,10 +5,31 @@ from __future__ import annotations
 import math
 import tempfile
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+
+from billow.rom.learn.dataset import Dataset
+from billow.rom.surrogate.surrogate import Surrogate
+
+REPEATS = 50
+
+
+@dataclass(frozen=True)
+class Inference:
+    """Median time [s] of each part; all parts are measured in turn, so that a slow phase hits all alike.
+
+    networks: coefficients of all components; fields: of x, y and z from their coefficients; whole: one deployment, all
+    times and components; loading: the model from its file, checked; copy: of the answer in memory, the floor of `whole`
+    """
+
+    networks: float
+    fields: tuple[float, float, float]
+    whole: float
+    loading: float
+    copy: float
 
 
 @dataclass(frozen=True)
@@ -44,39 +65,62 @@ class Timing:
 
     @property
     def break_even(self) -> int | None:
-        """Fewest evaluations for which making and asking the surrogate takes less time than simulating them all."""
-        gain = self.simulation - self.inference
-        return math.ceil((self.generation + self.training) / gain) if gain > 0.0 else None
+        """As the function of this name, with the training runs counted."""
+        return break_even(self.generation + self.training, self.simulation, self.inference)
 
 
-def measure(dataset, surrogate) -> Timing:
-    """Measure inference on this machine and take the rest from the records of runs and training."""
-    runs = surrogate.training["runs"]
-    design = dataset.design(runs[:1])[0]
-    answer = np.ascontiguousarray(surrogate.predict(design))
-    target = np.empty_like(answer)
-    with tempfile.TemporaryDirectory() as folder:
-        path = surrogate.save(Path(folder, "surrogate.safetensors"))
-        loading = _median_seconds(lambda: type(surrogate).load(path), 5)
+def break_even(making: float, simulation: float, inference: float) -> int | None:
+    """Fewest deployments for which making [s] and asking a surrogate takes less time than simulating them all."""
+    gain = simulation - inference
+    return math.ceil(making / gain) if gain > 0.0 else None
+
+
+def measure(dataset: Dataset, surrogate: Surrogate) -> Timing:
+    """Measure inference on this machine, wall time, and take the rest from the records of runs and training."""
+    training = surrogate.training
+    asked = measure_inference(surrogate, dataset.design(training["runs"][:1])[0], time.perf_counter)
     return Timing(
-        simulation=float(np.mean(dataset.wall_seconds(runs))),
-        generation=float(np.sum(dataset.wall_seconds(runs))),
-        reading=surrogate.training["read_seconds"],
-        pod=surrogate.training["pod_seconds"],
-        network=surrogate.training["network_seconds"],
-        calibration=surrogate.training.get("calibration_seconds", 0.0),
-        inference=_median_seconds(lambda: surrogate.predict(design)),
-        coefficients=_median_seconds(lambda: surrogate.coefficients(design)),
-        loading=loading,
-        memcpy=_median_seconds(lambda: np.copyto(target, answer)),
+        simulation=float(np.mean(dataset.wall_seconds(training["runs"]))),
+        generation=float(np.sum(dataset.wall_seconds(training["runs"]))),
+        reading=training["read_seconds"],
+        pod=training["pod_seconds"],
+        network=training["network_seconds"],
+        calibration=training.get("calibration_seconds", 0.0),
+        inference=asked.whole,
+        coefficients=asked.networks,
+        loading=asked.loading,
+        memcpy=asked.copy,
     )
 
 
-def _median_seconds(action, repeats: int = 50) -> float:
-    action()  # the first call pays for lazy imports and cold caches
-    seconds = []
-    for _ in range(repeats):
-        start = time.perf_counter()
-        action()
-        seconds.append(time.perf_counter() - start)
-    return float(np.median(seconds))
+def measure_inference(surrogate: Surrogate, design: np.ndarray, clock: Callable[[], float]) -> Inference:
+    """Measure on this machine. design: (parameters,); clock: of wall or processor time"""
+    answer = np.ascontiguousarray(surrogate.predict(design))
+    target = np.empty_like(answer)
+    coefficients = surrogate.coefficients(design)
+
+    def field(component):
+        alone = np.ascontiguousarray(coefficients[:, component])
+        modes = surrogate.bases[component].modes
+        return lambda: alone @ modes
+
+    networks, x, y, z, whole, copy = _medians(
+        clock, REPEATS, lambda: surrogate.coefficients(design), *map(field, range(3)),
+        lambda: surrogate.predict(design), lambda: np.copyto(target, answer),
+    )  # fmt: skip
+    with tempfile.TemporaryDirectory() as folder:
+        path = surrogate.save(Path(folder, "surrogate.safetensors"))
+        (loading,) = _medians(clock, 5, lambda: Surrogate.load(path))
+    return Inference(networks, (x, y, z), whole, loading, copy)
+
+
+def _medians(clock, repeats: int, *calls: Callable[[], object]) -> list[float]:
+    taken = np.empty((repeats, len(calls)))
+    for call in calls:
+        call()  # the first call pays for lazy imports and cold caches
+    for times in taken:
+        for number, call in enumerate(calls):
+            begun = clock()
+            call()
+            times[number] = clock() - begun
+    return np.median(taken, axis=0).tolist()

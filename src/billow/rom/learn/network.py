@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable
 from contextlib import contextmanager
 from typing import Protocol
 
@@ -19,6 +18,7 @@ import numpy as np
 import torch
 
 from billow.base.errors import NumericalStop
+from billow.rom.learn.progress import Progress
 
 MEMBERS = 3
 HIDDEN_SHARED = (96, 96, 96, 96)
@@ -52,9 +52,6 @@ HIDDEN_PAPER = (25, 45, 15)
 RATE_PAPER = 3e-4
 EPOCHS_PAPER = 15_000
 
-Progress = Callable[[int, int, float], None]
-"""Called as progress(epoch, epochs, loss) after every epoch; loss is the mean square of standardised errors: [-]."""
-
 
 class Checkpoint(Protocol):
     """Where a long training keeps its state."""
@@ -81,22 +78,21 @@ def train_shared(inputs, targets, *, epochs: int | None = None, seed: int = 0, p
     fewest, most = EPOCHS_SHARED
     epochs = epochs or max(fewest, min(most, round(STEPS_SHARED / batches)))
 
-    def make(parameters):
-        optimiser = torch.optim.AdamW(parameters, lr=6e-3, weight_decay=1e-2, fused=True)
-        schedule = torch.optim.lr_scheduler.OneCycleLR(optimiser, max_lr=6e-3, total_steps=epochs * batches)
-        return optimiser, schedule
-
     sizes = (inputs.shape[1], *HIDDEN_SHARED, targets.shape[1])
     with _one_thread():
         generator = torch.Generator().manual_seed(seed)
         x, y = torch.from_numpy(inputs), torch.from_numpy(targets)
-
-        def epoch_batches():
+        weights, biases = _start(MEMBERS, sizes, generator)
+        optimiser = torch.optim.AdamW(weights + biases, lr=6e-3, weight_decay=1e-2, fused=True)
+        schedule = torch.optim.lr_scheduler.OneCycleLR(optimiser, max_lr=6e-3, total_steps=epochs * batches)
+        for epoch in range(1, epochs + 1):
             order = torch.stack([torch.randperm(len(x), generator=generator) for _ in range(MEMBERS)])
+            losses = []
             for chosen in order.tensor_split(batches, dim=1):
-                yield x[chosen], y[chosen]
-
-        return _fit(MEMBERS, sizes, torch.nn.functional.silu, make, epoch_batches, epochs, generator, progress)
+                losses.append(_step(weights, biases, torch.nn.functional.silu, optimiser, x[chosen], y[chosen]))
+                schedule.step()
+            _tell(progress, epoch, epochs, sum(losses) / len(losses))
+        return _arrays(weights), _arrays(biases)
 
 
 def train_paper(
@@ -129,27 +125,10 @@ def train_paper(
         done = 0 if checkpoint is None else _restore(checkpoint, weights + biases, optimiser)
         for epoch in range(done + 1, epochs + 1):
             loss = _step(weights, biases, torch.tanh, optimiser, x, y)
-            _require_finite(loss, epoch, epochs)
-            if checkpoint is not None and (checkpoint.due() or epoch == epochs):
+            if math.isfinite(loss) and checkpoint is not None and (checkpoint.due() or epoch == epochs):
                 checkpoint.save(epoch, _state(weights + biases, optimiser))
-            if progress is not None:
-                progress(epoch, epochs, loss)
+            _tell(progress, epoch, epochs, loss)
         return _arrays(weights), _arrays(biases)
-
-
-def _fit(networks, sizes, activation, make_optimiser, epoch_batches, epochs, generator, progress):
-    weights, biases = _start(networks, sizes, generator)
-    optimiser, schedule = make_optimiser(weights + biases)
-    for epoch in range(1, epochs + 1):
-        losses = []
-        for x, y in epoch_batches():
-            losses.append(_step(weights, biases, activation, optimiser, x, y))
-            schedule.step()
-        loss = sum(losses) / len(losses)
-        _require_finite(loss, epoch, epochs)
-        if progress is not None:
-            progress(epoch, epochs, loss)
-    return _arrays(weights), _arrays(biases)
 
 
 def _step(weights, biases, activation, optimiser, x, y) -> float:
@@ -161,7 +140,8 @@ def _step(weights, biases, activation, optimiser, x, y) -> float:
     return float(errors.detach().mean())
 
 
-def _require_finite(loss, epoch, epochs):
+def _tell(progress: Progress | None, epoch: int, epochs: int, loss: float) -> None:
+    """Report an epoch. NumericalStop E-ROM-014 if its loss is not finite."""
     if not math.isfinite(loss):
         raise NumericalStop(
             "E-ROM-014",
@@ -170,6 +150,8 @@ def _require_finite(loss, epoch, epochs):
             why="the optimiser left the region where the networks are smooth",
             remedy="train with another seed; look at the runs for outliers",
         )
+    if progress is not None:
+        progress(epoch, epochs, loss)
 
 
 def _state(parameters, optimiser) -> dict[str, np.ndarray]:

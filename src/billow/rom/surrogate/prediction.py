@@ -10,7 +10,7 @@ import numpy as np
 from billow.base.errors import InputError
 from billow.results.atomic import write_atomically
 from billow.results.vtkhdf import FabricWriter
-from billow.rom.learn.snapshots import COMPONENTS
+from billow.rom.surrogate.basis import COMPONENTS
 from billow.rom.surrogate.surrogate import Surrogate
 
 LEVEL = 0.9
@@ -60,7 +60,7 @@ def trust_of(surrogate: Surrogate, design: dict, widths: np.ndarray | None) -> d
             "distance_to_nearest_training_design": found.nearest,
             "usual_distance_between_training_designs": found.usual,
             "largest_distance_between_training_designs": found.largest,
-            "warnings": found.sentences(),
+            "warnings": found.warnings(),
         }
     interval = None
     if widths is not None:
