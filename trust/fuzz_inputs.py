@@ -20,7 +20,7 @@ from hypothesis import strategies as st
 
 from billow.case.build import build_model
 from billow.case.schema import Case
-from billow.cli.main import demo
+from billow.cli import demo
 from billow.cli.options import parse_settings
 from billow.results.dataset import Dataset
 from billow.results.journal import Journal

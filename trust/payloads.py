@@ -21,7 +21,7 @@ import tomli_w
 
 from billow.base.errors import BillowError
 from billow.case.schema import Case
-from billow.cli.main import demo
+from billow.cli import demo
 from billow.cli.options import parse_settings
 from billow.results.result import Result
 from billow.rom.surrogate.prediction import describe_surrogate

@@ -34,7 +34,7 @@ def study_of(locked: bool) -> SimpleNamespace:
 
 
 def couple_with_forces(here: Here):
-    surrogate = SimpleNamespace(training={"runs": ["0"]}, forces="z")
+    surrogate = SimpleNamespace(runs=("0",), forces="z")
     histories = {"time [s]": np.arange(9) * 1e-4} | {
         f"head_{name}_{axis} [{unit}]": np.zeros(9)
         for name, unit in (("centre", "m"), ("velocity", "m/s"))

@@ -37,7 +37,7 @@ class Study:
     """
 
     def __init__(self, folder: Path, definition: StudyDefinition, design: Design, case):
-        self.folder, self.definition, self._case = folder, definition, case
+        self.folder, self.definition, self._design, self._case = folder, definition, design, case
         self.train, self.test, self.runs = design.train, design.test, design.runs
         self.store = RunStore(folder)
 
@@ -140,8 +140,10 @@ class Study:
                 why="workers counts local processes, at least 1; a cluster brings its own",
                 remedy="give workers or a scheduler address, or neither for one worker on each core",
             )
+        report = progress or (lambda event: None)
         with self.store.driving():
-            return Drive(self, progress or (lambda event: None), retry_failed).go(workers, scheduler, runner)
+            drive = Drive(self.store, self.definition, self._design, self.case, report, retry_failed)
+            return drive.go(workers, scheduler, runner)
 
 
 def _load_case(path: Path):
