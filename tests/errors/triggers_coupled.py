@@ -9,7 +9,7 @@ from here import Here
 from triggers_surrogates import ANSWERABLE
 
 from billow.rom.coupled.coupled_model import Coupled
-from billow.rom.coupled.impactor_of_design import ImpactorOfDesign
+from billow.rom.coupled.impactor import ImpactorOfDesign
 from billow.rom.learn.force_modes import learn_force_inputs
 from billow.rom.surrogate.surrogate import Surrogate
 

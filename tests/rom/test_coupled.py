@@ -13,8 +13,7 @@ from free_synthetic import CLEARANCE, MASS, FreeDataset, case
 from billow.base.errors import InputError, IntegrityError
 from billow.geometry.shapes.super_ellipsoid import closest_point
 from billow.results.histories import read_histories
-from billow.rom.coupled.contact_law import EVERY
-from billow.rom.coupled.contact_reach import REACHES, area_vectors, distance_to, node_area
+from billow.rom.coupled.contact_force import EVERY, REACHES, area_vectors, distance_to, node_area
 from billow.rom.coupled.coupled_evaluation import (
     COUPLED,
     MEAN_MOTION,
@@ -25,8 +24,7 @@ from billow.rom.coupled.coupled_evaluation import (
 )
 from billow.rom.coupled.coupled_folder import write_motion
 from billow.rom.coupled.coupled_model import Coupled
-from billow.rom.coupled.impactor_motion import ImpactorMotion, filtered_force, recorded_force
-from billow.rom.coupled.impactor_of_design import Impactor, ImpactorOfDesign
+from billow.rom.coupled.impactor import Impactor, ImpactorMotion, ImpactorOfDesign, filtered_force, recorded_force
 from billow.rom.learn.train import Recipe, train
 from billow.rom.surrogate.force_inputs import previous
 from billow.rom.surrogate.surrogate import Surrogate

@@ -16,7 +16,7 @@ from billow.rom.judge.baselines import BASELINES, baselines, radial_basis
 from billow.rom.judge.errors import Summary, accuracy, snapshot_rmse
 from billow.rom.judge.evaluate import evaluate
 from billow.rom.judge.metrics_file import write_metrics
-from billow.rom.judge.timing import Timing
+from billow.rom.judge.timing import Inference, Timing
 from billow.rom.learn.dataset import snapshot_bytes
 from billow.rom.learn.train import Recipe, train
 from billow.rom.surrogate.basis import Basis
@@ -137,22 +137,19 @@ def test_break_even_counts_generation_and_training():
         pod=1.0,
         network=2.0,
         calibration=1.0,
-        inference=0.01,
-        coefficients=0.005,
-        loading=0.1,
-        memcpy=0.002,
+        inference=Inference(0.005, (0.001,) * 3, 0.01, 0.1, 0.002),
     )
     assert timing.training == 5.0
     assert timing.speed_up == 400.0
     # 120 + 5 + 0.01 n <= 4 n from n = 31.33 on; without training it would be 31
     assert timing.break_even == 32
-    assert dataclasses.replace(timing, inference=5.0).break_even is None
+    assert dataclasses.replace(timing, simulation=0.01).break_even is None
 
 
 def test_timing_of_a_surrogate(evaluation):
     assert evaluation.timing.generation == 4.0 * 30
     assert evaluation.timing.simulation == 4.0
-    assert 0 < evaluation.timing.memcpy < evaluation.timing.inference < evaluation.timing.training
+    assert 0 < evaluation.timing.inference.copy < evaluation.timing.inference.whole < evaluation.timing.training
 
 
 def test_metrics_file_says_the_same(evaluation, tmp_path):

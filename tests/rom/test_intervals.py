@@ -13,8 +13,8 @@ from scipy.stats import norm
 from synthetic import SyntheticDataset
 
 from billow.base.errors import InputError
+from billow.rom.judge.errors import fit_learning_curve
 from billow.rom.judge.interval_check import check_intervals
-from billow.rom.judge.learning_curve import fit
 from billow.rom.learn.calibration import held_out, histogram, quantiles
 from billow.rom.learn.dataset import collect
 from billow.rom.learn.train import Recipe, train
@@ -156,12 +156,12 @@ def test_distance_to_the_nearest_neighbour():
 @given(st.floats(0.01, 2.0), st.floats(1e-4, 1e-1))
 def test_a_power_law_is_found_and_says_what_more_runs_buy(rate, scale):
     runs = np.array([12, 24, 48])
-    curve = fit(runs, scale * runs**-rate)
+    curve = fit_learning_curve(runs, scale * runs**-rate)
     assert curve.rate == pytest.approx(rate, rel=1e-6)
     assert curve.doubled == pytest.approx(scale * 96.0**-rate, rel=1e-6)
 
 
 def test_a_curve_needs_two_sizes():
-    assert fit([10], [0.1]) is None
-    assert fit([10, 20], [0.1, 0.0]) is None
-    assert fit([10, 20], [0.1, 0.2]).doubled == pytest.approx(0.4)
+    assert fit_learning_curve([10], [0.1]) is None
+    assert fit_learning_curve([10, 20], [0.1, 0.0]) is None
+    assert fit_learning_curve([10, 20], [0.1, 0.2]).doubled == pytest.approx(0.4)

@@ -11,7 +11,7 @@ import pytest
 from free_synthetic import FreeDataset
 from synthetic import SyntheticDataset
 
-from billow.reproductions.rom_paper import document, fits
+from billow.reproductions.rom_paper import document, nested_design
 from billow.reproductions.rom_paper.available import Available
 from billow.reproductions.rom_paper.case_results import case_results
 from billow.reproductions.rom_paper.document import write_document
@@ -94,7 +94,7 @@ def test_pieces_of_another_recipe_do_not_pass_for_ours(small, locked, folder, mo
     def refuse(*_, **__):
         raise AssertionError("trained again")
 
-    monkeypatch.setattr(fits, "train_networks", refuse)
+    monkeypatch.setattr(nested_design, "train_networks", refuse)
     monkeypatch.setattr("billow.rom.learn.network.HIDDEN_SHARED", (8, 8))
     with pytest.raises(AssertionError, match="trained again"):
         case_results(LOCKED, small, there(small, 6, 12), Kept(folder), recipe="z", recipe_epochs=30)
@@ -104,7 +104,7 @@ def test_kept_pieces_are_not_made_again(small, locked, folder, monkeypatch):
     def refuse(*_, **__):
         raise AssertionError("trained again")
 
-    monkeypatch.setattr(fits, "train_networks", refuse)
+    monkeypatch.setattr(nested_design, "train_networks", refuse)
     monkeypatch.setattr("billow.reproductions.rom_paper.case_results.train", refuse)
     again = case_results(LOCKED, small, there(small, 6, 12), Kept(folder), recipe="z", recipe_epochs=30)
     assert np.array_equal(again.sizes[12].sweep.rmse, locked.sizes[12].sweep.rmse)

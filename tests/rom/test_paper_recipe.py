@@ -8,8 +8,8 @@ from synthetic import SyntheticDataset
 
 from billow.reproductions.rom_paper import recipe
 from billow.reproductions.rom_paper.kept import Kept
+from billow.reproductions.rom_paper.nested_design import reduced
 from billow.reproductions.rom_paper.published import FREE, LOCKED
-from billow.reproductions.rom_paper.reductions import reduced
 from billow.results.tensor_file import read_tensors
 from billow.rom.learn.network import train_paper
 from billow.rom.learn.reduction import DEFAULT_MEMORY

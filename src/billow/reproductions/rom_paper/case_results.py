@@ -8,16 +8,22 @@ from time import process_time
 import numpy as np
 
 from billow.reproductions.rom_paper.available import Available
-from billow.reproductions.rom_paper.fits import Fit, fit
 from billow.reproductions.rom_paper.kept import Kept, fingerprint, shared_settings
+from billow.reproductions.rom_paper.nested_design import (
+    FORCE_COMPONENTS,
+    FORCE_MODES,
+    Fit,
+    Reduced,
+    fit,
+    force_inputs,
+    reduced,
+)
 from billow.reproductions.rom_paper.published import EPOCHS, MODES, PublishedCase
 from billow.reproductions.rom_paper.recipe import RecipeFit, paper_recipe
-from billow.reproductions.rom_paper.reductions import FORCE_COMPONENTS, FORCE_MODES, Reduced, force_inputs, reduced
 from billow.rom.coupled.coupled_evaluation import CoupledEvaluation, evaluate_coupled
 from billow.rom.coupled.coupled_model import Coupled
+from billow.rom.judge.errors import LearningCurve, fit_learning_curve
 from billow.rom.judge.evaluate import SWEEP_MODES, Evaluation, evaluate
-from billow.rom.judge.learning_curve import LearningCurve
-from billow.rom.judge.learning_curve import fit as fit_learning_curve
 from billow.rom.judge.timing import Inference, measure_inference
 from billow.rom.learn.dataset import Dataset
 from billow.rom.learn.progress import Announcement, Announcer

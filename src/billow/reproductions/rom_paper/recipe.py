@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 
 from billow.reproductions.rom_paper.kept import Kept
+from billow.reproductions.rom_paper.nested_design import Reduced
 from billow.reproductions.rom_paper.published import EPOCHS, MODES, PublishedCase
-from billow.reproductions.rom_paper.reductions import Reduced
 from billow.results.tensor_file import read_tensors, write_tensors
 from billow.rom.judge.errors import Summary
 from billow.rom.learn.dataset import Dataset

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from billow.reproductions.rom_paper.case_results import SEEDS, CaseResults
+from billow.reproductions.rom_paper.nested_design import FORCE_COMPONENTS, FORCE_MODES
 from billow.reproductions.rom_paper.published import EPOCHS, MODES
-from billow.reproductions.rom_paper.reductions import FORCE_COMPONENTS, FORCE_MODES
 from billow.reproductions.rom_paper.table import Table
 from billow.rom.coupled.coupled_evaluation import COUPLED, MEAN_MOTION, QUANTITIES, TRUE_CONTACT, TRUE_INPUTS
 from billow.rom.judge.baselines import BASELINES

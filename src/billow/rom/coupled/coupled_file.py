@@ -8,9 +8,8 @@ import numpy as np
 
 from billow.base.errors import InputError
 from billow.results.tensor_file import write_tensors
-from billow.rom.coupled.contact_law import ContactLaw
-from billow.rom.coupled.contact_reach import REACHES
-from billow.rom.coupled.impactor_of_design import PROPERTIES, ImpactorOfDesign
+from billow.rom.coupled.contact_force import REACHES, ContactLaw
+from billow.rom.coupled.impactor import PROPERTIES, ImpactorOfDesign
 from billow.rom.surrogate.regression import Regression
 from billow.rom.surrogate.scaling import InputScaling, OutputScaling
 from billow.rom.surrogate.surrogate import Surrogate

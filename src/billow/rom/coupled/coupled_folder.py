@@ -16,7 +16,7 @@ from billow.injury.motion import assess
 from billow.results.atomic import write_atomically
 from billow.results.histories import write_histories
 from billow.rom.coupled.coupled_evaluation import injury_record
-from billow.rom.coupled.impactor_motion import ImpactorMotion
+from billow.rom.coupled.impactor import ImpactorMotion
 from billow.rom.surrogate.basis import Z
 
 SHOWN_CLASS = 60

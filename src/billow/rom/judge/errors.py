@@ -115,3 +115,33 @@ class ErrorsByModes:
     def means(self, component: int) -> np.ndarray:
         """Mean over unseen snapshots for each number of modes: [m], (counts,)."""
         return self.rmse[..., component].mean(axis=(1, 2))
+
+
+@dataclass(frozen=True)
+class LearningCurve:
+    """What more training runs would buy: error = scale * runs^-rate, fitted to measured errors.
+
+    runs: (sizes,); errors: [m], (sizes,), mean RMSE on unseen runs; rate: [-]; scale: [m]
+    """
+
+    runs: tuple[int, ...]
+    errors: tuple[float, ...]
+    rate: float
+    scale: float
+
+    @property
+    def doubled(self) -> float:
+        """Expected error with twice the runs, from the last measured error rather than from the fit: [m]."""
+        return self.errors[-1] * 2.0**-self.rate
+
+
+def fit_learning_curve(runs, errors) -> LearningCurve | None:
+    """Least squares in logarithms. runs: (sizes,); errors: [m], (sizes,). None with fewer than two sizes or an error 0.
+
+    Learning curves of deep networks are power laws over wide ranges (Hestness et al. 2017, arXiv:1712.00409).
+    """
+    runs, errors = np.asarray(runs, float), np.asarray(errors, float)
+    if len(runs) < 2 or not (errors > 0.0).all():
+        return None
+    slope, offset = np.polyfit(np.log(runs), np.log(errors), 1)
+    return LearningCurve(tuple(map(int, runs)), tuple(errors.tolist()), float(-slope), float(np.exp(offset)))

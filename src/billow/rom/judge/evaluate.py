@@ -9,9 +9,8 @@ import numpy as np
 from billow.base.errors import InputError
 from billow.results.dataset_files import mesh_sha256, same_times
 from billow.rom.judge.baselines import baselines
-from billow.rom.judge.errors import ErrorsByModes, Summary, project, snapshot_rmse
+from billow.rom.judge.errors import ErrorsByModes, LearningCurve, Summary, fit_learning_curve, project, snapshot_rmse
 from billow.rom.judge.interval_check import IntervalCheck, check_intervals
-from billow.rom.judge.learning_curve import LearningCurve, fit
 from billow.rom.judge.timing import Timing, measure
 from billow.rom.learn.dataset import Dataset, read_run
 from billow.rom.learn.left_out import LeftOut, left_out
@@ -95,7 +94,7 @@ class Evaluation:
         """Mean RMSE against training runs, from the models of the sweep with the surrogate's own number of modes."""
         rows = [int(np.abs(np.array(model.errors.counts) - self.surrogate.modes).argmin()) for model in self.sweep]
         means = [model.errors.summary(component, row).mean for model, row in zip(self.sweep, rows, strict=True)]
-        return fit([model.runs for model in self.sweep], means)
+        return fit_learning_curve([model.runs for model in self.sweep], means)
 
     def typical_and_worst(self) -> tuple[str, str]:
         """The unseen runs with the median and the largest mean z RMSE."""

@@ -33,15 +33,17 @@ def verdict(evaluation: Evaluation) -> list[str]:
     best = strongest_baseline(evaluation, Z)
     lead = gain(evaluation, best, Z)
     against = f"{_percent(abs(lead))} {'below' if lead > 0 else 'ABOVE'} the strongest simple answer, the {best}"
+    answer = f"One deployment takes {timing.inference.whole * MILLI:.2g} ms"
     sentences = [
         f"On {_runs(len(evaluation.test), 'unseen')} the surrogate misses z by {_mm(error.mean)} on average (root mean "
         f"square over nodes; 10 % of snapshots are below {_mm(error.p10)}, 10 % above {_mm(error.p90)}, the worst is "
         f"at {_mm(error.maximum)}). That is {against} ({_mm(evaluation.summary(best, Z).mean)}).",
-        f"One deployment takes {timing.inference * MILLI:.2g} ms instead of {timing.simulation:.3g} s, "
-        f"{timing.speed_up:,.0f} times faster.",
+        f"{answer} instead of {timing.simulation:.3g} s, {timing.speed_up:,.0f} times faster.",
     ]
     if not timing.simulation:
-        sentences[-1] = f"One deployment takes {timing.inference * MILLI:.2g} ms; how long the runs took is not known."
+        sentences[-1] = (
+            f"One deployment takes {timing.inference.whole * MILLI:.2g} ms; how long the runs took is not known."
+        )
     elif timing.break_even is None:
         sentences.append("The solver is so fast here that the surrogate never pays.")
     else:

@@ -12,6 +12,7 @@ from billow.results.atomic import write_atomically
 from billow.rom.judge.baselines import BASELINES
 from billow.rom.judge.errors import accuracy
 from billow.rom.judge.evaluate import Evaluation
+from billow.rom.judge.timing import Timing
 from billow.rom.surrogate.basis import COMPONENTS
 
 FORMAT = 1
@@ -82,7 +83,7 @@ def metrics(evaluation: Evaluation) -> dict:
             "between_training_designs": coverage.between if np.isfinite(coverage.between) else None,
             "part_of_range": {parameter.name: part for parameter, part in ranges},
         },
-        "timing_s": asdict(timing) | {"training": timing.training},
+        "timing_s": _seconds(timing),
         "speed_up": timing.speed_up,
         "break_even_evaluations": timing.break_even,
         "ledgers": {
@@ -90,6 +91,16 @@ def metrics(evaluation: Evaluation) -> dict:
             for run, ledger in evaluation.ledgers.items()
         },
         "training": surrogate.training,
+    }
+
+
+def _seconds(timing: Timing) -> dict:
+    parts, asked = asdict(timing) | {"training": timing.training}, timing.inference
+    return parts | {
+        "inference": asked.whole,
+        "coefficients": asked.networks,
+        "loading": asked.loading,
+        "memcpy": asked.copy,
     }
 
 

@@ -71,7 +71,7 @@ def _draw(dataset, evaluation) -> dict[str, bytes]:
         making = {m.runs: m.generation + m.training for m in evaluation.sweep}
         making[trained] = timing.generation + timing.training
         pictures["evaluation-time"] = figures.draw(
-            figures.evaluation_time, making, timing.simulation, timing.inference, trained
+            figures.evaluation_time, making, timing.simulation, timing.inference.whole, trained
         )
     if evaluation.sweep:
         sweeps = {model.runs: model.errors for model in evaluation.sweep}
@@ -100,7 +100,7 @@ def _content(evaluation) -> dict:
                 f"{100 * accuracy(own.mean, evaluation.reference_length):.1f} %",
                 "accuracy in z as the ROM paper counts it",
             ),
-            (f"{timing.inference * 1e3:.2g} ms", "for one deployment"),
+            (f"{timing.inference.whole * 1e3:.2g} ms", "for one deployment"),
             *([(f"{timing.speed_up:,.0f} ×", "faster than the solver")] if timing.simulation else []),
         ],
         "comparison": _comparison(evaluation),

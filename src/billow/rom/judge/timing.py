@@ -36,10 +36,8 @@ class Inference:
 class Timing:
     """Times behind paper Tables 2 and 3 and Figure 6: [s].
 
-    simulation: mean of one training run
-    generation: all training runs together; reading, pod, network, calibration: the steps of training
-    inference: one whole deployment (all times, nodes, components); of it, coefficients: the networks
-    loading: the model from its file, checked; memcpy: copying one deployment in memory, the floor of `inference`
+    simulation: mean of one training run; generation: all training runs together
+    reading, pod, network, calibration: the steps of training; inference: of one deployment
     """
 
     simulation: float
@@ -48,10 +46,7 @@ class Timing:
     pod: float
     network: float
     calibration: float
-    inference: float
-    coefficients: float
-    loading: float
-    memcpy: float
+    inference: Inference
 
     @property
     def training(self) -> float:
@@ -61,12 +56,12 @@ class Timing:
     @property
     def speed_up(self) -> float:
         """How many deployments the surrogate answers while the solver makes one: [-]."""
-        return self.simulation / self.inference
+        return self.simulation / self.inference.whole
 
     @property
     def break_even(self) -> int | None:
         """As the function of this name, with the training runs counted."""
-        return break_even(self.generation + self.training, self.simulation, self.inference)
+        return break_even(self.generation + self.training, self.simulation, self.inference.whole)
 
 
 def break_even(making: float, simulation: float, inference: float) -> int | None:
@@ -77,19 +72,15 @@ def break_even(making: float, simulation: float, inference: float) -> int | None
 
 def measure(dataset: Dataset, surrogate: Surrogate) -> Timing:
     """Measure inference on this machine, wall time, and take the rest from the records of runs and training."""
-    training = surrogate.training
-    asked = measure_inference(surrogate, dataset.design(training["runs"][:1])[0], time.perf_counter)
+    training, seconds = surrogate.training, dataset.wall_seconds(surrogate.runs)
     return Timing(
-        simulation=float(np.mean(dataset.wall_seconds(training["runs"]))),
-        generation=float(np.sum(dataset.wall_seconds(training["runs"]))),
+        simulation=float(np.mean(seconds)),
+        generation=float(np.sum(seconds)),
         reading=training["read_seconds"],
         pod=training["pod_seconds"],
         network=training["network_seconds"],
         calibration=training.get("calibration_seconds", 0.0),
-        inference=asked.whole,
-        coefficients=asked.networks,
-        loading=asked.loading,
-        memcpy=asked.copy,
+        inference=measure_inference(surrogate, dataset.design(surrogate.runs[:1])[0], time.perf_counter),
     )
 
 

@@ -26,27 +26,7 @@ BATCH_SHARED = 64
 EPOCHS_SHARED = (30, 200)
 STEPS_SHARED = 20_000
 """As many epochs as `STEPS_SHARED` steps of the optimiser are, within `EPOCHS_SHARED`: 200 up to 128 runs of 50 times,
-64 for 400. What was compared, never on test runs:
-
-Depth. Mean z RMSE [mm] of unseen runs of a membrane bag in another solver, after training five members on 24, 48, 320
-runs, and of the driver bag of `billow demo`, cross-validated inside its 48 training runs (36 against 12); K = 12,
-targets as `OutputScaling`. Two seeds differ by 3 to 8 %.
-128^3, batch 512, 30 epochs  10.9  10.2   2.6  13.6     with few runs that is only 150 steps
-64^3,  batch 64,  60 epochs   8.5   6.6   2.0  10.3
-64^4,  batch 64,  30 epochs   9.1   6.8   2.0  11.1
-64^4,  batch 64, 120 epochs   7.9   5.3   1.8   9.3
-96^4,  batch 64,  60 epochs   7.9   5.3   1.8   9.6
-
-Width, members, steps. Regression error in z [mm] of 80 runs held out of the training runs of the ROM paper's locked
-and free obstacle (10,082 nodes), after training on the other 306 and 320. Further columns: error relative to the second
-row after training on 100, 48 and 24 of them (both cases together; four sets of 48 and of 24).
-64^4, 5 members, 12,500 steps, at most 120 epochs  2.31  2.64
-96^4, 5 members, 12,500 steps, at most 120 epochs  1.93  2.20  1.00  1.00  1.00
-96^4, 3 members, 20,000 steps, at most 200 epochs  1.86  2.18  1.01  1.00  1.04
-Three members that learn longer cost about the same training and evaluate in 60 % of the time; spread ranks runs by
-error as well as that of five (Spearman 0.71 to 0.78 in z, five 0.72 to 0.77). Not taken: products of design and time
-features as inputs (5 % less error with 320 runs, 1.4 to 2.1 times the error with 24 and 48); a gate without exp (2 %
-more error, half the time of an activation, a third more training)."""
+64 for 400. What was compared: docs/rom.md, "Why the default recipe looks as it does"."""
 
 HIDDEN_PAPER = (25, 45, 15)
 RATE_PAPER = 3e-4

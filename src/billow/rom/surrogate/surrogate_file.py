@@ -12,7 +12,7 @@ from billow import __version__
 from billow.base.errors import InputError, IntegrityError
 from billow.results.dataset_files import parameter_of
 from billow.results.tensor_file import read_tensors, write_tensors
-from billow.rom.surrogate.basis import Basis
+from billow.rom.surrogate.basis import bases_content, bases_from
 from billow.rom.surrogate.design_space import bounds
 from billow.rom.surrogate.force_inputs import ForceInputs
 from billow.rom.surrogate.intervals import Intervals
@@ -34,9 +34,7 @@ def surrogate_content(surrogate) -> tuple[dict[str, np.ndarray], dict]:
         "times": surrogate.times,
         "reference": surrogate.reference,
         "triangles": surrogate.triangles,
-        "modes": np.stack([basis.modes for basis in surrogate.bases]),
-        "singular_values": np.stack([basis.singular_values for basis in surrogate.bases]),
-        "energy": np.array([basis.energy for basis in surrogate.bases]),
+        **bases_content(surrogate.bases),
         "outputs.mean": regression.outputs.mean,
         "outputs.deviation": regression.outputs.deviation,
     }
@@ -129,8 +127,8 @@ def surrogate_fields(tensors: dict[str, np.ndarray], record: dict) -> dict:
         raise ValueError("times do not rise")
     reference = take(tensors, "reference", np.float32, None, 3)
     modes = take(tensors, "modes", np.float32, 3, None, len(reference))
-    singular_values = take(tensors, "singular_values", np.float64, 3, None)
-    energy = take(tensors, "energy", np.float64, 3)
+    take(tensors, "singular_values", np.float64, 3, None)
+    take(tensors, "energy", np.float64, 3)
     triangles = take(tensors, "triangles", np.int64, None, 3)
     if triangles.size and not 0 <= triangles.min() <= triangles.max() < len(reference):
         raise ValueError("a triangle names a node that does not exist")
@@ -151,7 +149,7 @@ def surrogate_fields(tensors: dict[str, np.ndarray], record: dict) -> dict:
         "times": times,
         "reference": reference,
         "triangles": triangles,
-        "bases": tuple(Basis(modes[c], singular_values[c], float(energy[c])) for c in range(3)),
+        "bases": bases_from(tensors),
         "regression": Regression(recipe, weights, biases, inputs, OutputScaling(times, mean, deviation)),
         "training": training,
         "forces": forces,
