@@ -1,4 +1,4 @@
-"""A coupled model in one file: a surrogate file with one more block, so that whoever wants the bag alone reads that."""
+"""A coupled model in one file: a surrogate file with one more block, so that the bag alone can be read from it."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 
 from billow.base.errors import InputError
-from billow.results.tensor_file import write_tensors
 from billow.rom.coupled.contact_force import REACHES, ContactLaw
 from billow.rom.coupled.impactor import PROPERTIES, ImpactorOfDesign
 from billow.rom.surrogate.regression import Regression
@@ -26,21 +25,22 @@ FORMAT = 1
 STATE = 3 * len(REACHES) + 3
 
 
-def write_coupled(path: str | Path, coupled) -> Path:
-    """Write a `Coupled` to `path`, atomically."""
+def coupled_content(coupled) -> tuple[dict[str, np.ndarray], dict]:
+    """A `Coupled` as named arrays and a record."""
     tensors, record = surrogate_content(coupled.surrogate)
-    law = coupled.law
-    tensors |= {
-        "coupled.times": coupled.times,
-        "coupled.gravity": coupled.gravity,
-        "coupled.affine": coupled.impactor.affine,
-        "coupled.state_mean": law.mean,
-        "coupled.state_deviation": law.deviation,
-        "coupled.force_mean": law.regression.outputs.mean,
-        "coupled.force_deviation": law.regression.outputs.deviation,
+    law, outputs = coupled.law, coupled.law.regression.outputs
+    block = {
+        "times": coupled.times,
+        "gravity": coupled.gravity,
+        "affine": coupled.impactor.affine,
+        "state_mean": law.mean,
+        "state_deviation": law.deviation,
+        "force_mean": outputs.mean,
+        "force_deviation": outputs.deviation,
+        **network_content(law.regression),
     }
-    tensors |= network_content(law.regression, "coupled.")
-    return write_tensors(path, tensors, record | {"coupled": {"format": FORMAT, "name": coupled.impactor.name}})
+    tensors |= {f"coupled.{name}": array for name, array in block.items()}
+    return tensors, record | {"coupled": {"format": FORMAT, "name": coupled.impactor.name}}
 
 
 def read_coupled(path: str | Path) -> dict:

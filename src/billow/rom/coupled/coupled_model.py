@@ -22,8 +22,9 @@ import numpy as np
 from billow.base.errors import InputError
 from billow.injury.curve import sample_interval
 from billow.results.dataset_files import same_times
+from billow.results.tensor_file import write_tensors
 from billow.rom.coupled.contact_force import EVERY, REACHES, ContactLaw, area_vectors, learn_contact_law, node_area
-from billow.rom.coupled.coupled_file import read_coupled, write_coupled
+from billow.rom.coupled.coupled_file import coupled_content, read_coupled
 from billow.rom.coupled.impactor import Impactor, ImpactorMotion, ImpactorOfDesign, filtered_force
 from billow.rom.learn.dataset import Dataset
 from billow.rom.learn.progress import Progress
@@ -82,7 +83,7 @@ class Coupled:
 
     def save(self, path: str | Path) -> Path:
         """Write everything to one file without pickle, atomically. `Surrogate.load` reads the bag from it too."""
-        return write_coupled(path, self)
+        return write_tensors(path, *coupled_content(self))
 
     @classmethod
     def load(cls, path: str | Path) -> Coupled:

@@ -20,6 +20,7 @@ from billow import __version__
 from billow.base.errors import InputError, NumericalStop, ResourceError
 from billow.results.atomic import write_atomically
 from billow.rom.surrogate.design_space import from_unit
+from billow.rom.surrogate.regression import Regression
 from billow.rom.surrogate.surrogate import Surrogate
 
 OPSET, IR_VERSION = 17, 8
@@ -29,14 +30,14 @@ TOLERANCE = 1e-5
 """Largest difference to NumPy's answer, over the largest displacement: [-]. Both work in float32 (6e-8)."""
 
 
-def export_onnx(surrogate: Surrogate, path: str | Path, seed: int = 0) -> float:
+def export_onnx(surrogate: Surrogate, path: str | Path) -> float:
     """Write `path`, atomically; returns the largest difference over the largest displacement, on eight random designs.
 
     Raises ResourceError E-ROM-016 without onnx or onnxruntime, InputError E-ROM-019 for a surrogate with force inputs,
     NumericalStop E-ROM-020, and writes nothing, if ONNX Runtime's answers differ by more than `TOLERANCE`.
     """
     content = onnx_bytes(surrogate)
-    designs = from_unit(np.random.default_rng(seed).random((8, len(surrogate.parameters))), surrogate.parameters)
+    designs = from_unit(np.random.default_rng(0).random((8, len(surrogate.parameters))), surrogate.parameters)
     difference = largest_difference(content, surrogate, designs)
     if not difference <= TOLERANCE:
         raise NumericalStop(
@@ -89,24 +90,22 @@ def onnx_bytes(surrogate: Surrogate) -> bytes:
             "E-ROM-019",
             "this surrogate cannot be exported",
             where=surrogate.title,
-            why="it takes contact forces of the time before as inputs; the graph has only the design",
+            why="it takes contact forces of the previous time as inputs; the graph has only the design",
             remedy="export a surrogate trained without force modes",
         )
-    graph = _Graph(onnx)
-    regression, times = surrogate.regression, len(surrogate.times)
-    hidden = _layers(graph, regression, _features(graph, surrogate))
-    shape = [-1, times, 3, surrogate.modes]
+    graph, regression, times, modes = _Graph(onnx), surrogate.regression, len(surrogate.times), surrogate.modes
+    hidden = _networks(graph, regression)
     if surrogate.recipe == "shared":  # (networks, rows, outputs): the answer is their mean
-        answer = graph.add("ReduceMean", [hidden], axes=[0], keepdims=0)
+        answer = graph.add("ReduceMean", hidden, axes=[0], keepdims=0)
     else:  # (outputs, rows, 1): one network for each coefficient
-        answer = graph.add("Transpose", [hidden], perm=[2, 1, 0])
-    answer = graph.add("Reshape", [answer, graph.constant(np.array([-1, times, 3 * surrogate.modes]))])
-    answer = graph.add("Mul", [answer, graph.constant(regression.outputs.deviation)])
-    answer = graph.add("Add", [answer, graph.constant(regression.outputs.mean)])
-    answer = graph.add("Reshape", [answer, graph.constant(np.array(shape))])
-    answer = graph.add("Transpose", [answer], perm=[0, 2, 1, 3])  # (designs, 3, times, modes)
-    fields = graph.add("MatMul", [answer, graph.constant(np.stack([basis.modes for basis in surrogate.bases]))])
-    graph.add("Transpose", [fields], perm=[0, 2, 3, 1], output="displacement")
+        answer = graph.add("Transpose", hidden, perm=[2, 1, 0])
+    answer = graph.add("Reshape", answer, np.array([-1, times, 3 * modes]))
+    answer = graph.add("Mul", answer, regression.outputs.deviation)
+    answer = graph.add("Add", answer, regression.outputs.mean)
+    answer = graph.add("Reshape", answer, np.array([-1, times, 3, modes]))
+    answer = graph.add("Transpose", answer, perm=[0, 2, 1, 3])  # (designs, 3, times, modes)
+    fields = graph.add("MatMul", answer, np.stack([basis.modes for basis in surrogate.bases]))
+    graph.add("Transpose", fields, perm=[0, 2, 3, 1], output="displacement")
     return _model(onnx, graph, surrogate).SerializeToString()
 
 
@@ -114,76 +113,59 @@ class _Graph:
     """Nodes and constants under names of their own."""
 
     def __init__(self, onnx):
-        self._onnx, self.nodes, self.constants = onnx, [], []
+        self.onnx, self.nodes, self.constants = onnx, [], []
 
-    def constant(self, array: np.ndarray) -> str:
-        name = f"constant_{len(self.constants)}"
-        self.constants.append(self._onnx.numpy_helper.from_array(np.ascontiguousarray(array), name))
-        return name
-
-    def add(self, kind: str, inputs: list[str], output: str | None = None, **attributes) -> str:
+    def add(self, kind: str, *inputs: str | np.ndarray, output: str | None = None, **attributes) -> str:
+        """Add a node and return the name of its output. inputs: names of other outputs, or constants."""
+        names = [value if isinstance(value, str) else self._constant(value) for value in inputs]
         output = output or f"{kind.lower()}_{len(self.nodes)}"
-        self.nodes.append(self._onnx.helper.make_node(kind, inputs, [output], **attributes))
+        self.nodes.append(self.onnx.helper.make_node(kind, names, [output], **attributes))
         return output
 
+    def _constant(self, array: np.ndarray) -> str:
+        name = f"constant_{len(self.constants)}"
+        self.constants.append(self.onnx.numpy_helper.from_array(np.ascontiguousarray(array), name))
+        return name
 
-def _features(graph: _Graph, surrogate: Surrogate) -> str:
-    """What the networks see, as `InputScaling` makes it: (designs * times, width) float32."""
-    inputs, times = surrogate.regression.inputs, surrogate.times
+
+def _networks(graph: _Graph, regression: Regression) -> str:
+    """The networks side by side: (networks, designs * times, outputs)."""
+    inputs = regression.inputs
     # Scaled in float64: a slope of 1e6 N/m less its lower end would lose digits in float32.
-    zero, one = (inputs.design(np.array(bound)) for bound in (inputs.low, inputs.high))
+    zero, one = (inputs.design(bound) for bound in (inputs.low, inputs.high))
     factor = (one - zero) / (inputs.high - inputs.low)
-    design = graph.add("Mul", ["design", graph.constant(factor)])
-    design = graph.add("Add", [design, graph.constant(zero - factor * inputs.low)])
-    design = graph.add("Cast", [design], to=graph._onnx.TensorProto.FLOAT)
-    parameters = len(inputs.low)
-    rows = graph.add("Unsqueeze", [design, graph.constant(np.array([1]))])  # (designs, 1, parameters)
-    count = graph.add("Shape", ["design"], end=1)
-    tail = graph.constant(np.array([len(times), parameters]))
-    rows = graph.add("Expand", [rows, graph.add("Concat", [count, tail], axis=0)])
-    known = graph.constant(inputs.time(times).astype(np.float32)[None])
-    tail = graph.constant(np.array([len(times), inputs.width - parameters]))
-    known = graph.add("Expand", [known, graph.add("Concat", [count, tail], axis=0)])
-    features = graph.add("Concat", [rows, known], axis=2)
-    return graph.add("Reshape", [features, graph.constant(np.array([-1, inputs.width]))])
-
-
-def _layers(graph: _Graph, regression, hidden: str) -> str:
-    """The networks side by side: (networks, rows, outputs)."""
-    layers = list(zip(regression.weights, regression.biases, strict=True))
-    for number, (weight, bias) in enumerate(layers):
-        hidden = graph.add("MatMul", [hidden, graph.constant(weight)])  # the inputs are shared by broadcasting
-        hidden = graph.add("Add", [hidden, graph.constant(bias)])
-        if number == len(layers) - 1:
-            return hidden
+    design = graph.add("Add", graph.add("Mul", "design", factor), zero - factor * inputs.low)
+    design = graph.add("Cast", design, to=graph.onnx.TensorProto.FLOAT)
+    # As in `Regression`, the first layer adds the shares of design and time, and that of the time is a constant.
+    of_design = graph.add("MatMul", design, regression.first_weights[0])  # (networks, designs, neurons)
+    hidden = graph.add("Add", graph.add("Unsqueeze", of_design, np.array([2])), regression.of_trained_times[:, None])
+    networks, _, neurons = regression.biases[0].shape
+    hidden = graph.add("Reshape", hidden, np.array([networks, -1, neurons]))
+    for weight, bias in zip(regression.weights[1:], regression.biases[1:], strict=True):
         if regression.recipe == "shared":
-            hidden = graph.add("Mul", [hidden, graph.add("Sigmoid", [hidden])])
+            hidden = graph.add("Mul", hidden, graph.add("Sigmoid", hidden))
         else:
-            hidden = graph.add("Tanh", [hidden])
-    raise AssertionError("a network has layers")
+            hidden = graph.add("Tanh", hidden)
+        hidden = graph.add("Add", graph.add("MatMul", hidden, weight), bias)
+    return hidden
 
 
 def _model(onnx, graph: _Graph, surrogate: Surrogate):
     helper, kind = onnx.helper, onnx.TensorProto
-    asked = helper.make_tensor_value_info("design", kind.DOUBLE, ["designs", len(surrogate.parameters)])
+    question = helper.make_tensor_value_info("design", kind.DOUBLE, ["designs", len(surrogate.parameters)])
     shape = ["designs", len(surrogate.times), surrogate.nodes, 3]
-    told = helper.make_tensor_value_info("displacement", kind.FLOAT, shape)
-    made = helper.make_graph(graph.nodes, "surrogate", [asked], [told], graph.constants)
+    answer = helper.make_tensor_value_info("displacement", kind.FLOAT, shape)
+    made = helper.make_graph(graph.nodes, "surrogate", [question], [answer], graph.constants)
+    opset = helper.make_opsetid("", OPSET)
     model = helper.make_model(
-        made,
-        opset_imports=[helper.make_opsetid("", OPSET)],
-        ir_version=IR_VERSION,
-        producer_name="billow",
-        producer_version=__version__,
+        made, opset_imports=[opset], ir_version=IR_VERSION, producer_name="billow", producer_version=__version__
     )
-    helper.set_model_props(
-        model,
-        {
-            "title": surrogate.title,
-            "parameters": json.dumps([asdict(parameter) for parameter in surrogate.parameters]),
-            "times_s": json.dumps(surrogate.times.tolist()),
-            "mesh_sha256": surrogate.training["mesh_sha256"],
-        },
-    )
+    told = {
+        "title": surrogate.title,
+        "parameters": json.dumps([asdict(parameter) for parameter in surrogate.parameters]),
+        "times_s": json.dumps(surrogate.times.tolist()),
+        "mesh_sha256": surrogate.training["mesh_sha256"],
+    }
+    helper.set_model_props(model, told)
     onnx.checker.check_model(model)
     return model

@@ -11,12 +11,13 @@ import numpy as np
 
 from billow.base.errors import InputError
 from billow.results.dataset_files import Parameter
+from billow.results.tensor_file import write_tensors
 from billow.rom.surrogate.basis import Basis
 from billow.rom.surrogate.design_space import Standing, check_design, check_times, design_rows, standing
 from billow.rom.surrogate.force_inputs import ForceInputs, further_inputs
 from billow.rom.surrogate.intervals import FEWEST_RUNS, Intervals, scale
 from billow.rom.surrogate.regression import Regression
-from billow.rom.surrogate.surrogate_file import read_surrogate, write_surrogate
+from billow.rom.surrogate.surrogate_file import read_checked, surrogate_content, surrogate_fields
 
 _DESIGNS_AT_ONCE = 16
 """Designs whose networks `predict_each` evaluates together: enough to fill the products, few enough for the cache."""
@@ -54,12 +55,12 @@ class Surrogate:
 
     @classmethod
     def load(cls, path: str | Path) -> Surrogate:
-        """Read a file written by `save`. Errors as `read_surrogate`."""
-        return cls(**read_surrogate(path))
+        """Read a file written by `save`. Errors as `read_checked`."""
+        return cls(**read_checked(path, surrogate_fields, "billow train FOLDER"))
 
     def save(self, path: str | Path) -> Path:
         """Write everything to one file without pickle (safetensors), atomically."""
-        return write_surrogate(path, self)
+        return write_tensors(path, *surrogate_content(self))
 
     @property
     def recipe(self) -> str:

@@ -11,7 +11,7 @@ import numpy as np
 from billow import __version__
 from billow.base.errors import InputError, IntegrityError
 from billow.results.dataset_files import parameter_of
-from billow.results.tensor_file import read_tensors, write_tensors
+from billow.results.tensor_file import read_tensors
 from billow.rom.surrogate.basis import bases_content, bases_from
 from billow.rom.surrogate.design_space import bounds
 from billow.rom.surrogate.force_inputs import ForceInputs
@@ -22,23 +22,12 @@ from billow.rom.surrogate.scaling import InputScaling, OutputScaling
 FORMAT = 1
 
 
-def write_surrogate(path: str | Path, surrogate) -> Path:
-    """Write a `Surrogate` to `path`, atomically."""
-    return write_tensors(path, *surrogate_content(surrogate))
-
-
 def surrogate_content(surrogate) -> tuple[dict[str, np.ndarray], dict]:
-    """A `Surrogate` as named arrays and a record. A file may hold more of both; `read_surrogate` ignores it."""
+    """A `Surrogate` as named arrays and a record. A file may hold more of both; `surrogate_fields` ignores it."""
     regression = surrogate.regression
-    tensors = {
-        "times": surrogate.times,
-        "reference": surrogate.reference,
-        "triangles": surrogate.triangles,
-        **bases_content(surrogate.bases),
-        "outputs.mean": regression.outputs.mean,
-        "outputs.deviation": regression.outputs.deviation,
-    }
-    tensors |= network_content(regression)
+    tensors = {name: getattr(surrogate, name) for name in ("times", "reference", "triangles")}
+    tensors |= bases_content(surrogate.bases) | network_content(regression)
+    tensors |= {f"outputs.{name}": getattr(regression.outputs, name) for name in ("mean", "deviation")}
     forces = surrogate.forces
     if forces is not None:
         tensors |= {f"forces.{name}": getattr(forces, name) for name in ("modes", "mean", "deviation")}
@@ -57,15 +46,10 @@ def surrogate_content(surrogate) -> tuple[dict[str, np.ndarray], dict]:
     return tensors, record
 
 
-def network_content(regression: Regression, prefix: str = "") -> dict[str, np.ndarray]:
+def network_content(regression: Regression) -> dict[str, np.ndarray]:
     """Weights and biases as named arrays, which `take_networks` reads."""
     named = {"weights": regression.weights, "biases": regression.biases}
-    return {f"{prefix}{name}.{layer}": a for name, arrays in named.items() for layer, a in enumerate(arrays)}
-
-
-def read_surrogate(path: str | Path) -> dict:
-    """The fields of the `Surrogate` in a file. Errors as `read_checked`."""
-    return read_checked(path, surrogate_fields, "billow train FOLDER")
+    return {f"{name}.{layer}": a for name, arrays in named.items() for layer, a in enumerate(arrays)}
 
 
 def read_checked(path: str | Path, fields: Callable[[dict, dict], dict], command: str) -> dict:
