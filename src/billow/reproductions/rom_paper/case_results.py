@@ -2,22 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from time import process_time
 
 import numpy as np
 
 from billow.reproductions.rom_paper.available import Available
 from billow.reproductions.rom_paper.kept import Kept, fingerprint, shared_settings
-from billow.reproductions.rom_paper.nested_design import (
-    FORCE_COMPONENTS,
-    FORCE_MODES,
-    Fit,
-    Reduced,
-    fit,
-    force_inputs,
-    reduced,
-)
+from billow.reproductions.rom_paper.nested_design import Fit, NestedDesign
 from billow.reproductions.rom_paper.published import EPOCHS, MODES, PublishedCase
 from billow.reproductions.rom_paper.recipe import RecipeFit, paper_recipe
 from billow.rom.coupled.coupled_evaluation import CoupledEvaluation, evaluate_coupled
@@ -28,7 +20,7 @@ from billow.rom.judge.timing import Inference, measure_inference
 from billow.rom.learn.dataset import Dataset
 from billow.rom.learn.progress import Announcement, Announcer
 from billow.rom.learn.reduction import DEFAULT_MEMORY
-from billow.rom.learn.train import Recipe, train, train_networks
+from billow.rom.learn.train import Recipe, train
 from billow.rom.surrogate.surrogate import Surrogate
 
 SEEDS = (0, 1)
@@ -108,21 +100,24 @@ def case_results(
     progress: called as progress(done, total, what) before each piece
     Errors as `train` and `evaluate`; E-CPL-001 if no training run felt a force.
     """
-    fits_each = 1 + 2 * len(SEEDS) + case.forces
-    announce = Announcer(progress, len(there.sizes) * (fits_each + 2) + 3 + 3 * case.forces + (recipe is not None))
-    sizes, last = {}, None
-    for size, runs in there.sizes.items():
-        sizes[size], last = _size(case, dataset, there, size, runs, kept, memory, announce)
-    runs, modes, recipe_fit = there.sizes[there.largest], _modes(dataset, there), None
-    if recipe is not None:
-        inside = announce(f"the paper's recipe for {recipe}, N_DOE = {there.largest}")
-        recipe_fit = paper_recipe(dataset, last, case, recipe, kept, epochs=recipe_epochs, progress=inside)
-    inside = announce(f"surrogate with intervals, N_DOE = {there.largest}")
-    learned = {"of": fingerprint(dataset, runs), "modes": modes} | shared_settings()
-    ours = Recipe(modes=modes, memory=memory)
-    surrogate = kept.model(
-        Surrogate, "surrogate", learned | {"memory": memory}, lambda: train(dataset, ours, runs=runs, progress=inside)
+    announce = Announcer(
+        progress, len(there.sizes) * (1 + 2 * len(SEEDS) + case.forces) + 3 + 2 * case.forces + (recipe is not None)
     )
+    sizes, modes = {}, _modes(dataset, there)
+    for size, runs in there.sizes.items():
+        most = min(len(runs) * len(dataset.times), len(dataset.reference))
+        counts = tuple(count for count in SWEEP_MODES if count <= most)
+        nested = NestedDesign(dataset, runs, there.unseen, counts[-1], memory)
+        sizes[size] = _size(case, nested, size, counts, modes, kept, announce)
+    largest = f"N_DOE = {there.largest}"
+    recipe_fit = None
+    if recipe is not None:
+        inside = announce(f"the paper's recipe for {recipe}, {largest}")
+        recipe_fit = paper_recipe(nested, case, recipe, kept, epochs=recipe_epochs, progress=inside)
+    inside = announce(f"surrogate with intervals, {largest}")
+    learned = {"of": fingerprint(dataset, runs), "modes": modes, "memory": memory} | shared_settings()
+    ours = Recipe(modes=modes, memory=memory)
+    surrogate = kept.model(Surrogate, "surrogate", learned, lambda: train(dataset, ours, runs=runs, progress=inside))
     announce("comparing with unseen runs and baselines")
     evaluation = evaluate(dataset, surrogate, sizes=())
     announce("measuring times")
@@ -131,9 +126,8 @@ def case_results(
     if case.forces:
         inside = announce("coupled model")
         coupled = kept.model(Coupled, "coupled", learned, lambda: Coupled.train(dataset, surrogate, progress=inside))
-        inside = announce(f"surrogate with true forces, N_DOE = {there.largest}")
-        informed = _with_forces(dataset, runs, there.unseen, last, ours, kept, inside)
         announce("coupled model on unseen runs")
+        informed = sizes[there.largest].forces[0].surrogate
         coupled_evaluation = evaluate_coupled(dataset, coupled, with_forces=informed)
     return CaseResults(
         case, dataset, there.notes, sizes, evaluation, inference, coupled, coupled_evaluation, recipe_fit
@@ -146,39 +140,19 @@ def _modes(dataset, there: Available) -> int:
     return min(MODES, columns, len(dataset.reference))
 
 
-def _size(case, dataset, there, size, runs, kept, memory, announce) -> tuple[Size, Reduced]:
-    most = min(len(runs) * len(dataset.times), len(dataset.reference))
-    counts = tuple(count for count in SWEEP_MODES if count <= most)
-    announce(f"bases, N_DOE = {size}")
-    made = reduced(dataset, runs, there.unseen, counts[-1], kept, memory)
-    announce(f"force inputs, N_DOE = {size}")
-    known = force_inputs(dataset, runs, there.unseen, made, kept, memory)
-    modes = (_modes(dataset, there),)
+def _size(case, nested: NestedDesign, size: int, counts, modes: int, kept: Kept, announce: Announcer) -> Size:
+    def fit(counts, seed, forces):
+        kind = "with" if forces else "no"
+        inside = announce(f"networks, N_DOE = {size}, K = {counts[-1]}, seed {seed}, {kind} forces")
+        return nested.fit(counts, seed, forces, kept, inside)
 
-    def trained(counts, seed, forces):
-        inside = announce(
-            f"networks, N_DOE = {size}, K = {counts[-1]}, seed {seed}, {'with' if forces else 'no'} forces"
-        )
-        return fit(dataset, made, counts, kept, seed=seed, forces=known if forces else None, progress=inside)
-
+    sweep = fit(counts, SEEDS[0], False)
     return Size(
-        runs=len(runs),
-        generation=float(np.sum(dataset.wall_seconds(runs))),
-        pod=made.reduction.pod_cpu_seconds,
-        sweep=trained(counts, SEEDS[0], False),
-        sweep_forces=trained(counts, SEEDS[0], True) if case.forces else None,
-        plain=tuple(trained(modes, seed, False) for seed in SEEDS),
-        forces=tuple(trained(modes, seed, True) for seed in SEEDS),
-    ), made
-
-
-def _with_forces(dataset, runs, test, made: Reduced, recipe: Recipe, kept, inside) -> Surrogate:
-    """A surrogate of the largest design that sees the contact forces of the previous time."""
-    known = force_inputs(dataset, runs, test, made, kept, recipe.memory)
-    given, reduction = (known.model, known.seen), made.reduction.cut(recipe.modes)
-    with_forces = replace(recipe, seed=SEEDS[0], force_modes=FORCE_MODES, force_components=FORCE_COMPONENTS)
-    inputs = {"of": made.made_of, "modes": recipe.modes, "force_modes": known.model.width} | shared_settings()
-    return kept.model(
-        Surrogate, "surrogate-with-forces", inputs,
-        lambda: train_networks(dataset, reduction, with_forces, given, inside),
-    )  # fmt: skip
+        runs=len(nested.runs),
+        generation=float(np.sum(nested.dataset.wall_seconds(nested.runs))),
+        pod=sweep.surrogate.training["pod_cpu_seconds"],
+        sweep=sweep,
+        sweep_forces=fit(counts, SEEDS[0], True) if case.forces else None,
+        plain=tuple(fit((modes,), seed, False) for seed in SEEDS),
+        forces=tuple(fit((modes,), seed, True) for seed in SEEDS),
+    )

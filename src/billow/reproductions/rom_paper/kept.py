@@ -1,7 +1,8 @@
-"""Finished pieces of long work, kept on disk: the same inputs get the same piece at once."""
+"""Finished models, kept on disk: the same inputs get the same model at once."""
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import json
 from collections.abc import Callable
@@ -11,20 +12,17 @@ from typing import TypeVar
 import numpy as np
 
 from billow import __version__
+from billow.base.errors import InputError, IntegrityError
 from billow.results.atomic import write_atomically
 from billow.results.dataset_files import mesh_sha256
-from billow.results.tensor_file import read_tensors, write_tensors
 from billow.rom.learn.dataset import Dataset
 from billow.rom.learn.train import import_network
-
-Piece = tuple[dict[str, np.ndarray], dict]
-"""Arrays and a JSON record."""
 
 Model = TypeVar("Model")
 
 
 class Kept:
-    """A folder of pieces, each named after what it is and a digest of everything it was made from."""
+    """A folder of models, each named after what it is and a digest of everything it was made from."""
 
     def __init__(self, folder: Path):
         self.folder = folder
@@ -32,24 +30,16 @@ class Kept:
         write_atomically(folder / ".gitignore", "*\n")  # large, and made again by the command that made them
 
     def path(self, name: str, inputs: dict) -> Path:
-        """Where a piece lies, or will. inputs: everything it depends on, plain JSON; the version of Billow is added."""
+        """Where a model lies, or will. inputs: everything it depends on, plain JSON; the version of Billow is added."""
         text = json.dumps({"billow": __version__, **inputs}, sort_keys=True)
         return self.folder / f"{name}-{hashlib.sha256(text.encode()).hexdigest()[:16]}.safetensors"
 
-    def piece(self, name: str, inputs: dict, make: Callable[[], Piece]) -> Piece:
-        """The piece, read if it is there and whole, else made and written."""
-        path = self.path(name, inputs)
-        try:
-            return read_tensors(path, ValueError)
-        except (OSError, ValueError):
-            write_tensors(path, *make())
-        return read_tensors(path, ValueError)
-
     def model(self, kind: type[Model], name: str, inputs: dict, make: Callable[[], Model]) -> Model:
-        """A `Surrogate` or `Coupled`, loaded if it is there, else made and saved."""
+        """A `Surrogate` or `Coupled`, read if it is there and whole, else made and saved."""
         path = self.path(name, inputs)
-        if not path.is_file():
-            make().save(path)
+        with contextlib.suppress(InputError, IntegrityError):
+            return kind.load(path)
+        make().save(path)
         return kind.load(path)
 
 

@@ -12,11 +12,10 @@ from pathlib import Path
 import numpy as np
 
 from billow.reproductions.rom_paper.kept import Kept
-from billow.reproductions.rom_paper.nested_design import Reduced
+from billow.reproductions.rom_paper.nested_design import NestedDesign
 from billow.reproductions.rom_paper.published import EPOCHS, MODES, PublishedCase
 from billow.results.tensor_file import read_tensors, write_tensors
 from billow.rom.judge.errors import Summary
-from billow.rom.learn.dataset import Dataset
 from billow.rom.learn.progress import Progress
 from billow.rom.learn.train import import_network
 from billow.rom.surrogate.basis import COMPONENTS
@@ -74,8 +73,7 @@ class _Sittings:
 
 
 def paper_recipe(
-    dataset: Dataset,
-    reduced: Reduced,
+    nested: NestedDesign,
     case: PublishedCase,
     component: str,
     kept: Kept,
@@ -88,23 +86,21 @@ def paper_recipe(
     component: "x", "y" or "z". Errors as `train`.
     """
     index = COMPONENTS.index(component)
-    reduction = reduced.reduction.cut(min(MODES, len(reduced.reduction.bases[0].modes)))
-    known = reduction.coefficients[:, :, index : index + 1]
-    design, times = reduction.design, reduction.times
-    inputs = InputScaling(*bounds(dataset.parameters), float(times[0]), float(times[-1]), "paper")
-    outputs = OutputScaling.of(known, times, "paper")
-    modes = known.shape[3]
-    targets = outputs.forward(known.reshape(*known.shape[:2], modes)).reshape(-1, modes)
-    settings = {"of": reduced.made_of, "component": component, "epochs": epochs, "modes": modes, "case": case.name}
+    reduction = nested.reduction.cut(min(MODES, nested.modes))
+    known = reduction.coefficients[:, :, index]
+    design, times, modes = reduction.design, reduction.times, known.shape[2]
+    inputs = InputScaling(*bounds(nested.dataset.parameters), float(times[0]), float(times[-1]), "paper")
+    outputs = OutputScaling.of(known[:, :, None], times, "paper")
+    settings = nested.made_of | {"component": component, "epochs": epochs, "modes": modes, "case": case.name}
     sittings = _Sittings(kept.path("paper-recipe", settings))
     weights, biases = import_network().train_paper(
-        inputs(design, times), targets, epochs=epochs, progress=progress, hidden=case.hidden, rate=case.rate,
-        checkpoint=sittings,
+        inputs(design, times), outputs.forward(known).reshape(-1, modes), epochs=epochs, progress=progress,
+        hidden=case.hidden, rate=case.rate, checkpoint=sittings,
     )  # fmt: skip
     spent = read_tensors(sittings.path, ValueError)[1]["cpu_seconds"]
     regression = Regression("paper", weights, biases, inputs, outputs)
-    learned = regression(reduced.unseen_design, times)  # (runs, times, modes)
-    best = reduced.unseen.known[:, :, index, :modes]
-    wrong = np.square(learned - best, dtype=float).sum(axis=2) / reduced.unseen.nodes
-    rmse = np.sqrt(wrong + np.square(reduced.unseen.truncation(modes)[:, :, index]))
+    learned = regression(np.asarray(nested.dataset.design(nested.unseen), float), times)  # (runs, times, modes)
+    seen = nested.projection(nested.reduction.bases)
+    wrong = np.square(learned - seen.known[:, :, index, :modes], dtype=float).sum(axis=2) / seen.nodes
+    rmse = np.sqrt(wrong + np.square(seen.truncation(modes)[:, :, index]))
     return RecipeFit(component, modes, epochs, rmse, spent)

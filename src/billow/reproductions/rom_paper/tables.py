@@ -225,7 +225,7 @@ def recipe_table(results: CaseResults) -> Table:
     summary = ours.summary(COMPONENTS.index(paper.component))
     fits = {
         f"paper: {paper.networks} networks, {paper.epochs:,} epochs": (paper.component, paper.summary, paper),
-        f"ours: one shared ensemble, {ours.epochs} epochs": ("x, y and z", summary, ours),
+        f"ours: one shared ensemble, {ours.surrogate.training['epochs']} epochs": ("x, y and z", summary, ours),
     }
     rows = [
         {"recipe": name, "trained": trained}
