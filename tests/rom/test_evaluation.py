@@ -133,13 +133,9 @@ def test_break_even_counts_generation_and_training():
     timing = Timing(
         simulation=4.0,
         generation=120.0,
-        reading=1.0,
-        pod=1.0,
-        network=2.0,
-        calibration=1.0,
+        training=5.0,
         inference=Inference(0.005, (0.001,) * 3, 0.01, 0.1, 0.002),
     )
-    assert timing.training == 5.0
     assert timing.speed_up == 400.0
     # 120 + 5 + 0.01 n <= 4 n from n = 31.33 on; without training it would be 31
     assert timing.break_even == 32

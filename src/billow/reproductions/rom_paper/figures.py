@@ -12,15 +12,15 @@ from billow.base.plot_style import GREY, INK
 from billow.reproductions.rom_paper.case_results import CaseResults
 from billow.rom.coupled.coupled_folder import SHOWN_CLASS, plot_motion
 from billow.rom.coupled.impactor import ImpactorMotion
-from billow.rom.judge.figures import AXES, MILLI, SOLVER, SURROGATE, mode_ticks, plain_log
+from billow.rom.judge.figures import AXES, MILLI, SOLVER, SURROGATE, mode_ticks, new_figure, plain_log
 from billow.rom.surrogate.basis import COMPONENTS
 
 
 def force_inputs(results: CaseResults) -> Figure:
     """Paper Figure 7: each component against N_DOE, without forces (solid) and with the true ones (dashed)."""
-    figure = Figure(figsize=(9.0, 3.6), layout="constrained")
+    figure, panels = new_figure(9.0, 3.6, 3)
     sizes = list(results.sizes)
-    for c, axes in enumerate(figure.subplots(1, 3)):
+    for c, axes in enumerate(panels):
         for name, style, marker in (("plain", "-", "o"), ("forces", "--", "s")):
             fits = [getattr(made, name) for made in results.sizes.values()]
             each = MILLI * np.array([[f.summary(c).mean for f in size] for size in fits])  # (sizes, seeds)
@@ -38,8 +38,8 @@ def force_inputs(results: CaseResults) -> Figure:
 def truncation_and_regression(results: CaseResults) -> Figure:
     """Each component against K at the largest N_DOE: what modes lose, and what networks add."""
     sweep = results.sizes[results.largest].sweep
-    figure = Figure(figsize=(9.0, 3.6), layout="constrained")
-    for c, axes in enumerate(figure.subplots(1, 3)):
+    figure, panels = new_figure(9.0, 3.6, 3)
+    for c, axes in enumerate(panels):
         for values, style, label in (
             (sweep.rmse, {"ls": "-", "marker": "o", "color": AXES[c]}, "surrogate"),
             (sweep.regression, {"ls": "--", "color": AXES[c], "lw": 1.2}, "regression"),
@@ -55,8 +55,7 @@ def truncation_and_regression(results: CaseResults) -> Figure:
 
 def learning_curve(results: CaseResults) -> Figure:
     """Mean RMSE of each component against training runs, and the power law through it."""
-    figure = Figure(figsize=(5.6, 3.9), layout="constrained")
-    axes = figure.subplots()
+    figure, axes = new_figure(5.6, 3.9)
     sizes = np.array(list(results.sizes), float)
     for c, (axis, colour, mark) in enumerate(zip(COMPONENTS, AXES, "os^", strict=True)):
         curve = results.learning_curve(c)
@@ -77,8 +76,7 @@ def recipes(results: CaseResults) -> Figure:
     recipe = results.recipe
     c = COMPONENTS.index(recipe.component)
     ours = results.sizes[results.largest].plain[0].rmse[-1, :, :, c]
-    figure = Figure(figsize=(8.8, 3.6), layout="constrained")
-    left, right = figure.subplots(1, 2)
+    figure, (left, right) = new_figure(8.8, 3.6, 2)
     time = MILLI * results.surrogate.times
     for rmse, colour, label in ((recipe.rmse, AXES[1], "the paper's recipe"), (ours, SURROGATE, "ours")):
         values = MILLI * np.sort(rmse, axis=None)
@@ -99,8 +97,7 @@ def coupled_motion(results: CaseResults) -> Figure:
     overall = found.overall(f"acceleration CFC {SHOWN_CLASS}")
     order = np.argsort(overall)
     chosen = (("typical", order[len(order) // 2]), ("worst", order[0]))
-    figure = Figure(figsize=(9.0, 5.6), layout="constrained")
-    panels = figure.subplots(2, 3, sharex=True)
+    figure, panels = new_figure(9.0, 5.6, 6, rows=2, sharex=True)
     for row, (kind, index) in zip(panels, chosen, strict=True):
         run = found.runs[index]
         truth = ImpactorMotion.of_run(results.dataset.result(run), coupled.impactor.name)
@@ -108,11 +105,6 @@ def coupled_motion(results: CaseResults) -> Figure:
         plot_motion(row, truth, color=SOLVER, lw=2.4)
         plot_motion(row, answer, color=SURROGATE, lw=1.3)
         row[0].set_title(f"Run {run}, {kind}: rating {overall[index]:.2f}")
-        labels = (f"acceleration, CFC {SHOWN_CLASS} [g]", "velocity [m/s]", "displacement [mm]")
-        for axes, label in zip(row, labels, strict=True):
-            axes.set_ylabel(label)
-    for axes in panels[1]:
-        axes.set_xlabel("time [ms]")
     marks = [Line2D([], [], color=SOLVER, lw=2.4), Line2D([], [], color=SURROGATE, lw=1.3)]
     figure.legend(marks, ["solver", "coupled model"], loc="outside lower center", ncols=2)
     return figure

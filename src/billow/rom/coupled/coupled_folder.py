@@ -52,20 +52,20 @@ def draw_motion(motion: ImpactorMotion) -> bytes:
     """Acceleration, velocity and displacement along the bag's axis as SVG."""
     with matplotlib.rc_context(STYLE):
         figure = Figure(figsize=(10.5, 3.2), layout="constrained")
-        panels = figure.subplots(1, 3)
-        titles = (f"Acceleration, CFC {SHOWN_CLASS} [g]", "Velocity [m/s]", "Displacement [mm]")
-        plot_motion(panels, motion, label="coupled model")
-        for panel, title in zip(panels, titles, strict=True):
-            panel.set(title=title, xlabel="Time [ms]")
-        panels[0].legend()
+        plot_motion(figure.subplots(1, 3), motion)
         text = io.BytesIO()
         figure.savefig(text, format="svg")
         return text.getvalue()
 
 
 def plot_motion(panels, motion: ImpactorMotion, **style) -> None:
-    """Acceleration [g], velocity [m/s] and displacement [mm] along the bag's axis against time [ms] in three panels."""
+    """Acceleration, velocity and displacement along the bag's axis against time in three panels."""
     middles, acceleration = motion.acceleration(SHOWN_CLASS)
-    panels[0].plot(1e3 * middles, acceleration[:, Z] / GRAVITY, **style)
-    panels[1].plot(1e3 * motion.times, motion.velocity[:, Z], **style)
-    panels[2].plot(1e3 * motion.times, 1e3 * motion.displacement[:, Z], **style)
+    curves = {
+        f"acceleration, CFC {SHOWN_CLASS} [g]": (middles, acceleration[:, Z] / GRAVITY),
+        "velocity [m/s]": (motion.times, motion.velocity[:, Z]),
+        "displacement [mm]": (motion.times, 1e3 * motion.displacement[:, Z]),
+    }
+    for axes, (label, (times, values)) in zip(panels, curves.items(), strict=True):
+        axes.plot(1e3 * times, values, **style)
+        axes.set(xlabel="time [ms]", ylabel=label)

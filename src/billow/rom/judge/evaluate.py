@@ -11,7 +11,7 @@ from billow.results.dataset_files import mesh_sha256, same_times
 from billow.rom.judge.baselines import baselines
 from billow.rom.judge.errors import ErrorsByModes, LearningCurve, Summary, fit_learning_curve, project, snapshot_rmse
 from billow.rom.judge.interval_check import IntervalCheck, check_intervals
-from billow.rom.judge.timing import Timing, measure
+from billow.rom.judge.timing import Timing, measure, training_seconds
 from billow.rom.learn.dataset import Dataset, read_run
 from billow.rom.learn.left_out import LeftOut, left_out
 from billow.rom.learn.progress import Announcement, Announcer
@@ -221,7 +221,7 @@ def _sweep(dataset, surrogate, runs, modes, memory) -> SweepModel:
     return SweepModel(
         runs=len(runs),
         generation=float(np.sum(dataset.wall_seconds(runs))),
-        training=sum(model.training[f"{step}_seconds"] for step in ("read", "pod", "network")),
+        training=sum(training_seconds(model).values()),
         errors=ErrorsByModes.of(counts, unseen, model.coefficients(dataset.design(dataset.test))),
     )
 

@@ -46,7 +46,7 @@ def error_against_modes(
     true_forces: of models that see the contact forces of the unseen runs, dashed; reference_length: [m], an axis on
     the right shows errors as a part of it
     """
-    figure, axes = _figure(6.6, 4.0)
+    figure, axes = new_figure(6.6, 4.0)
     for colour, (size, sweep) in zip(shades(len(sweeps)), sweeps.items(), strict=True):
         axes.plot(sweep.counts, MILLI * sweep.means(Z), "o-", ms=4, color=colour, label=f"{size} training runs")
         if true_forces:
@@ -68,7 +68,7 @@ def error_against_modes(
 def error_distribution(sweeps: dict[int, ErrorsByModes]) -> Figure:
     """Paper Figures 5 and 8: the z RMSE of unseen snapshots against the number of modes, for each number of training
     runs."""
-    figure, panels = _figure(max(3.0 * len(sweeps), 4.4), 3.9, len(sweeps), sharey=True)
+    figure, panels = new_figure(max(3.0 * len(sweeps), 4.4), 3.9, len(sweeps), sharey=True)
     panels = np.atleast_1d(panels)
     for axes, colour, (size, sweep) in zip(panels, shades(len(sweeps)), sweeps.items(), strict=True):
         rows = [sweep.summary(Z, row) for row in range(len(sweep.counts))]
@@ -97,7 +97,7 @@ def evaluation_time(making: dict[int, float], simulation: float, inference: floa
     reach, even = 1.5 * max(making), break_even(making[close_up], simulation, inference)
     reach, centre = max(reach, 1.5 * (even or 0)), even or close_up
     unit, name = (60.0, "min") if reach * simulation > 600.0 else (1.0, "s")
-    figure, (wide, close) = _figure(8.8, 3.7, 2)
+    figure, (wide, close) = new_figure(8.8, 3.7, 2)
     for axes, start, stop in ((wide, 0, reach), (close, 0.85 * centre, 1.15 * centre)):
         count = np.array([start, stop])
         axes.plot(count, count * simulation / unit, color=SOLVER, lw=2.0, label="solver")
@@ -135,7 +135,7 @@ def cross_sections(evaluation: Evaluation, dataset: Dataset, run: str) -> Figure
     window = np.array([(reached[:, k].min() - margin, reached[:, k].max() + margin) for k in (0, 2)])
     rows = -(-len(chosen) // 3)
     height = rows * (8.8 / 3 * np.ptp(window[1]) / np.ptp(window[0]) + 0.35) + 0.7
-    figure, panels = _figure(8.8, height, min(len(chosen), 3) * rows, rows=rows, sharex=True, sharey=True)
+    figure, panels = new_figure(8.8, height, min(len(chosen), 3) * rows, rows=rows, sharex=True, sharey=True)
     result = dataset.result(run)
     for axes, step in zip(np.ravel(panels), chosen, strict=False):
         for obstacle in obstacles_at(result, times[step]):
@@ -155,7 +155,7 @@ def cross_sections(evaluation: Evaluation, dataset: Dataset, run: str) -> Figure
 
 def singular_values(evaluation: Evaluation) -> Figure:
     """How fast the singular values fall, and where the basis was cut."""
-    figure, axes = _figure(6.4, 3.2)
+    figure, axes = new_figure(6.4, 3.2)
     for basis, colour, name in zip(evaluation.surrogate.bases, AXES, COMPONENTS, strict=True):
         values = basis.singular_values
         if values[0] > 0.0:
@@ -177,7 +177,7 @@ def singular_values(evaluation: Evaluation) -> Figure:
 
 def error_against_time(evaluation: Evaluation) -> Figure:
     """RMSE of each component over the deployment: mean, 10 to 90 percentile and worst of the unseen runs."""
-    figure, panels = _figure(9.2, 3.3, 3)
+    figure, panels = new_figure(9.2, 3.3, 3)
     time = evaluation.surrogate.times * MILLI
     for c, (axes, colour) in enumerate(zip(panels, AXES, strict=True)):
         error = evaluation.errors["surrogate"][:, :, c] * MILLI
@@ -196,7 +196,7 @@ def error_against_time(evaluation: Evaluation) -> Figure:
     return figure
 
 
-def _figure(width, height, panels=1, rows=1, **options):
+def new_figure(width, height, panels=1, rows=1, **options):
     figure = Figure(figsize=(width, height), layout="constrained")
     return figure, figure.subplots(rows, -(-panels // rows), **options)
 

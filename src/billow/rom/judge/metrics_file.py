@@ -12,7 +12,7 @@ from billow.results.atomic import write_atomically
 from billow.rom.judge.baselines import BASELINES
 from billow.rom.judge.errors import accuracy
 from billow.rom.judge.evaluate import Evaluation
-from billow.rom.judge.timing import Timing
+from billow.rom.judge.timing import training_seconds
 from billow.rom.surrogate.basis import COMPONENTS
 
 FORMAT = 1
@@ -83,7 +83,7 @@ def metrics(evaluation: Evaluation) -> dict:
             "between_training_designs": coverage.between if np.isfinite(coverage.between) else None,
             "part_of_range": {parameter.name: part for parameter, part in ranges},
         },
-        "timing_s": _seconds(timing),
+        "timing_s": _seconds(evaluation),
         "speed_up": timing.speed_up,
         "break_even_evaluations": timing.break_even,
         "ledgers": {
@@ -94,9 +94,13 @@ def metrics(evaluation: Evaluation) -> dict:
     }
 
 
-def _seconds(timing: Timing) -> dict:
-    parts, asked = asdict(timing) | {"training": timing.training}, timing.inference
-    return parts | {
+def _seconds(evaluation) -> dict:
+    timing, asked = evaluation.timing, evaluation.timing.inference
+    return {
+        "simulation": timing.simulation,
+        "generation": timing.generation,
+        **training_seconds(evaluation.surrogate),
+        "training": timing.training,
         "inference": asked.whole,
         "coefficients": asked.networks,
         "loading": asked.loading,

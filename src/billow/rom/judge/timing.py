@@ -37,21 +37,13 @@ class Timing:
     """Times behind paper Tables 2 and 3 and Figure 6: [s].
 
     simulation: mean of one training run; generation: all training runs together
-    reading, pod, network, calibration: the steps of training; inference: of one deployment
+    training: from finished runs to a finished surrogate; inference: of one deployment
     """
 
     simulation: float
     generation: float
-    reading: float
-    pod: float
-    network: float
-    calibration: float
+    training: float
     inference: Inference
-
-    @property
-    def training(self) -> float:
-        """From finished runs to a finished surrogate: [s]."""
-        return self.reading + self.pod + self.network + self.calibration
 
     @property
     def speed_up(self) -> float:
@@ -70,18 +62,17 @@ def break_even(making: float, simulation: float, inference: float) -> int | None
     return math.ceil(making / gain) if gain > 0.0 else None
 
 
+def training_seconds(surrogate: Surrogate) -> dict[str, float]:
+    """[s] of each step of training."""
+    steps = {"reading": "read", "pod": "pod", "network": "network", "calibration": "calibration"}
+    return {name: surrogate.training.get(f"{key}_seconds", 0.0) for name, key in steps.items()}
+
+
 def measure(dataset: Dataset, surrogate: Surrogate) -> Timing:
     """Measure inference on this machine, wall time, and take the rest from the records of runs and training."""
-    training, seconds = surrogate.training, dataset.wall_seconds(surrogate.runs)
-    return Timing(
-        simulation=float(np.mean(seconds)),
-        generation=float(np.sum(seconds)),
-        reading=training["read_seconds"],
-        pod=training["pod_seconds"],
-        network=training["network_seconds"],
-        calibration=training.get("calibration_seconds", 0.0),
-        inference=measure_inference(surrogate, dataset.design(surrogate.runs[:1])[0], time.perf_counter),
-    )
+    seconds, training = dataset.wall_seconds(surrogate.runs), sum(training_seconds(surrogate).values())
+    asked = measure_inference(surrogate, dataset.design(surrogate.runs[:1])[0], time.perf_counter)
+    return Timing(float(np.mean(seconds)), float(np.sum(seconds)), training, asked)
 
 
 def measure_inference(surrogate: Surrogate, design: np.ndarray, clock: Callable[[], float]) -> Inference:

@@ -55,13 +55,14 @@ def factor(matrix: np.ndarray, rank: int, seed: int) -> tuple[np.ndarray, np.nda
     not drowned in float32 rounding. NumericalStop E-ROM-013 if a product overflows.
     """
     start = np.random.default_rng(seed).standard_normal((matrix.shape[1], rank), dtype=np.float32)
-    with np.errstate(over="ignore", invalid="ignore"):  # told by _finite: what overflows stays so to the end
+    with np.errstate(over="ignore", invalid="ignore"):  # told below: what overflows stays so to the end
         columns = _orthonormal(matrix @ start)
         for _ in range(POWER_ITERATIONS):
             rows = _orthonormal(matrix.T @ columns.astype(np.float32))
             columns = _orthonormal(matrix @ rows.astype(np.float32))
         # B = Q^T Y is small and wide. B^T = Q' R gives B the left vectors of R^T; its condition is not squared.
-        wide = _finite(matrix.T @ columns.astype(np.float32))
+        wide = matrix.T @ columns.astype(np.float32)
+    _require(np.isfinite(wide).all(), "a product with the snapshots overflowed")
     left, singular, _ = np.linalg.svd(np.linalg.qr(wide.astype(float), mode="r").T, full_matrices=False)
     return columns @ left, singular
 
@@ -95,8 +96,7 @@ def make_basis(left: np.ndarray, singular: np.ndarray, energy: float, modes: int
     largest = np.take_along_axis(kept, np.abs(kept).argmax(axis=1)[:, None], axis=1)
     kept = (kept * np.sign(largest)).astype(np.float32)
     error = orthogonality_error(kept)
-    if not error < 1e-5:
-        raise _not_orthonormal(f"largest deviation {error:.1e}, limit 1e-5")
+    _require(error < 1e-5, f"largest deviation {error:.1e}, limit 1e-5")
     return Basis(kept, singular, energy)
 
 
@@ -110,20 +110,15 @@ def _orthonormal(matrix):
     return np.linalg.qr(matrix.astype(float))[0]
 
 
-def _finite(product):
-    if not np.isfinite(product).all():
-        raise _not_orthonormal("a product with the snapshots overflowed")
-    return product
-
-
-def _not_orthonormal(how: str) -> NumericalStop:
-    return NumericalStop(
-        "E-ROM-013",
-        f"the reduced basis is not orthonormal ({how})",
-        where="proper orthogonal decomposition",
-        why="the linear algebra library returned a wrong factorisation, or snapshots overflow float32",
-        remedy="check the displacements of the runs for values beyond 1e15 m",
-    )
+def _require(sound: bool, otherwise: str) -> None:
+    if not sound:
+        raise NumericalStop(
+            "E-ROM-013",
+            f"the reduced basis is not orthonormal ({otherwise})",
+            where="proper orthogonal decomposition",
+            why="the linear algebra library returned a wrong factorisation, or snapshots overflow float32",
+            remedy="check the displacements of the runs for values beyond 1e15 m",
+        )
 
 
 @dataclass(frozen=True)
