@@ -21,9 +21,9 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 import numpy as np
 
 from billow.results.dataset_files import Parameter
+from billow.rom.learn.dataset import snapshot_bytes
 from billow.rom.learn.reduction import DEFAULT_MEMORY, reduce_runs
-from billow.rom.learn.snapshots import snapshot_bytes
-from billow.rom.surrogate.surrogate import Surrogate
+from billow.rom.learn.train import Recipe, train
 
 NODES, TIMES, SHAPES = 10_082, 50, 60
 
@@ -78,7 +78,7 @@ def paper() -> None:
     """Bases and networks of 400 runs, and answers of the result."""
     dataset = Synthetic(400)
     begun = time.process_time()
-    surrogate = Surrogate.train(dataset, calibrate=False)
+    surrogate = train(dataset, Recipe(calibrate=False))
     spent = time.process_time() - begun - dataset.seconds
     size = f"20,000 snapshots of {NODES:,} nodes, three components, 12 modes"
     row(f"bases and networks, {size} (aim: 60 CPU s)", f"{spent:.1f} CPU s, {surrogate.training['epochs']} epochs")

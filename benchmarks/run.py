@@ -28,6 +28,7 @@ from billow.case.schema import Case
 from billow.cli.demo import CASE
 from billow.parts.gas.supply.jets import UPDATE_INTERVAL, aim
 from billow.results.dataset import Dataset
+from billow.rom.learn.train import Recipe, train
 from billow.rom.surrogate.surrogate import Surrogate
 from billow.run.recorder import environment
 from billow.solver import nodes
@@ -126,10 +127,10 @@ def inference(study: Path) -> dict[str, str]:
     """One deployment against copying its output, training time of both recipes, speed-up over the solver."""
     dataset = Dataset.open(study)
     begun = time.perf_counter()
-    surrogate = Surrogate.train(dataset, calibrate=False)  # as the paper's recipe, which has no intervals
+    surrogate = train(dataset, Recipe(calibrate=False))  # as the paper's recipe, which has no intervals
     trained = time.perf_counter() - begun
     paper_epochs = 300
-    paper = Surrogate.train(dataset, "paper", epochs=paper_epochs)
+    paper = train(dataset, Recipe("paper", epochs=paper_epochs))
     paper_seconds = paper.training["network_seconds"] / paper_epochs * 15_000
     design = np.array([0.5 * (p.low + p.high) for p in dataset.parameters])
     output = surrogate.predict(design)

@@ -7,7 +7,7 @@ import itertools
 import numpy as np
 
 from billow.results.dataset_files import Parameter, mesh_sha256
-from billow.rom.learn.basis import Basis
+from billow.rom.surrogate.basis import Basis
 from billow.rom.surrogate.regression import Regression
 from billow.rom.surrogate.scaling import InputScaling, OutputScaling
 from billow.rom.surrogate.surrogate import Surrogate

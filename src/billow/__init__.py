@@ -4,7 +4,7 @@
     case = billow.Case.load("driver.toml")
     result = billow.simulate(case, "runs/driver")
     study = billow.Study.open("my_study")
-    surrogate = billow.Surrogate.load("my_study/surrogate.safetensors")
+    surrogate = billow.train(study.dataset())
 
 Names are imported on first use, so that `import billow` loads neither compiled kernels nor torch.
 """
@@ -18,6 +18,8 @@ _HOME = {
     "Study": "billow.study.study",
     "Dataset": "billow.results.dataset",
     "Surrogate": "billow.rom.surrogate.surrogate",
+    "Recipe": "billow.rom.learn.train",
+    "train": "billow.rom.learn.train",
     "BillowError": "billow.base.errors",
 }
 __all__ = list(_HOME)

@@ -9,8 +9,8 @@ from here import Here
 from triggers_surrogates import ANSWERABLE
 
 from billow.rom.coupled.coupled_model import Coupled
-from billow.rom.coupled.impactor_of_design import ImpactorOfDesign
-from billow.rom.learn.force_inputs import ForceInputs
+from billow.rom.coupled.impactor import ImpactorOfDesign
+from billow.rom.learn.force_modes import learn_force_inputs
 from billow.rom.surrogate.surrogate import Surrogate
 
 
@@ -34,7 +34,7 @@ def study_of(locked: bool) -> SimpleNamespace:
 
 
 def couple_with_forces(here: Here):
-    surrogate = SimpleNamespace(training={"runs": ["0"]}, forces="z")
+    surrogate = SimpleNamespace(runs=("0",), forces="z")
     histories = {"time [s]": np.arange(9) * 1e-4} | {
         f"head_{name}_{axis} [{unit}]": np.zeros(9)
         for name, unit in (("centre", "m"), ("velocity", "m/s"))
@@ -46,7 +46,7 @@ def couple_with_forces(here: Here):
 
 
 TRIGGERS = {
-    "E-CPL-001": lambda here: ForceInputs.learn(None, (), 3, "w", 0),
+    "E-CPL-001": lambda here: learn_force_inputs(None, (), 3, "w", 0),
     "E-CPL-002": lambda here: Surrogate.load(here.bench.surrogate).predict(ANSWERABLE, previous_forces=np.zeros(3)),
     "E-CPL-003": lambda here: ImpactorOfDesign.learn(study_of(locked=True), ["0", "1"]),
     "E-CPL-004": lambda here: ImpactorOfDesign.learn(study_of(locked=False), ["0", "1"]),

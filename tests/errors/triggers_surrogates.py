@@ -14,12 +14,13 @@ from here import Here
 from billow.reproductions.rom_paper.jets import compare_jets
 from billow.results.dataset_files import Parameter
 from billow.rom.judge.evaluate import evaluate
-from billow.rom.learn import basis
-from billow.rom.learn.snapshots import collect
+from billow.rom.learn import pod
+from billow.rom.learn.dataset import collect
 from billow.rom.learn.suggest import suggest
-from billow.rom.surrogate import onnx_file, onnx_graph
+from billow.rom.learn.train import Recipe, train
+from billow.rom.surrogate import onnx_export
 from billow.rom.surrogate.intervals import Intervals
-from billow.rom.surrogate.onnx_file import export_onnx
+from billow.rom.surrogate.onnx_export import export_onnx
 from billow.rom.surrogate.surrogate import Surrogate
 from trust.small_surrogate import small_surrogate
 
@@ -57,7 +58,7 @@ def without_torch(here: Here):
     without(here, "torch")
     here.patch.delitem(sys.modules, "billow.rom.learn.network", raising=False)
     here.patch.delattr("billow.rom.learn.network", raising=False)
-    Surrogate.train(dataset())
+    train(dataset())
 
 
 def one_network_each(here: Here):
@@ -67,8 +68,8 @@ def one_network_each(here: Here):
 
 
 def bad_factors(here: Here):
-    here.patch.setattr(basis, "_orthonormal", lambda matrix: np.linalg.qr(matrix.astype(float))[0] * 1.1)
-    basis.pod(np.random.default_rng(1).normal(size=(6, 5)).astype(np.float32), 2)
+    here.patch.setattr(pod, "_orthonormal", lambda matrix: np.linalg.qr(matrix.astype(float))[0] * 1.1)
+    pod.pod(np.random.default_rng(1).normal(size=(6, 5)).astype(np.float32), 2)
 
 
 def diverging(here: Here):
@@ -95,14 +96,14 @@ def other_level(here: Here):
 
 
 def answering_otherwise(here: Here):
-    here.patch.setattr(onnx_file, "onnx_bytes", lambda surrogate: b"")
-    here.patch.setattr(onnx_file, "largest_difference", lambda *arguments: 1.0)
+    here.patch.setattr(onnx_export, "onnx_bytes", lambda surrogate: b"")
+    here.patch.setattr(onnx_export, "largest_difference", lambda *arguments: 1.0)
     export_onnx(small_surrogate(), here.place / "s.onnx")
 
 
 def with_forces(here: Here):
     onnx_graph_of = dataclasses.replace(small_surrogate(), forces=object())
-    here.patch.setattr(onnx_graph, "import_onnx", lambda: None)
+    here.patch.setattr(onnx_export, "import_onnx", lambda: None)
     export_onnx(onnx_graph_of, here.place / "s.onnx")
 
 
@@ -114,9 +115,9 @@ TRIGGERS: dict[str, Callable[[Here], object]] = {
     "E-ROM-005": lambda here: Surrogate.load(here.place / "none"),
     "E-ROM-006": without_torch,
     "E-ROM-007": lambda here: collect(dataset(), ()),
-    "E-ROM-008": lambda here: Surrogate.train(dataset(), recipe="secret"),
+    "E-ROM-008": lambda here: train(dataset(), Recipe("secret")),
     "E-ROM-009": lambda here: collect(dataset(shape=np.nan), ("0000",)),
-    "E-ROM-010": lambda here: Surrogate.train(dataset((Parameter("a", "A", "-", 1.0, 1.0),))),
+    "E-ROM-010": lambda here: train(dataset((Parameter("a", "A", "-", 1.0, 1.0),))),
     "E-ROM-011": one_network_each,
     "E-ROM-012": lambda here: evaluate(dataset(), small_surrogate()),
     "E-ROM-013": bad_factors,

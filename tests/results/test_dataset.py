@@ -16,6 +16,7 @@ from billow.results.dataset_files import (
     write_split,
 )
 from billow.results.run_file import read_run_file, write_run_file
+from billow.rom.learn.dataset import Dataset as Learnable
 
 PARAMETERS = (Parameter("amount", "Rise", "m", 0.0, 10.0), Parameter("idle", "Nothing", "-", 0.0, 1.0))
 DESIGN = {"0000": (1.0, 0.5), "0001": (2.0, 0.25), "0002": (3.0, 0.75), "0003": (4.0, 0.125)}
@@ -93,6 +94,10 @@ def test_unknown_names_and_damaged_files_get_a_clear_error(folder, tmp_path):
     (folder / "dataset.toml").unlink()
     with pytest.raises(InputError, match="E-RES-010"):
         Dataset.open(folder)
+
+
+def test_it_is_what_learning_needs(folder):
+    assert isinstance(Dataset.open(folder), Learnable)
 
 
 def judged(folder, run, **verdicts):

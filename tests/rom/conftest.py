@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 from synthetic import SyntheticDataset
 
+from billow.rom.learn.train import Recipe, train
 from billow.rom.surrogate.surrogate import Surrogate
 
 
@@ -15,7 +16,7 @@ def dataset() -> SyntheticDataset:
 
 @pytest.fixture(scope="session")
 def surrogate(dataset) -> Surrogate:
-    return Surrogate.train(dataset, modes=8, epochs=60)
+    return train(dataset, Recipe(modes=8, epochs=60))
 
 
 @pytest.fixture(scope="session")

@@ -9,8 +9,8 @@ from scipy.stats import qmc
 from synthetic import disc
 
 from billow.results.dataset_files import Parameter
-from billow.rom.coupled.contact_reach import area_vectors, node_area
-from billow.rom.coupled.impactor_of_design import Impactor
+from billow.rom.coupled.contact_force import area_vectors, node_area
+from billow.rom.coupled.impactor import Impactor
 
 PARAMETERS = (
     Parameter("pressure", "Pressure", "kPa", 10.0, 30.0),

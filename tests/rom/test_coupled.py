@@ -13,8 +13,7 @@ from free_synthetic import CLEARANCE, MASS, FreeDataset, case
 from billow.base.errors import InputError, IntegrityError
 from billow.geometry.shapes.super_ellipsoid import closest_point
 from billow.results.histories import read_histories
-from billow.rom.coupled.contact_law import EVERY
-from billow.rom.coupled.contact_reach import REACHES, area_vectors, distance_to, node_area
+from billow.rom.coupled.contact_force import EVERY, REACHES, area_vectors, distance_to, node_area
 from billow.rom.coupled.coupled_evaluation import (
     COUPLED,
     MEAN_MOTION,
@@ -25,9 +24,9 @@ from billow.rom.coupled.coupled_evaluation import (
 )
 from billow.rom.coupled.coupled_folder import write_motion
 from billow.rom.coupled.coupled_model import Coupled
-from billow.rom.coupled.impactor_motion import ImpactorMotion, filtered_force, recorded_force
-from billow.rom.coupled.impactor_of_design import Impactor, ImpactorOfDesign
-from billow.rom.learn.force_inputs import previous
+from billow.rom.coupled.impactor import Impactor, ImpactorMotion, ImpactorOfDesign, filtered_force, recorded_force
+from billow.rom.learn.train import Recipe, train
+from billow.rom.surrogate.force_inputs import previous
 from billow.rom.surrogate.surrogate import Surrogate
 
 
@@ -38,7 +37,7 @@ def free():
 
 @pytest.fixture(scope="module")
 def coupled(free):
-    return Coupled.train(free, Surrogate.train(free, modes=3, epochs=30))
+    return Coupled.train(free, train(free, Recipe(modes=3, epochs=30)))
 
 
 def body(degree=2.0, angle=0.0, radii=(0.15, 0.12, 0.2)):
@@ -245,7 +244,7 @@ def test_a_bag_told_the_true_forces_is_that_of_the_surrogate_with_forces(free, c
             return found * np.float32(1e3) if field == "contact_force" else found
 
     dataset = Pushed()
-    with_forces = Surrogate.train(dataset, modes=3, epochs=30, force_modes=2)
+    with_forces = train(dataset, Recipe(modes=3, epochs=30, force_modes=2))
     run, times = dataset.test[0], coupled.step_times
     bag = _bag_with_true_forces(dataset, run, with_forces, times)
     forces = previous(dataset.snapshots("contact_force", [run]))[0]

@@ -11,14 +11,15 @@ import pytest
 from synthetic import SyntheticDataset
 
 from billow.base.errors import InputError
-from billow.rom.judge.baselines import RadialBasis, baselines
-from billow.rom.judge.evaluate import BASELINES, evaluate
+from billow.results.dataset_files import Parameter
+from billow.rom.judge.baselines import BASELINES, baselines, radial_basis
+from billow.rom.judge.errors import Summary, accuracy, snapshot_rmse
+from billow.rom.judge.evaluate import evaluate
 from billow.rom.judge.metrics_file import write_metrics
-from billow.rom.judge.rmse import Summary, accuracy, snapshot_rmse
-from billow.rom.judge.timing import Timing
-from billow.rom.learn.basis import Basis
-from billow.rom.learn.snapshots import snapshot_bytes
-from billow.rom.surrogate.surrogate import Surrogate
+from billow.rom.judge.timing import Inference, Timing
+from billow.rom.learn.dataset import snapshot_bytes
+from billow.rom.learn.train import Recipe, train
+from billow.rom.surrogate.basis import Basis
 
 
 @pytest.fixture(scope="module")
@@ -64,28 +65,32 @@ def test_surrogate_beats_every_baseline(evaluation):
 
 def test_cut_model_of_the_sweep_agrees_with_direct_evaluation(evaluation, dataset, surrogate):
     runs = dataset.train[:10]
-    model = Surrogate.train(dataset, modes=8, runs=runs, epochs=surrogate.training["epochs"])
+    model = train(dataset, Recipe(modes=8, epochs=surrogate.training["epochs"]), runs=runs)
     for component, basis in enumerate(model.bases):
         rmse = []
         for run in dataset.test:
             learned = model.coefficients(dataset.design([run])[0])[:, component, :4]
             truth = dataset.snapshots("displacement", [run])[0, :, :, component]
             rmse.append(np.sqrt(np.square(learned @ basis.modes[:4] - truth).mean(axis=1)))
-        summary = evaluation.sweep[0].summaries[1][component]
+        summary = evaluation.sweep[0].errors.summary(component, 1)
         assert summary.mean == pytest.approx(np.mean(rmse), rel=1e-4)
         assert summary.maximum == pytest.approx(np.max(rmse), rel=1e-4)
-    assert (np.diff(evaluation.sweep[0].truncation[:, 2]) < 0).all()
+    assert (np.diff(evaluation.sweep[0].errors.truncation[..., 2].mean(axis=(1, 2))) < 0).all()
 
 
 def test_baselines_reproduce_what_they_know(dataset, surrogate):
     low, high = (np.array([getattr(p, side) for p in dataset.parameters]) for side in ("low", "high"))
     designs, truth = dataset.design(dataset.train), dataset.snapshots("displacement", dataset.train)
-    mean, nearest, radial = baselines(dataset, dataset.train, surrogate.bases)
-    assert np.allclose(mean.predict(designs[0]), truth.mean(axis=0, dtype=float), atol=1e-7)
+    mean, nearest, radial = baselines(dataset, dataset.train, surrogate.bases).values()
+    assert np.allclose(mean(designs[0]), truth.mean(axis=0, dtype=float), atol=1e-7)
     nudged = designs[4] + 1e-3 * (high - low)
-    assert np.array_equal(nearest.predict(nudged), truth[4])
+    assert np.array_equal(nearest(nudged), truth[4])
     projected = (truth[4, :, :, 2] @ surrogate.bases[2].modes.T) @ surrogate.bases[2].modes
-    assert np.allclose(radial.predict(designs[4])[:, :, 2], projected, atol=1e-4)  # [m]: through the training runs
+    assert np.allclose(radial(designs[4])[:, :, 2], projected, atol=1e-4)  # [m]: through the training runs
+
+
+def ranges(low, high):
+    return tuple(Parameter(f"p{k}", "", "-", *ends) for k, ends in enumerate(zip(low, high, strict=True)))
 
 
 @pytest.mark.parametrize("runs", [2, 12])
@@ -98,19 +103,19 @@ def test_radial_basis_functions_know_ranges_and_straight_lines(runs):
     bases = tuple(Basis(np.eye(1, 4, k, dtype=np.float32), np.ones(1), 1.0) for k in range(3))
     units = np.array([1.0, 1e-3, 1e6])
     one, other = (
-        RadialBasis((designs @ slope).reshape(runs, 2, 3, 1), designs * unit, bases, low * unit, high * unit)
+        radial_basis((designs @ slope).reshape(runs, 2, 3, 1), designs * unit, bases, ranges(low * unit, high * unit))
         for unit in (1.0, units)
     )
-    answer = one.predict(asked[0])
-    np.testing.assert_allclose(other.predict(asked[0] * units), answer, atol=1e-6 * np.abs(answer).max())
+    answer = one(asked[0])
+    np.testing.assert_allclose(other(asked[0] * units), answer, atol=1e-6 * np.abs(answer).max())
     known = (asked @ slope if runs > 3 else designs[:1] @ slope).reshape(2, 3)
-    met = answer if runs > 3 else one.predict(designs[0])
+    met = answer if runs > 3 else one(designs[0])
     np.testing.assert_allclose(np.stack([met[:, k, k] for k in range(3)], axis=1), known, rtol=1e-5)
 
 
 def test_memory_stays_bounded_however_many_runs_there_are():
     dataset = SyntheticDataset(train=150, test=10, times=30, nodes=1000)
-    surrogate = Surrogate.train(dataset, modes=6, epochs=2)
+    surrogate = train(dataset, Recipe(modes=6, epochs=2))
     one, all_runs = (snapshot_bytes(dataset, dataset.train[:n]) for n in (1, 150))
     memory = all_runs // 6
     tracemalloc.start()
@@ -128,26 +133,19 @@ def test_break_even_counts_generation_and_training():
     timing = Timing(
         simulation=4.0,
         generation=120.0,
-        reading=1.0,
-        pod=1.0,
-        network=2.0,
-        calibration=1.0,
-        inference=0.01,
-        coefficients=0.005,
-        loading=0.1,
-        memcpy=0.002,
+        training=5.0,
+        inference=Inference(0.005, (0.001,) * 3, 0.01, 0.1, 0.002),
     )
-    assert timing.training == 5.0
     assert timing.speed_up == 400.0
     # 120 + 5 + 0.01 n <= 4 n from n = 31.33 on; without training it would be 31
     assert timing.break_even == 32
-    assert dataclasses.replace(timing, inference=5.0).break_even is None
+    assert dataclasses.replace(timing, simulation=0.01).break_even is None
 
 
 def test_timing_of_a_surrogate(evaluation):
     assert evaluation.timing.generation == 4.0 * 30
     assert evaluation.timing.simulation == 4.0
-    assert 0 < evaluation.timing.memcpy < evaluation.timing.inference < evaluation.timing.training
+    assert 0 < evaluation.timing.inference.copy < evaluation.timing.inference.whole < evaluation.timing.training
 
 
 def test_metrics_file_says_the_same(evaluation, tmp_path):

@@ -13,12 +13,14 @@ from scipy.stats import norm
 from synthetic import SyntheticDataset
 
 from billow.base.errors import InputError
+from billow.rom.judge.errors import fit_learning_curve
 from billow.rom.judge.interval_check import check_intervals
-from billow.rom.judge.learning_curve import fit
-from billow.rom.learn.snapshots import collect
-from billow.rom.surrogate.intervals import held_out, histogram, quantiles, scale
-from billow.rom.surrogate.standing import neighbour_distances
-from billow.rom.surrogate.surrogate import Surrogate, intervals
+from billow.rom.learn.calibration import held_out, histogram, quantiles
+from billow.rom.learn.dataset import collect
+from billow.rom.learn.train import Recipe, train
+from billow.rom.surrogate.design_space import neighbour_distances
+from billow.rom.surrogate.intervals import LEVELS, scale
+from billow.rom.surrogate.surrogate import Surrogate
 
 
 @given(st.floats(0.01, 100.0))
@@ -28,7 +30,7 @@ def test_the_factor_of_gaussian_errors_is_their_quantile(size):
     scales = random.uniform(1e-3, 1e-1, (100, 400, 3))
     error = size * scales * random.standard_normal(scales.shape)
     factors = quantiles(histogram(error, scales))
-    expected = size * norm.ppf((1 + np.array(intervals.LEVELS)) / 2)
+    expected = size * norm.ppf((1 + np.array(LEVELS)) / 2)
     # Sampling error of a quantile of 40,000 values: 1.5 % at most here; bins add 0.2 %.
     np.testing.assert_allclose(factors, np.tile(expected[:, None], 3), rtol=0.025)
 
@@ -52,7 +54,7 @@ def test_ninety_percent_of_unseen_values_are_covered(surrogate):
     unseen = SyntheticDataset(train=2, test=40, seed=7)
     checks = {check.level: check for check in check_intervals(surrogate, unseen, unseen.test)}
     assert ((checks[0.9].covered > 0.85) & (checks[0.9].covered < 0.95)).all(), checks[0.9].covered
-    widths = [checks[level].half_width for level in intervals.LEVELS]
+    widths = [checks[level].half_width for level in LEVELS]
     assert (np.diff(widths, axis=0) > 0).all()
 
 
@@ -60,7 +62,7 @@ def test_a_component_that_never_moves_is_covered():
     dataset = SyntheticDataset(train=8, test=2, times=5, nodes=60)
     real = dataset.snapshots
     dataset.snapshots = lambda field, runs: real(field, runs) * np.array([1, 0, 1], np.float32)
-    surrogate = Surrogate.train(dataset, modes=2, epochs=2)
+    surrogate = train(dataset, Recipe(modes=2, epochs=2))
     for check in check_intervals(surrogate, dataset, dataset.test):
         assert check.covered[1] == 1.0
         assert check.half_width[1] < 1e-6
@@ -106,7 +108,7 @@ def test_the_scale_is_spread_and_truncation_at_each_node(surrogate, dataset):
 
 def test_what_is_lost_is_the_mean_square_outside_the_basis(surrogate, dataset):
     snapshots = collect(dataset, dataset.train)
-    matrix, basis = snapshots.matrices[2], surrogate.bases[2]
+    matrix, basis = snapshots[2], surrogate.bases[2]
     outside = np.square(matrix - basis.fields(basis.coefficients(matrix)), dtype=float)
     np.testing.assert_allclose(surrogate.intervals.lost_by_node[2], outside.mean(axis=1), rtol=1e-4)
     by_time = outside.reshape(len(matrix), 30, 20).mean(axis=(0, 1))
@@ -127,7 +129,7 @@ def test_intervals_travel_with_the_file(surrogate, saved, dataset):
 
 def test_progress_of_calibration_is_one_bar(dataset):
     told = []
-    Surrogate.train(dataset, modes=2, runs=dataset.train[:8], epochs=2, progress=lambda *what: told.append(what))
+    train(dataset, Recipe(modes=2, epochs=2), runs=dataset.train[:8], progress=lambda *what: told.append(what))
     assert [(epoch, of) for epoch, of, _ in told] == [(n, 10) for n in range(1, 11)]
 
 
@@ -135,15 +137,15 @@ def test_a_design_is_told_from_where_it_stands(surrogate):
     middle = {p.name: 0.5 * (p.low + p.high) for p in surrogate.parameters}
     at_home = surrogate.standing(surrogate.designs[3])
     assert at_home.nearest == pytest.approx(0.0, abs=1e-7)
-    assert at_home.sentences() == []
+    assert at_home.warnings() == []
     outside = surrogate.standing(middle | {"jet": 75.0})
     assert outside.outside == ("jet",)
-    assert "jet outside the trained range" in outside.sentences()[0]
+    assert "jet outside the trained range" in outside.warnings()[0]
     far = surrogate.standing({p.name: p.low if p.name != "slope" else p.high for p in surrogate.parameters})
     assert far.nearest > at_home.usual
-    lonely = dataclasses.replace(far, nearest=2.0 * far.largest)
-    assert lonely.lonely
-    assert "farther than any of them" in lonely.sentences()[0]
+    isolated = dataclasses.replace(far, nearest=2.0 * far.largest)
+    assert isolated.isolated
+    assert "farther than any of them" in isolated.warnings()[0]
 
 
 def test_distance_to_the_nearest_neighbour():
@@ -154,14 +156,12 @@ def test_distance_to_the_nearest_neighbour():
 @given(st.floats(0.01, 2.0), st.floats(1e-4, 1e-1))
 def test_a_power_law_is_found_and_says_what_more_runs_buy(rate, scale):
     runs = np.array([12, 24, 48])
-    curve = fit(runs, scale * runs**-rate)
+    curve = fit_learning_curve(runs, scale * runs**-rate)
     assert curve.rate == pytest.approx(rate, rel=1e-6)
-    assert curve.at(96) == pytest.approx(scale * 96.0**-rate, rel=1e-6)
-    assert curve.runs_for(curve.at(200.0)) == pytest.approx(200.0, rel=1e-5)
-    assert curve.scatter < 1e-9
+    assert curve.doubled == pytest.approx(scale * 96.0**-rate, rel=1e-6)
 
 
 def test_a_curve_needs_two_sizes():
-    assert fit([10], [0.1]) is None
-    assert fit([10, 20], [0.1, 0.0]) is None
-    assert fit([10, 20], [0.1, 0.2]).runs_for(0.05) is None
+    assert fit_learning_curve([10], [0.1]) is None
+    assert fit_learning_curve([10, 20], [0.1, 0.0]) is None
+    assert fit_learning_curve([10, 20], [0.1, 0.2]).doubled == pytest.approx(0.4)

@@ -10,7 +10,7 @@ from synthetic import SyntheticDataset
 from billow.rom.judge.evaluate import evaluate
 from billow.rom.judge.findings import weaknesses
 from billow.rom.learn.left_out import LeftOut, left_out
-from billow.rom.surrogate.surrogate import Surrogate
+from billow.rom.learn.train import Recipe, train
 
 
 def without(dataset, lost, reason="failed"):
@@ -62,7 +62,7 @@ def test_reasons_are_counted_without_their_particulars():
 
 def test_the_report_declares_the_bias():
     dataset = SyntheticDataset(train=12, test=2, times=5, nodes=60)
-    surrogate = Surrogate.train(dataset, modes=2, epochs=2)
+    surrogate = train(dataset, Recipe(modes=2, epochs=2))
     evaluation = evaluate(dataset, surrogate, sizes=(), modes=(1, 2))
     assert not any("learned from" in sentence for sentence in weaknesses(evaluation))
     lost = LeftOut({f"{run:04d}": "failed" for run in range(4)}, 0.25, {"Jet direction": "high"})

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from billow.base.errors import InputError, NumericalStop
-from billow.rom.surrogate.onnx_file import export_onnx, largest_difference
-from billow.rom.surrogate.onnx_graph import onnx_bytes
-from billow.rom.surrogate.surrogate import Surrogate, onnx_file
+from billow.rom.learn.train import Recipe, train
+from billow.rom.surrogate import onnx_export
+from billow.rom.surrogate.onnx_export import export_onnx, largest_difference, onnx_bytes
 
 onnx = pytest.importorskip("onnx", reason="export needs onnx: pip install -e '.[export]'")
 runtime = pytest.importorskip("onnxruntime", reason="export needs onnxruntime: pip install -e '.[export]'")
@@ -19,7 +19,7 @@ runtime = pytest.importorskip("onnxruntime", reason="export needs onnxruntime: p
 
 @pytest.fixture(scope="module")
 def paper(dataset):
-    return Surrogate.train(dataset, "paper", modes=2, runs=dataset.train[:10], epochs=20)
+    return train(dataset, Recipe("paper", modes=2, epochs=20), runs=dataset.train[:10])
 
 
 @pytest.mark.parametrize("recipe", ["shared", "paper"])
@@ -47,7 +47,7 @@ def test_the_file_says_what_it_takes(surrogate, tmp_path):
 
 def test_a_difference_is_noticed_and_nothing_written(surrogate, tmp_path, monkeypatch):
     bent = dataclasses.replace(surrogate, bases=(surrogate.bases[1], *surrogate.bases[1:]))
-    monkeypatch.setattr(onnx_file, "onnx_bytes", lambda model: onnx_bytes(bent))
+    monkeypatch.setattr(onnx_export, "onnx_bytes", lambda model: onnx_bytes(bent))
     with pytest.raises(NumericalStop, match="E-ROM-020"):
         export_onnx(surrogate, tmp_path / "s.onnx")
     assert list(tmp_path.iterdir()) == []

@@ -11,18 +11,18 @@ import pytest
 from free_synthetic import FreeDataset
 from synthetic import SyntheticDataset
 
-from billow.reproductions.rom_paper import document, fits
+from billow.reproductions.rom_paper import document, nested_design
 from billow.reproductions.rom_paper.available import Available
 from billow.reproductions.rom_paper.case_results import case_results
 from billow.reproductions.rom_paper.document import write_document
 from billow.reproductions.rom_paper.jets import compare_jets
 from billow.reproductions.rom_paper.kept import Kept, fingerprint
 from billow.reproductions.rom_paper.published import FREE, LOCKED
-from billow.reproductions.rom_paper.tables import break_even
 from billow.rom.coupled.coupled_evaluation import TRUE_CONTACT, TRUE_INPUTS
-from billow.rom.judge.rmse import snapshot_rmse
+from billow.rom.judge.errors import snapshot_rmse
+from billow.rom.judge.timing import break_even
 from billow.rom.learn import network
-from billow.rom.surrogate.surrogate import Surrogate
+from billow.rom.learn.train import Recipe, train
 
 
 @pytest.fixture(scope="module")
@@ -82,7 +82,7 @@ def test_report_holds_the_papers_tables_and_figures(small, locked, tmp_path):
 
 def test_a_fit_judged_by_coefficients_is_a_surrogate_judged_by_fields(small, locked):
     size = locked.sizes[12]
-    surrogate = Surrogate.train(small, modes=16, runs=small.train, calibrate=False)
+    surrogate = train(small, Recipe(modes=16, calibrate=False), runs=small.train)
     truth = small.snapshots("displacement", list(small.test))
     errors = snapshot_rmse(surrogate.predict(small.design(small.test)), truth)
     # Float32 coefficients of 0.2 m shapes: 1e-7 of them, and the same networks by the same seed.
@@ -94,7 +94,7 @@ def test_pieces_of_another_recipe_do_not_pass_for_ours(small, locked, folder, mo
     def refuse(*_, **__):
         raise AssertionError("trained again")
 
-    monkeypatch.setattr(fits, "learn_networks", refuse)
+    monkeypatch.setattr(nested_design, "train_networks", refuse)
     monkeypatch.setattr("billow.rom.learn.network.HIDDEN_SHARED", (8, 8))
     with pytest.raises(AssertionError, match="trained again"):
         case_results(LOCKED, small, there(small, 6, 12), Kept(folder), recipe="z", recipe_epochs=30)
@@ -104,8 +104,8 @@ def test_kept_pieces_are_not_made_again(small, locked, folder, monkeypatch):
     def refuse(*_, **__):
         raise AssertionError("trained again")
 
-    monkeypatch.setattr(fits, "learn_networks", refuse)
-    monkeypatch.setattr(Surrogate, "train", refuse)
+    monkeypatch.setattr(nested_design, "train_networks", refuse)
+    monkeypatch.setattr("billow.reproductions.rom_paper.case_results.train", refuse)
     again = case_results(LOCKED, small, there(small, 6, 12), Kept(folder), recipe="z", recipe_epochs=30)
     assert np.array_equal(again.sizes[12].sweep.rmse, locked.sizes[12].sweep.rmse)
     assert np.array_equal(again.recipe.rmse, locked.recipe.rmse)

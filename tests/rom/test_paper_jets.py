@@ -51,7 +51,7 @@ def test_effects_of_another_shape_are_told_apart():
 def test_table_figure_and_words_hold_the_numbers():
     found = compare_jets(Plane(0.2), Plane(0.1), NAMES, "jet")
     last = found.table().rows[-1]
-    assert last[1] == pytest.approx(1e3 * found.strength[0, -1])
+    assert last["one [mm]"] == pytest.approx(1e3 * found.strength[0, -1])
     assert "cosine of 1.00" in found.sentences()[0]
     assert len(found.figure().axes) == 2
 

@@ -8,8 +8,8 @@ from synthetic import SyntheticDataset
 
 from billow.reproductions.rom_paper import recipe
 from billow.reproductions.rom_paper.kept import Kept
+from billow.reproductions.rom_paper.nested_design import NestedDesign
 from billow.reproductions.rom_paper.published import FREE, LOCKED
-from billow.reproductions.rom_paper.reductions import reduced
 from billow.results.tensor_file import read_tensors
 from billow.rom.learn.network import train_paper
 from billow.rom.learn.reduction import DEFAULT_MEMORY
@@ -26,7 +26,7 @@ def small():
 
 def prepared(small, folder):
     kept = Kept(folder)
-    return kept, reduced(small, small.train, small.test, 6, kept, DEFAULT_MEMORY)
+    return kept, NestedDesign(small, small.train, small.test, 6, DEFAULT_MEMORY)
 
 
 def test_interrupted_training_goes_on_with_the_same_bits(small, tmp_path, monkeypatch):
@@ -38,16 +38,14 @@ def test_interrupted_training_goes_on_with_the_same_bits(small, tmp_path, monkey
 
     kept, made = prepared(small, tmp_path / "kept")
     with pytest.raises(Stopped):
-        recipe.paper_recipe(small, made, LOCKED, "z", kept, epochs=40, progress=stop)
+        recipe.paper_recipe(made, LOCKED, "z", kept, epochs=40, progress=stop)
     epochs = []
-    gone_on = recipe.paper_recipe(
-        small, made, LOCKED, "z", kept, epochs=40, progress=lambda epoch, *_: epochs.append(epoch)
-    )
+    gone_on = recipe.paper_recipe(made, LOCKED, "z", kept, epochs=40, progress=lambda epoch, *_: epochs.append(epoch))
     assert epochs == list(range(18, 41))
     kept, made = prepared(small, tmp_path / "other")
-    straight = recipe.paper_recipe(small, made, LOCKED, "z", kept, epochs=40)
+    straight = recipe.paper_recipe(made, LOCKED, "z", kept, epochs=40)
     assert np.array_equal(gone_on.rmse, straight.rmse)
-    again = recipe.paper_recipe(small, made, LOCKED, "z", kept, epochs=40, progress=stop)  # nothing left to train
+    again = recipe.paper_recipe(made, LOCKED, "z", kept, epochs=40, progress=stop)  # nothing left to train
     assert np.array_equal(again.rmse, straight.rmse)
     assert again.cpu_seconds == straight.cpu_seconds > 0.0
 
@@ -63,14 +61,14 @@ def test_networks_and_rates_are_those_of_the_case():
 
 def test_recipe_of_the_free_case_has_its_networks(small, tmp_path):
     kept, made = prepared(small, tmp_path)
-    recipe.paper_recipe(small, made, FREE, "x", kept, epochs=1)
+    recipe.paper_recipe(made, FREE, "x", kept, epochs=1)
     (path,) = tmp_path.glob("paper-recipe-*.safetensors")
     assert read_tensors(path, ValueError)[0]["value.0"].shape == (6, 7, 30)
 
 
 def test_one_component_is_learned_as_well_as_in_company(small, tmp_path):
     kept, made = prepared(small, tmp_path)
-    found = recipe.paper_recipe(small, made, LOCKED, "z", kept, epochs=600)
+    found = recipe.paper_recipe(made, LOCKED, "z", kept, epochs=600)
     truth = np.array(small.snapshots("displacement", list(small.test)))[..., 2]
     still = np.sqrt(np.square(truth).mean(axis=2)).mean()
     # 600 of 15,000 epochs and ten runs: far from good, but wrong signs or scales would be no better than the answer 0.

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from exact_pod import exact_pod
 
 from billow.base.errors import InputError, NumericalStop
-from billow.rom.learn.basis import exact_pod, orthogonality_error, pod
-from billow.rom.learn.snapshots import collect
+from billow.rom.learn.dataset import collect, snapshot_bytes
+from billow.rom.learn.pod import orthogonality_error, pod
 
 
 @pytest.fixture(scope="module")
@@ -22,7 +23,7 @@ def _projection_error(basis, matrix):
 @pytest.mark.parametrize("component", range(3))
 def test_randomized_equals_exact(snapshots, component):
     # rom.md, POD table: 5e-7 above the best projection error
-    matrix = snapshots.matrices[component]
+    matrix = snapshots[component]
     fast, exact = pod(matrix, 12), exact_pod(matrix, 12)
     assert _projection_error(fast, matrix) <= _projection_error(exact, matrix) * (1 + 5e-7) + 1e-6
     assert np.allclose(fast.singular_values[:12], exact.singular_values[:12], rtol=1e-4)
@@ -37,12 +38,12 @@ def test_flat_spectrum_needs_the_power_iterations(monkeypatch):
     matrix = ((left * np.arange(1, 201) ** -0.5) @ right.T).astype(np.float32)
     best = _projection_error(exact_pod(matrix, 12), matrix)
     assert _projection_error(pod(matrix, 12), matrix) < 1.001 * best
-    monkeypatch.setattr("billow.rom.learn.basis.POWER_ITERATIONS", 0)
+    monkeypatch.setattr("billow.rom.learn.pod.POWER_ITERATIONS", 0)
     assert _projection_error(pod(matrix, 12), matrix) > 1.02 * best
 
 
 def test_error_falls_with_modes_and_energy_tells_it(snapshots):
-    matrix = snapshots.matrices[2]
+    matrix = snapshots[2]
     basis = pod(matrix, 12)
     coefficients = basis.coefficients(matrix)
     errors = [np.linalg.norm((matrix - basis.fields(coefficients[:count])).astype(float)) for count in range(1, 13)]
@@ -52,7 +53,7 @@ def test_error_falls_with_modes_and_energy_tells_it(snapshots):
 
 
 def test_same_seed_same_bits(snapshots):
-    one, other = (pod(snapshots.matrices[0], 6, seed=4) for _ in range(2))
+    one, other = (pod(snapshots[0], 6, seed=4) for _ in range(2))
     assert one.modes.tobytes() == other.modes.tobytes()
 
 
@@ -64,14 +65,14 @@ def test_component_that_never_moves_is_represented():
 
 def test_too_many_modes_are_refused(snapshots):
     with pytest.raises(InputError, match="E-ROM-007"):
-        pod(snapshots.matrices[0], 601)
+        pod(snapshots[0], 601)
 
 
 def test_columns_are_runs_in_order(dataset, snapshots):
     run, time = 3, 7
     field = dataset.snapshots("displacement", [dataset.train[run]])[0, time]
-    assert np.array_equal(snapshots.matrices[:, :, run * 20 + time], field.T)
-    assert snapshots.memory == 3 * 4 * 800 * 30 * 20
+    assert np.array_equal(snapshots[:, :, run * 20 + time], field.T)
+    assert snapshots.nbytes == snapshot_bytes(dataset, dataset.train) == 3 * 4 * 800 * 30 * 20
 
 
 def test_broken_snapshots_are_named(dataset, monkeypatch):

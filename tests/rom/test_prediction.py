@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 from synthetic import PARAMETERS, SyntheticDataset
 
+from billow.rom.learn.train import Recipe, train
 from billow.rom.surrogate.prediction import write_prediction
-from billow.rom.surrogate.surrogate import Surrogate
 
 
 @pytest.fixture(scope="module")
 def calibrated():
-    return Surrogate.train(SyntheticDataset(train=12, test=1, times=6, nodes=80), modes=4, epochs=4)
+    return train(SyntheticDataset(train=12, test=1, times=6, nodes=80), Recipe(modes=4, epochs=4))
 
 
 def design(part: float) -> dict:
@@ -43,11 +43,11 @@ def test_a_design_outside_is_warned_of(calibrated):
     text = write_prediction(calibrated, design(1.6), None, extrapolate=True)
     assert "outside the trained ranges" in text
     assert "warning: permeability, temperature" in text
-    assert "nothing vouches" in text
+    assert "no support in the data" in text
 
 
 def test_without_calibration_no_interval_is_claimed(tmp_path):
-    bare = Surrogate.train(SyntheticDataset(train=4, test=1, times=4, nodes=60), modes=2, epochs=1)
+    bare = train(SyntheticDataset(train=4, test=1, times=4, nodes=60), Recipe(modes=2, epochs=1))
     out = tmp_path / "shape.vtkhdf"
     assert "no interval: the surrogate was not calibrated" in write_prediction(bare, design(0.5), out, False)
     with h5py.File(out) as file:

@@ -8,7 +8,7 @@ import pytest
 from billow.base.errors import InputError
 from billow.rom.learn import suggest as suggest_module
 from billow.rom.learn.suggest import suggest, uncertainty
-from billow.rom.surrogate.standing import to_unit
+from billow.rom.surrogate.design_space import to_unit
 
 
 def test_suggestions_are_inside_apart_and_repeatable(surrogate, dataset):

@@ -8,8 +8,8 @@ from synthetic import SyntheticDataset
 
 from billow.base.errors import InputError
 from billow.rom.learn.network import MEMBERS
+from billow.rom.learn.train import Recipe, train
 from billow.rom.surrogate.scaling import OutputScaling
-from billow.rom.surrogate.surrogate import Surrogate
 
 
 @pytest.fixture(scope="module")
@@ -18,20 +18,20 @@ def middle(surrogate):
 
 
 def test_same_seed_same_bits_and_another_seed_others(dataset):
-    def train(seed):
-        return Surrogate.train(dataset, modes=3, runs=dataset.train[:8], seed=seed, epochs=3, calibrate=False)
+    def learn(seed):
+        return train(dataset, Recipe(modes=3, seed=seed, epochs=3, calibrate=False), runs=dataset.train[:8])
 
     def answer(surrogate):
         return surrogate.predict(dataset.design(dataset.test)).tobytes()
 
-    one, same, other = train(1), train(1), train(2)
+    one, same, other = learn(1), learn(1), learn(2)
     assert answer(one) == answer(same)
     assert not np.allclose(one.regression.weights[0], other.regression.weights[0], atol=1e-3)
 
 
 def test_training_reads_no_unseen_run():
     dataset = SyntheticDataset(train=6, test=4, times=5, nodes=60)
-    surrogate = Surrogate.train(dataset, modes=2, epochs=1)
+    surrogate = train(dataset, Recipe(modes=2, epochs=1))
     assert set(dataset.read) == set(dataset.train) == set(surrogate.training["runs"])
 
 
@@ -131,7 +131,7 @@ def test_designs_that_do_not_fit_are_refused(surrogate, middle, change, told):
 
 
 def test_paper_recipe_has_one_network_for_each_coefficient(dataset):
-    surrogate = Surrogate.train(dataset, "paper", modes=2, runs=dataset.train[:10], epochs=300)
+    surrogate = train(dataset, Recipe("paper", modes=2, epochs=300), runs=dataset.train[:10])
     assert [w.shape for w in surrogate.regression.weights] == [(6, 7, 25), (6, 25, 45), (6, 45, 15), (6, 15, 1)]
     assert surrogate.training["last_loss"] < 0.5 * surrogate.training["first_loss"]
     truth = dataset.snapshots("displacement", dataset.train[:10])
@@ -143,8 +143,8 @@ def test_paper_recipe_has_one_network_for_each_coefficient(dataset):
 
 def test_progress_is_told_every_epoch(dataset):
     told = []
-    surrogate = Surrogate.train(
-        dataset, modes=2, runs=dataset.train[:4], epochs=4, progress=lambda *what: told.append(what)
+    surrogate = train(
+        dataset, Recipe(modes=2, epochs=4), runs=dataset.train[:4], progress=lambda *what: told.append(what)
     )
     assert [(epoch, epochs) for epoch, epochs, _ in told] == [(1, 4), (2, 4), (3, 4), (4, 4)]
     assert told[-1][2] == surrogate.training["last_loss"]
@@ -152,9 +152,9 @@ def test_progress_is_told_every_epoch(dataset):
 
 def test_what_cannot_be_trained_is_refused(dataset, monkeypatch):
     with pytest.raises(InputError, match="E-ROM-008"):
-        Surrogate.train(dataset, "shard")
+        train(dataset, Recipe("shard"))
     with pytest.raises(InputError, match="E-ROM-007"):
-        Surrogate.train(dataset, runs=())
+        train(dataset, runs=())
     monkeypatch.setattr(dataset, "times", dataset.times[:1])
     with pytest.raises(InputError, match=r"E-ROM-010(?s:.*)time"):
-        Surrogate.train(dataset)
+        train(dataset)

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 
 from billow.base.errors import BillowError, InputError, IntegrityError
 from billow.results.tensor_file import read_tensors, write_tensors
+from billow.rom.learn.train import Recipe, train
 from billow.rom.surrogate.surrogate import Surrogate
 
 WITHOUT_TORCH = """
@@ -30,8 +31,9 @@ np.save(sys.argv[2], surrogate.predict([[0.5 * (p.low + p.high) for p in surroga
 heavy = sorted({"torch", "scipy", "matplotlib", "numba", "h5py", "jinja2"} & set(sys.modules))
 class Dataset:
     trusted = ()
+from billow.rom.learn.train import train
 try:
-    Surrogate.train(Dataset())
+    train(Dataset())
 except ResourceError as error:
     print(json.dumps([heavy, error.code]))
 """
@@ -63,7 +65,7 @@ def test_prediction_needs_no_torch(surrogate, saved, tmp_path):
 
 @pytest.fixture(scope="module")
 def small_file(dataset, tmp_path_factory):
-    surrogate = Surrogate.train(dataset, modes=1, runs=dataset.train[:2], epochs=1)
+    surrogate = train(dataset, Recipe(modes=1, epochs=1), runs=dataset.train[:2])
     return surrogate.save(tmp_path_factory.mktemp("small") / "surrogate.safetensors")
 
 

@@ -120,7 +120,7 @@ def run_demo(folder: Path, train: int, test: int, workers: int | None, console: 
     from billow.rom.judge.evaluate import evaluate
     from billow.rom.judge.report import write_report
     from billow.rom.learn.left_out import left_out
-    from billow.rom.surrogate.surrogate import Surrogate
+    from billow.rom.learn.train import train as learn
     from billow.study.progress import study_progress
     from billow.study.study import Study
 
@@ -135,11 +135,11 @@ def run_demo(folder: Path, train: int, test: int, workers: int | None, console: 
     note = f" ({len(lost.why)} left out: {lost.reasons()})" if lost.why else ""
     console.print(f"2/3 training on {len(dataset.trusted)} runs{note}")
     with epochs(console, "training") as progress:
-        surrogate = Surrogate.train(dataset, progress=progress)
+        surrogate = learn(dataset, progress=progress)
     surrogate.save(folder / "surrogate.safetensors")
     console.print(f"3/3 evaluating on {len(dataset.test)} unseen runs")
     with steps(console) as progress:
         evaluation = evaluate(dataset, surrogate, progress=progress)
-    path = write_report(dataset, surrogate, evaluation, folder)
+    path = write_report(dataset, evaluation, folder)
     console.print(f"done in {time.perf_counter() - begun:.0f} s: {path}")
     return path

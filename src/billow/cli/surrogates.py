@@ -33,7 +33,8 @@ def train(
     from billow.cli.terminal import epochs as show_epochs
     from billow.results.dataset import Dataset
     from billow.rom.learn.left_out import left_out
-    from billow.rom.surrogate.surrogate import Surrogate
+    from billow.rom.learn.train import Recipe
+    from billow.rom.learn.train import train as learn
 
     console = make_console()
     dataset = Dataset.open(folder)
@@ -41,10 +42,8 @@ def train(
     if lost.why:
         console.print(f"{len(lost.why)} training runs are left out: {lost.reasons()}", markup=False)
     with show_epochs(console, "training") as progress:
-        surrogate = Surrogate.train(
-            dataset, recipe, modes, dataset.trusted[:runs], seed, epochs=epochs, progress=progress,
-            memory=int(memory * 2**30),
-        )  # fmt: skip
+        how = Recipe(recipe, modes, seed, epochs, memory=int(memory * 2**30))
+        surrogate = learn(dataset, how, runs=dataset.trusted[:runs], progress=progress)
     path = surrogate.save(out or folder / "surrogate.safetensors")
     seconds = surrogate.training["pod_seconds"] + surrogate.training["network_seconds"]
     console.print(f"{path}: trained on {len(surrogate.training['runs'])} runs in {seconds:.1f} s", markup=False)
@@ -67,7 +66,7 @@ def evaluate(
     surrogate = Surrogate.load(surrogate_file or folder / "surrogate.safetensors")
     with steps(make_console()) as progress:
         evaluation = measure(dataset, surrogate, memory=int(memory * 2**30), progress=progress)
-    path = write_report(dataset, surrogate, evaluation, out or folder / "report")
+    path = write_report(dataset, evaluation, out or folder / "report")
     make_console().print(f"report: {path}", markup=False)
 
 
@@ -124,7 +123,7 @@ def export(
 
     Needs the packages onnx and onnxruntime; the file is checked against NumPy before it is written.
     """
-    from billow.rom.surrogate.onnx_file import export_onnx
+    from billow.rom.surrogate.onnx_export import export_onnx
     from billow.rom.surrogate.surrogate import Surrogate
 
     surrogate = Surrogate.load(surrogate_file)

@@ -67,7 +67,7 @@ class Study:
     """
 
     def __init__(self, folder: Path, definition: StudyDefinition, design: Design, case):
-        self.folder, self.definition, self._case = folder, definition, case
+        self.folder, self.definition, self._design, self._case = folder, definition, design, case
         self.train, self.test, self.runs = design.train, design.test, design.runs
         self.store = RunStore(folder)
 
@@ -152,8 +152,10 @@ class Study:
         """
         if (workers is not None and workers < 1) or (workers is not None and scheduler is not None):
             raise UNUSABLE_WORKERS(workers=f"{workers} together with a scheduler" if scheduler else workers)
+        report = progress or (lambda event: None)
         with self.store.driving():
-            return Drive(self, progress or (lambda event: None), retry_failed).go(workers, scheduler, runner)
+            drive = Drive(self.store, self.definition, self._design, self.case, report, retry_failed)
+            return drive.go(workers, scheduler, runner)
 
 
 def _load_case(path: Path):

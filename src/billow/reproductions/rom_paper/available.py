@@ -7,6 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from billow.base.errors import InputError
+from billow.results.dataset import Dataset
+from billow.rom.judge.evaluate import require_unseen
 
 ENOUGH = 0.9
 """Part of a nested design's runs that have to be there: a few that failed do not spoil it."""
@@ -25,7 +27,7 @@ class Available:
         return max(self.sizes)
 
 
-def available(dataset, train: Sequence[str], test: Sequence[str], sizes: Sequence[int]) -> Available:
+def available(dataset: Dataset, train: Sequence[str], test: Sequence[str], sizes: Sequence[int]) -> Available:
     """What of a study can be used.
 
     Runs with the verdict REVIEW are used, unlike by `billow train`: without them a nested design would be no Latin
@@ -38,14 +40,7 @@ def available(dataset, train: Sequence[str], test: Sequence[str], sizes: Sequenc
     usable, notes = {run for run in dataset.train if dataset.verdict(run) != "FAIL"}, []
     found = {size: tuple(run for run in train[:size] if run in usable) for size in sizes}
     whole = {size: runs for size, runs in found.items() if len(runs) >= ENOUGH * size}
-    if not dataset.test:
-        raise InputError(
-            "E-ROM-015",
-            "there are no unseen runs to compare with",
-            where=dataset.title or "dataset",
-            why="the dataset has no completed test run",
-            remedy="finish the study: billow study STUDY.toml --out FOLDER",
-        )
+    require_unseen(dataset)
     if len(usable) < 2:
         raise InputError(
             "E-ROM-007",

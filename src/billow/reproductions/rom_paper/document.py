@@ -14,19 +14,18 @@ from matplotlib.figure import Figure
 
 from billow import __version__
 from billow.base.plot_style import STYLE
-from billow.reproductions.rom_paper import figures
+from billow.reproductions.rom_paper import figures, tables
 from billow.reproductions.rom_paper.case_results import CaseResults
 from billow.reproductions.rom_paper.jets import JetComparison
 from billow.reproductions.rom_paper.table import Table
-from billow.reproductions.rom_paper.tables import parameter_table, tables
 from billow.results.atomic import write_atomically
 from billow.results.machine import machine
-from billow.rom.judge.figures import cross_sections
+from billow.rom.judge.figures import cross_sections, error_against_modes, error_distribution, evaluation_time
 from billow.rom.judge.findings import weaknesses
 from billow.rom.judge.metrics_file import metrics
 from billow.rom.judge.report import render
+from billow.rom.surrogate.basis import Z
 
-Z = 2
 DOTS = 180
 """Dots per inch of the PNG files."""
 
@@ -100,96 +99,81 @@ def number(value: float) -> str:
 
 
 def _parts(results: CaseResults) -> list[Picture | Table]:
-    case, of, name = results.case, tables(results), results.case.name
-    by_name = {table.name.removeprefix(f"{name}-"): table for table in of}
+    case, evaluation, by_size = results.case, results.evaluation, results.sizes.items()
     modes, spread, even, cut = case.figures
-    order = results.evaluation.errors["surrogate"][:, :, Z].mean(axis=1).argsort()
-    typical, worst = (results.evaluation.test[order[k]] for k in ((len(order) - 1) // 2, -1))
-    unseen, length = len(results.evaluation.test), f"{results.reference_length:g} m"
+    typical, worst = evaluation.typical_and_worst()
+    making = {size: made.generation + made.training for size, made in by_size}
+    sweeps = {size: made.sweep for size, made in by_size}
+    true_forces = {size: made.sweep_forces for size, made in by_size} if case.forces else None
+    unseen, length = len(evaluation.test), f"{results.reference_length:g} m"
 
-    def picture(key, title, caption, draw, narrow=False):
-        return Picture(f"{name}-{key}", title, caption, draw, narrow)
-
-    def sections(run):
-        return partial(cross_sections, results.evaluation, results.surrogate, results.dataset, run)
+    def picture(key, title, caption, draw, *arguments, narrow=False):
+        return Picture(f"{case.name}-{key}", title, caption, partial(draw, *arguments), narrow)
 
     parts = [
-        parameter_table(case, results.evaluation.parameters),
-        by_name["accuracy"],
+        tables.parameter_table(results),
+        tables.accuracy_table(results),
         picture(f"figure-{modes}", f"Figure {modes}: mean z RMSE against modes",
                 f"{unseen} unseen runs. Right: as part of the strap of {length}."
                 + " Dashed: with the contact forces of the unseen run as inputs." * case.forces,
-                partial(figures.error_against_modes, results), narrow=True),
+                error_against_modes, sweeps, true_forces, results.reference_length, narrow=True),
         picture(f"figure-{spread}", f"Figure {spread}: distribution of the z RMSE",
-                f"Over {unseen} unseen runs and all times; reference length {length}.",
-                partial(figures.distribution, results)),
-        by_name["modes"],
+                f"Over {unseen} unseen runs and all times; reference length {length}.", error_distribution, sweeps),
+        tables.against_modes(results),
         picture("truncation", f"Truncation and regression apart, N_DOE = {results.largest}",
                 "Truncation falls with every mode; regression is what the networks add, and it does not.",
-                partial(figures.truncation_and_regression, results)),
+                figures.truncation_and_regression, results),
         picture("figure-7", "Figure 7: true contact forces as inputs",
                 "The paper shows this for its free obstacle. The band is between seeds.",
-                partial(figures.force_inputs, results)),
-        by_name["force-inputs"],
+                figures.force_inputs, results),
+        tables.force_table(results),
         picture(f"figure-{cut}", f"Figure {cut}: cross-sections of a typical unseen run",
-                f"Run {typical}, of median error; N_DOE = {results.largest}, K = {results.evaluation.modes}. Dark: "
-                "solver. Green: surrogate, which saw the design alone. Grey: obstacle.", sections(typical)),
-        picture(f"figure-{cut}-worst", "The same of the worst unseen run", f"Run {worst}.", sections(worst)),
-        by_name[f"table-{case.tables[0]}"],
-        by_name[f"table-{case.tables[1]}"],
-        by_name["speed"],
+                f"Run {typical}, of median error; N_DOE = {results.largest}, K = {results.surrogate.modes}. Dark: "
+                "solver. Green: surrogate, which saw the design alone. Grey: obstacle.",
+                cross_sections, evaluation, results.dataset, typical),
+        picture(f"figure-{cut}-worst", "The same of the worst unseen run", f"Run {worst}.",
+                cross_sections, evaluation, results.dataset, worst),
+        tables.inference_table(results),
+        tables.offline_table(results),
+        tables.speed_table(results),
         picture(f"figure-{even}", f"Figure {even}: when the surrogate pays",
                 "Generation of the training runs and training included; dots mark the break-even points.",
-                partial(figures.evaluation_time, results)),
-        by_name["learning-curve"],
+                evaluation_time, making, evaluation.timing.simulation, results.inference.whole, min(making)),
+        tables.against_size(results),
     ]  # fmt: skip
     if results.learning_curve(Z) is not None:
-        draw = partial(figures.learning_curve, results)
-        parts.append(picture("learning-curve", "Learning curve", "Dashed: power laws through the points.", draw, True))
-    if "intervals" in by_name:
-        parts.append(by_name["intervals"])
+        parts.append(picture("learning-curve", "Learning curve", "Dashed: power laws through the points.",
+                             figures.learning_curve, results, narrow=True))  # fmt: skip
+    if evaluation.intervals:
+        parts.append(tables.interval_table(results))
     if results.recipe is not None:
         caption = f"N_DOE = {results.largest}, unseen runs, the same bases."
-        draw = partial(figures.recipes, results)
-        parts += [by_name["recipes"], picture("recipes", "Both recipes", caption, draw)]
+        parts += [tables.recipe_table(results), picture("recipes", "Both recipes", caption, figures.recipes, results)]
     if results.coupled_evaluation is not None:
         caption = "Nothing of the deployment is known in advance. Two unseen runs."
-        draw = partial(figures.coupled_motion, results)
-        shown = picture("coupled", "The coupled model's impactor", caption, draw)
-        parts += [by_name["coupled"], shown, by_name["coupled-runs"]]
+        shown = picture("coupled", "The coupled model's impactor", caption, figures.coupled_motion, results)
+        parts += [tables.rating_table(results), shown, tables.rating_by_run(results)]
     return parts
 
 
 def _section(results: CaseResults, parts) -> dict:
-    evaluation, solver = results.evaluation, results.evaluation.timing.simulation
-    error = evaluation.summary("surrogate", Z).mean
+    surrogate, solver, asked = results.surrogate, results.evaluation.timing.simulation, results.inference.whole
+    error, length = results.evaluation.summary("surrogate", Z).mean, results.reference_length
     tiles = [
-        (f"{1e3 * error:.3g} mm", f"mean z RMSE, N_DOE = {results.largest}, K = {evaluation.modes}"),
-        (
-            f"{100 * error / results.reference_length:.2f} %",
-            f"of the strap, {results.reference_length:g} m (paper: 2 %)",
-        ),
-        (f"{1e3 * results.inference.whole:.2g} ms", "for one deployment"),
-        (
-            _times(results.case.solver / results.inference.whole),
-            f"faster than the paper's {results.case.solver:,.0f} s",
-        ),
+        (f"{1e3 * error:.3g} mm", f"mean z RMSE, N_DOE = {results.largest}, K = {surrogate.modes}"),
+        (f"{100 * error / length:.2f} %", f"of the strap, {length:g} m (paper: 2 %)"),
+        (f"{1e3 * asked:.2g} ms", "for one deployment"),
+        (_times(results.case.solver / asked), f"faster than the paper's {results.case.solver:,.0f} s"),
     ]
     if solver:
-        tiles.append((_times(solver / results.inference.whole), f"faster than our solver's {solver:.3g} s"))
+        tiles.append((_times(solver / asked), f"faster than our solver's {solver:.3g} s"))
     return {
-        "heading": results.case.heading,
-        "title": evaluation.title,
+        "results": results,
         "sizes": ", ".join(map(str, results.sizes)),
-        "unseen": len(evaluation.test),
-        "times": len(evaluation.times),
-        "nodes": evaluation.nodes,
-        "triangles": evaluation.triangles,
         "remark": TRUE_FORCES if results.case.forces else "",
-        "notes": results.notes,
         "tiles": tiles,
         "parts": parts,
-        "weaknesses": weaknesses(evaluation),
+        "weaknesses": weaknesses(results.evaluation),
     }
 
 
@@ -214,10 +198,11 @@ def _readme(sections, missing, made, here) -> str:
     lines += ["Written by `billow paper`; `report.html` has everything in one file.", ""]
     lines += [f"- {sentence}" for sentence in missing]
     for section in sections:
-        lines += ["", f"## {section['heading']}", ""]
-        size = f"{section['times']} times, {section['nodes']:,} nodes"
-        lines.append(f"N_DOE {section['sizes']}, {section['unseen']} unseen runs, {size}.")
-        lines += [f"- {sentence}" for sentence in section["notes"]]
+        results, surrogate = section["results"], section["results"].surrogate
+        lines += ["", f"## {results.case.heading}", ""]
+        size = f"{len(surrogate.times)} times, {surrogate.nodes:,} nodes"
+        lines.append(f"N_DOE {section['sizes']}, {len(results.evaluation.test)} unseen runs, {size}.")
+        lines += [f"- {sentence}" for sentence in results.notes]
         lines += [f"- {value}: {label}" for value, label in section["tiles"]]
     lines += ["", "## Files", ""]
     for part in made:

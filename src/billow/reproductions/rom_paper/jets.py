@@ -14,9 +14,10 @@ from matplotlib.figure import Figure
 from billow.base.errors import InputError
 from billow.reproductions.rom_paper.table import Table
 from billow.results.dataset_files import same_times
-from billow.rom.surrogate.standing import to_unit
+from billow.rom.learn.dataset import Dataset
+from billow.rom.surrogate.basis import Z
+from billow.rom.surrogate.design_space import to_unit
 
-Z = 2
 MILLI = 1e3
 COLOURS = ("#0072b2", "#d55e00")
 RINGS = 24
@@ -60,21 +61,23 @@ class JetComparison:
 
     def table(self) -> Table:
         """At a few times and at the strongest moment."""
-        count = len(self.times)
-        rows = []
+        count, rows = len(self.times), []
         for step in sorted({*(np.linspace(count / 5, count, 5).round().astype(int) - 1).tolist(), self.strongest}):
-            first, second = MILLI * self.strength[:, step]
-            apart = MILLI * self.difference[:, step].mean()
+            effects = zip(self.names, MILLI * self.strength[:, step], strict=True)
             rows.append(
-                (MILLI * self.times[step], float(first), float(second), float(self.likeness[step]), float(apart))
+                {
+                    "time [ms]": MILLI * self.times[step],
+                    **{f"{name} [mm]": effect for name, effect in effects},
+                    "likeness [-]": self.likeness[step],
+                    "between the two [mm]": MILLI * self.difference[:, step].mean(),
+                }
             )
         return Table(
             "jets",
             f"What the whole range of {self.label.lower()} does to the height",
             f"{len(self.runs)} designs that both studies hold. Effect: root mean square over nodes. Likeness: "
             "cosine of the two effects as fields. Last column: RMSE between the heights of one design, mean.",
-            ("time [ms]", f"{self.names[0]} [mm]", f"{self.names[1]} [mm]", "likeness [-]", "between the two [mm]"),
-            tuple(rows),
+            rows,
         )
 
     def figure(self) -> Figure:
@@ -109,7 +112,7 @@ class JetComparison:
         ]
 
 
-def compare_jets(one, other, names: tuple[str, str], parameter: str) -> JetComparison:
+def compare_jets(one: Dataset, other: Dataset, names: tuple[str, str], parameter: str) -> JetComparison:
     """Compare two datasets of equal designs, meshes and times that differ in the gas model.
 
     parameter: name of the jet direction among their parameters

@@ -1,25 +1,28 @@
-"""Finished pieces of long work, kept on disk: whoever asks again with the same inputs gets them at once."""
+"""Finished models, kept on disk: the same inputs get the same model at once."""
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import json
 from collections.abc import Callable
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 
 from billow import __version__
+from billow.base.errors import InputError, IntegrityError
 from billow.results.atomic import write_atomically
 from billow.results.dataset_files import mesh_sha256
-from billow.results.tensor_file import read_tensors, write_tensors
+from billow.rom.learn.dataset import Dataset
+from billow.rom.learn.train import import_network
 
-Piece = tuple[dict[str, np.ndarray], dict]
-"""Arrays and a JSON record."""
+Model = TypeVar("Model")
 
 
 class Kept:
-    """A folder of pieces, each named after what it is and a digest of everything it was made from."""
+    """A folder of models, each named after what it is and a digest of everything it was made from."""
 
     def __init__(self, folder: Path):
         self.folder = folder
@@ -27,21 +30,29 @@ class Kept:
         write_atomically(folder / ".gitignore", "*\n")  # large, and made again by the command that made them
 
     def path(self, name: str, inputs: dict) -> Path:
-        """Where a piece lies, or will. inputs: everything it depends on, plain JSON; the version of Billow is added."""
+        """Where a model lies, or will. inputs: everything it depends on, plain JSON; the version of Billow is added."""
         text = json.dumps({"billow": __version__, **inputs}, sort_keys=True)
         return self.folder / f"{name}-{hashlib.sha256(text.encode()).hexdigest()[:16]}.safetensors"
 
-    def piece(self, name: str, inputs: dict, make: Callable[[], Piece]) -> Piece:
-        """The piece, read if it is there and whole, else made and written."""
+    def model(self, kind: type[Model], name: str, inputs: dict, make: Callable[[], Model]) -> Model:
+        """A `Surrogate` or `Coupled`, read if it is there and whole, else made and saved."""
         path = self.path(name, inputs)
-        try:
-            return read_tensors(path, ValueError)
-        except (OSError, ValueError):
-            write_tensors(path, *make())
-        return read_tensors(path, ValueError)
+        with contextlib.suppress(InputError, IntegrityError):
+            return kind.load(path)
+        make().save(path)
+        return kind.load(path)
 
 
-def fingerprint(dataset, runs) -> str:
+def shared_settings() -> dict:
+    """What the default recipe is at present, as plain JSON: what was learned by another one must not pass for it."""
+    network = import_network()
+    return {
+        "layers": [network.MEMBERS, *network.HIDDEN_SHARED],
+        "steps": [network.BATCH_SHARED, *network.EPOCHS_SHARED, network.STEPS_SHARED],
+    }
+
+
+def fingerprint(dataset: Dataset, runs) -> str:
     """SHA-256 of all that is learned from some runs of a dataset: axes, times, mesh, designs and the runs' files.
 
     Runs whose records carry no sum of their own (datasets in memory) are hashed by what they answer.

@@ -12,12 +12,14 @@ from pathlib import Path
 import numpy as np
 
 from billow.reproductions.rom_paper.kept import Kept
+from billow.reproductions.rom_paper.nested_design import NestedDesign
 from billow.reproductions.rom_paper.published import EPOCHS, MODES, PublishedCase
-from billow.reproductions.rom_paper.reductions import Reduced
 from billow.results.tensor_file import read_tensors, write_tensors
-from billow.rom.judge.rmse import Summary
-from billow.rom.learn.snapshots import COMPONENTS
-from billow.rom.learn.training import Progress, import_network
+from billow.rom.judge.errors import Summary
+from billow.rom.learn.progress import Progress
+from billow.rom.learn.train import import_network
+from billow.rom.surrogate.basis import COMPONENTS
+from billow.rom.surrogate.design_space import bounds
 from billow.rom.surrogate.regression import Regression
 from billow.rom.surrogate.scaling import InputScaling, OutputScaling
 
@@ -71,8 +73,7 @@ class _Sittings:
 
 
 def paper_recipe(
-    dataset,
-    reduced: Reduced,
+    nested: NestedDesign,
     case: PublishedCase,
     component: str,
     kept: Kept,
@@ -82,27 +83,24 @@ def paper_recipe(
 ) -> RecipeFit:
     """Train the paper's networks for the coefficients of one component and judge them on unseen runs.
 
-    component: "x", "y" or "z". Errors as `Surrogate.train`.
+    component: "x", "y" or "z". Errors as `train`.
     """
     index = COMPONENTS.index(component)
-    reduction = reduced.reduction.cut(min(MODES, len(reduced.reduction.bases[0].modes)))
-    known = reduction.coefficients[:, :, index : index + 1]
-    design, times = reduction.design, reduction.times
-    low, high = (np.array([getattr(p, side) for p in dataset.parameters], float) for side in ("low", "high"))
-    inputs = InputScaling(low, high, float(times[0]), float(times[-1]), "paper")
-    outputs = OutputScaling.of(known, times, "paper")
-    modes = known.shape[3]
-    targets = outputs.forward(known.reshape(*known.shape[:2], modes)).reshape(-1, modes)
-    settings = {"of": reduced.made_of, "component": component, "epochs": epochs, "modes": modes, "case": case.name}
+    reduction = nested.reduction.cut(min(MODES, nested.modes))
+    known = reduction.coefficients[:, :, index]
+    design, times, modes = reduction.design, reduction.times, known.shape[2]
+    inputs = InputScaling(*bounds(nested.dataset.parameters), float(times[0]), float(times[-1]), "paper")
+    outputs = OutputScaling.of(known[:, :, None], times, "paper")
+    settings = nested.made_of | {"component": component, "epochs": epochs, "modes": modes, "case": case.name}
     sittings = _Sittings(kept.path("paper-recipe", settings))
     weights, biases = import_network().train_paper(
-        inputs(design, times), targets, epochs=epochs, progress=progress, hidden=case.hidden, rate=case.rate,
-        checkpoint=sittings,
+        inputs(design, times), outputs.forward(known).reshape(-1, modes), epochs=epochs, progress=progress,
+        hidden=case.hidden, rate=case.rate, checkpoint=sittings,
     )  # fmt: skip
     spent = read_tensors(sittings.path, ValueError)[1]["cpu_seconds"]
     regression = Regression("paper", weights, biases, inputs, outputs)
-    learned = regression(reduced.unseen_design, times)  # (runs, times, modes)
-    best = reduced.unseen.known[:, :, index, :modes]
-    wrong = np.square(learned - best, dtype=float).sum(axis=2) / reduced.unseen.nodes
-    rmse = np.sqrt(wrong + np.square(reduced.unseen.truncation(modes)[:, :, index]))
+    learned = regression(np.asarray(nested.dataset.design(nested.unseen), float), times)  # (runs, times, modes)
+    seen = nested.projection(nested.reduction.bases)
+    wrong = np.square(learned - seen.known[:, :, index, :modes], dtype=float).sum(axis=2) / seen.nodes
+    rmse = np.sqrt(wrong + np.square(seen.truncation(modes)[:, :, index]))
     return RecipeFit(component, modes, epochs, rmse, spent)

@@ -17,17 +17,25 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
-from billow.base.errors import InputError
 from billow.injury.criteria import GRAVITY
 from billow.injury.motion import Injury, assess
 from billow.injury.rating import Rating, rate
 from billow.rom.coupled.coupled_model import Coupled
-from billow.rom.coupled.impactor_motion import ImpactorMotion, recorded_force
-from billow.rom.learn.force_inputs import previous
+from billow.rom.coupled.impactor import ImpactorMotion, recorded_force
+from billow.rom.judge.evaluate import require_unseen
+from billow.rom.learn.dataset import Dataset
+from billow.rom.learn.progress import Announcement, Announcer
+from billow.rom.surrogate.basis import Z
+from billow.rom.surrogate.force_inputs import previous
 from billow.rom.surrogate.surrogate import Surrogate
 
-Z = 2
-QUANTITIES = ("acceleration CFC 60", "acceleration CFC 180", "velocity", "displacement")
+QUANTITIES: dict[str, Callable[[ImpactorMotion], tuple[np.ndarray, np.ndarray]]] = {
+    "acceleration CFC 60": lambda motion: motion.acceleration(60),
+    "acceleration CFC 180": lambda motion: motion.acceleration(180),
+    "velocity": lambda motion: (motion.times, motion.velocity),
+    "displacement": lambda motion: (motion.times, motion.displacement),
+}
+"""What is rated: name -> times [s], (samples,), and values, (samples, 3)."""
 
 COUPLED = "coupled"
 TRUE_INPUTS = "true forces as inputs of the bag"
@@ -65,31 +73,26 @@ class CoupledEvaluation:
 
     def record(self) -> dict:
         """For metrics.json: HIC in g^2.5 s, accelerations in g."""
+        ratings = {answer: {q: self._record(q, answer) for q in QUANTITIES} for answer in self.ratings}
+        injuries = zip(self.runs, self.solver, self.coupled, strict=True)
         return {
             "runs": list(self.runs),
             "nothing_known_in_advance": True,
-            "iso_18571": {q: self._summary(q, COUPLED) for q in QUANTITIES},
-            "iso_18571_of_other_answers": {
-                answer: {q: self._summary(q, answer) for q in QUANTITIES}
-                for answer in self.ratings
-                if answer != COUPLED
-            },
-            "injury": [
-                {"run": run, "solver": injury_record(s), "coupled": injury_record(c)}
-                for run, s, c in zip(self.runs, self.solver, self.coupled, strict=True)
-            ],
+            "iso_18571": ratings.pop(COUPLED),
+            "iso_18571_of_other_answers": ratings,
+            "injury": [{"run": r, "solver": injury_record(s), "coupled": injury_record(c)} for r, s, c in injuries],
             "seconds_per_deployment": self.seconds,
         }
 
-    def _summary(self, quantity, answer) -> dict:
+    def _record(self, quantity, answer) -> dict:
         scores = [asdict(r) | {"overall": r.overall} for r in self.ratings[answer][quantity]]
         return {"median": self.median(quantity, answer), "worst": self.worst(quantity, answer), "scores": scores}
 
 
 def evaluate_coupled(
-    dataset,
+    dataset: Dataset,
     coupled: Coupled,
-    progress: Callable[[int, int, str], None] | None = None,
+    progress: Announcement | None = None,
     *,
     with_forces: Surrogate | None = None,
 ) -> CoupledEvaluation:
@@ -99,22 +102,15 @@ def evaluate_coupled(
     with_forces: a surrogate of the same runs with contact forces as inputs, whose bag gives `TRUE_INPUTS`
     Raises InputError E-ROM-015 without unseen runs, E-INJ-003 if histories are too coarse for injury metrics.
     """
-    if not dataset.test:
-        raise InputError(
-            "E-ROM-015",
-            "there are no unseen runs to compare with",
-            where=coupled.surrogate.title or "dataset",
-            why="the dataset has no completed test run",
-            remedy="ask for test runs in study.toml, or finish the study: billow study STUDY.toml --out FOLDER",
-        )
+    require_unseen(dataset)
+    announce = Announcer(progress, len(dataset.test))
     name = coupled.impactor.name
-    seen = [ImpactorMotion.of_run(dataset.result(run), name) for run in coupled.surrogate.training["runs"]]
+    seen = [ImpactorMotion.of_run(dataset.result(run), name) for run in coupled.surrogate.runs]
     mean = ImpactorMotion(seen[0].times, *(np.mean([getattr(m, n) for m in seen], 0) for n in ("centre", "velocity")))
     ratings: dict[str, dict[str, list[Rating]]] = {}
     solver, answers, seconds = [], [], []
-    for done, (run, design) in enumerate(zip(dataset.test, dataset.design(dataset.test), strict=True)):
-        if progress is not None:
-            progress(done, len(dataset.test), f"run {run}")
+    for run, design in zip(dataset.test, dataset.design(dataset.test), strict=True):
+        announce(f"run {run}")
         result = dataset.result(run)
         truth = ImpactorMotion.of_run(result, name)
         begun = time.perf_counter()
@@ -127,9 +123,10 @@ def evaluate_coupled(
         motions[TRUE_CONTACT] = coupled.replay(design, recorded_force(result, name))
         motions[MEAN_MOTION] = mean
         for answer, moved in motions.items():
-            for quantity in QUANTITIES:
-                found = ratings.setdefault(answer, {}).setdefault(quantity, [])
-                found.append(_rating(quantity, moved, truth))
+            for quantity, curve in QUANTITIES.items():
+                times, reference = curve(truth)
+                rating = rate(times, curve(moved)[1][:, Z], reference[:, Z])
+                ratings.setdefault(answer, {}).setdefault(quantity, []).append(rating)
         solver.append(assess(truth.times, truth.velocity))
         answers.append(assess(motion.times, motion.velocity))
     return CoupledEvaluation(
@@ -164,17 +161,3 @@ def injury_record(injury: Injury) -> dict:
         "contiguous_clip_3ms_g": injury.contiguous_clip / GRAVITY,
         "peak_g": injury.peak / GRAVITY,
     }
-
-
-def _rating(quantity: str, motion: ImpactorMotion, truth: ImpactorMotion) -> Rating:
-    return rate(_times(quantity, truth), _curve(quantity, motion), _curve(quantity, truth))
-
-
-def _times(quantity, motion):
-    return motion.acceleration()[0] if quantity.startswith("acceleration") else motion.times
-
-
-def _curve(quantity, motion):
-    if quantity.startswith("acceleration"):
-        return motion.acceleration(int(quantity.split()[-1]))[1][:, Z]
-    return getattr(motion, quantity)[:, Z]

@@ -15,8 +15,9 @@ from billow.injury.criteria import GRAVITY
 from billow.injury.motion import assess
 from billow.results.atomic import write_atomically
 from billow.results.histories import write_histories
-from billow.rom.coupled.coupled_evaluation import Z, injury_record
-from billow.rom.coupled.impactor_motion import ImpactorMotion
+from billow.rom.coupled.coupled_evaluation import injury_record
+from billow.rom.coupled.impactor import ImpactorMotion
+from billow.rom.surrogate.basis import Z
 
 SHOWN_CLASS = 60
 """Channel frequency class of the accelerations that are drawn."""
@@ -43,24 +44,28 @@ def write_motion(motion: ImpactorMotion, name: str, folder: str | Path) -> dict:
     write_histories(folder / "motion.csv", columns)
     found = injury_record(assess(motion.times, motion.velocity))
     write_atomically(folder / "injury.json", json.dumps(found, indent=1) + "\n")
-    write_atomically(folder / "motion.svg", draw_motion([("coupled model", motion)]))
+    write_atomically(folder / "motion.svg", draw_motion(motion))
     return found
 
 
-def draw_motion(motions: list[tuple[str, ImpactorMotion]]) -> bytes:
-    """Acceleration, velocity and displacement along the bag's axis, one line for each (label, motion), as SVG."""
+def draw_motion(motion: ImpactorMotion) -> bytes:
+    """Acceleration, velocity and displacement along the bag's axis as SVG."""
     with matplotlib.rc_context(STYLE):
         figure = Figure(figsize=(10.5, 3.2), layout="constrained")
-        panels = figure.subplots(1, 3)
-        titles = (f"Acceleration, CFC {SHOWN_CLASS} [g]", "Velocity [m/s]", "Displacement [mm]")
-        for label, motion in motions:
-            middles, acceleration = motion.acceleration(SHOWN_CLASS)
-            panels[0].plot(1e3 * middles, acceleration[:, Z] / GRAVITY, label=label)
-            panels[1].plot(1e3 * motion.times, motion.velocity[:, Z], label=label)
-            panels[2].plot(1e3 * motion.times, 1e3 * motion.displacement[:, Z], label=label)
-        for panel, title in zip(panels, titles, strict=True):
-            panel.set(title=title, xlabel="Time [ms]")
-        panels[0].legend()
+        plot_motion(figure.subplots(1, 3), motion)
         text = io.BytesIO()
         figure.savefig(text, format="svg")
         return text.getvalue()
+
+
+def plot_motion(panels, motion: ImpactorMotion, **style) -> None:
+    """Acceleration, velocity and displacement along the bag's axis against time in three panels."""
+    middles, acceleration = motion.acceleration(SHOWN_CLASS)
+    curves = {
+        f"acceleration, CFC {SHOWN_CLASS} [g]": (middles, acceleration[:, Z] / GRAVITY),
+        "velocity [m/s]": (motion.times, motion.velocity[:, Z]),
+        "displacement [mm]": (motion.times, 1e3 * motion.displacement[:, Z]),
+    }
+    for axes, (label, (times, values)) in zip(panels, curves.items(), strict=True):
+        axes.plot(1e3 * times, values, **style)
+        axes.set(xlabel="time [ms]", ylabel=label)

@@ -22,12 +22,13 @@ import numpy as np
 from billow.base.errors import InputError
 from billow.injury.curve import sample_interval
 from billow.results.dataset_files import same_times
-from billow.rom.coupled.contact_law import EVERY, ContactLaw, learn_contact_law
-from billow.rom.coupled.contact_reach import REACHES, area_vectors, node_area
-from billow.rom.coupled.coupled_file import read_coupled, write_coupled
-from billow.rom.coupled.impactor_motion import ImpactorMotion, filtered_force
-from billow.rom.coupled.impactor_of_design import Impactor, ImpactorOfDesign
-from billow.rom.surrogate.question import check_design, design_rows
+from billow.results.tensor_file import write_tensors
+from billow.rom.coupled.contact_force import EVERY, REACHES, ContactLaw, area_vectors, learn_contact_law, node_area
+from billow.rom.coupled.coupled_file import coupled_content, read_coupled
+from billow.rom.coupled.impactor import Impactor, ImpactorMotion, ImpactorOfDesign, filtered_force
+from billow.rom.learn.dataset import Dataset
+from billow.rom.learn.progress import Progress
+from billow.rom.surrogate.design_space import check_design, design_rows
 from billow.rom.surrogate.surrogate import Surrogate
 
 
@@ -50,7 +51,7 @@ class Coupled:
     gravity: np.ndarray
 
     @classmethod
-    def train(cls, dataset, surrogate: Surrogate, seed: int = 0, progress=None) -> Coupled:
+    def train(cls, dataset: Dataset, surrogate: Surrogate, seed: int = 0, progress: Progress | None = None) -> Coupled:
         """Learn the contact force of the runs that `surrogate` was learned from. Test runs are never read.
 
         progress(epoch, epochs, loss) is called after each epoch.
@@ -58,11 +59,11 @@ class Coupled:
         E-CPL-005 (the surrogate wants forces itself, or histories of runs differ in their times), ResourceError
         E-ROM-006 (no PyTorch), NumericalStop E-ROM-014 (training failed).
         """
-        runs = surrogate.training["runs"]
+        runs = surrogate.runs
         impactor = ImpactorOfDesign.learn(dataset, runs)
         motions = [ImpactorMotion.of_run(dataset.result(run), impactor.name) for run in runs]
         times = motions[0].times
-        _require_alike(surrogate, runs, motions)
+        _require_alike(surrogate, motions)
         gravity = np.array(dataset.result(runs[0]).case_toml["run"]["gravity"], float)
         design = np.asarray(dataset.design(runs), float)
         unfinished = cls(surrogate, impactor, None, times, gravity)
@@ -82,7 +83,7 @@ class Coupled:
 
     def save(self, path: str | Path) -> Path:
         """Write everything to one file without pickle, atomically. `Surrogate.load` reads the bag from it too."""
-        return write_coupled(path, self)
+        return write_tensors(path, *coupled_content(self))
 
     @classmethod
     def load(cls, path: str | Path) -> Coupled:
@@ -176,15 +177,16 @@ class Coupled:
         return np.concatenate([area_vectors(nodes, self._area, body, centre).ravel(), velocity])
 
 
-def _require_alike(surrogate, runs, motions) -> None:
+def _require_alike(surrogate: Surrogate, motions: list[ImpactorMotion]) -> None:
+    runs, first = surrogate.runs, motions[0]
+    other = [run for run, m in zip(runs, motions, strict=True) if not same_times(m.times, first.times)]
     if surrogate.forces is not None:
-        where, why = "surrogate", "it wants the contact forces of the time before, which are not known in advance"
-    else:
-        other = [r for r, m in zip(runs, motions, strict=True) if not same_times(m.times, motions[0].times)]
-        if not other:
-            sample_interval(motions[0].times, motions[0].velocity)
-            return
+        where, why = "surrogate", "it needs the contact forces of the previous time, which are not known in advance"
+    elif other:
         where, why = f"run {other[0]}", f"its histories have other times than those of run {runs[0]}"
+    else:
+        sample_interval(first.times, first.velocity)
+        return
     raise InputError(
         "E-CPL-005",
         "a coupled model cannot be learned",

@@ -1,21 +1,29 @@
-"""What a surrogate has to beat: answers that need no network.
-
-Every baseline is made from training runs and asked like a surrogate: `predict(design)` gives the displacement
-[m], (times, nodes, 3) of one design (parameters,), at the trained times. `baselines` makes them all, and none of them
-holds more than one run.
-"""
+"""What a surrogate has to beat: answers that need no network."""
 
 from __future__ import annotations
+
+from collections.abc import Callable
 
 import numpy as np
 from scipy.interpolate import RBFInterpolator
 
-from billow.rom.learn.basis import Basis
-from billow.rom.learn.snapshots import read_run
+from billow.results.dataset_files import Parameter
+from billow.rom.learn.dataset import Dataset, read_run
+from billow.rom.surrogate.basis import Basis
+from billow.rom.surrogate.design_space import to_unit
+
+BASELINES = MEAN_TRAJECTORY, NEAREST_RUN, RADIAL_BASIS = "mean trajectory", "nearest run", "radial basis functions"
+
+Predict = Callable[[np.ndarray], np.ndarray]
+"""Asked like a surrogate: the displacement [m], (times, nodes, 3), of one design (parameters,) at the trained times."""
 
 
-def baselines(dataset, runs: tuple[str, ...], bases: tuple[Basis, ...]) -> tuple:
-    """`MeanTrajectory`, `NearestRun` and `RadialBasis` of some runs, which are read once, one after the other.
+def baselines(dataset: Dataset, runs: tuple[str, ...], bases: tuple[Basis, ...]) -> dict[str, Predict]:
+    """The answers `BASELINES`, made from `runs`, which are read once, one after the other; none holds more than a run.
+
+    - mean trajectory: the same for every design, the mean of all runs at each time
+    - nearest run: of the nearest design, every parameter's range counting as one; read when it is asked for
+    - radial basis functions: from the design to the trajectory of basis coefficients, `radial_basis`
 
     bases: the reduced bases of x, y and z. Raises InputError E-ROM-009 if a run holds a value that is not finite.
     """
@@ -24,44 +32,24 @@ def baselines(dataset, runs: tuple[str, ...], bases: tuple[Basis, ...]) -> tuple
         shape = read_run(dataset, run)
         total = total + shape.astype(float)
         trajectories.append(np.stack([shape[:, :, c] @ basis.modes.T for c, basis in enumerate(bases)], axis=1))
-    low, high = (np.array([getattr(p, side) for p in dataset.parameters], float) for side in ("low", "high"))
-    return (
-        MeanTrajectory((total / len(runs)).astype(np.float32)),
-        NearestRun(dataset, runs, low, high),
-        RadialBasis(np.stack(trajectories), dataset.design(runs), bases, low, high),
-    )
+    mean = (total / len(runs)).astype(np.float32)
+    designs = dataset.design(runs)
+    known = to_unit(designs, dataset.parameters)
+
+    def nearest_run(design):
+        distance = np.linalg.norm(known - to_unit(design, dataset.parameters), axis=1)
+        return read_run(dataset, runs[int(distance.argmin())])
+
+    return {
+        MEAN_TRAJECTORY: lambda design: mean,
+        NEAREST_RUN: nearest_run,
+        RADIAL_BASIS: radial_basis(np.stack(trajectories), designs, bases, dataset.parameters),
+    }
 
 
-class MeanTrajectory:
-    """The same answer for every design: the mean of all training runs at each time, [m], (times, nodes, 3)."""
-
-    name = "mean trajectory"
-
-    def __init__(self, mean: np.ndarray):
-        self._mean = mean
-
-    def predict(self, design: np.ndarray) -> np.ndarray:
-        return self._mean
-
-
-class NearestRun:
-    """The training run whose design is nearest, every parameter's range counting as one; read when it is asked for.
-
-    low, high: (parameters,), the ranges
-    """
-
-    name = "nearest run"
-
-    def __init__(self, dataset, runs: tuple[str, ...], low: np.ndarray, high: np.ndarray):
-        self._dataset, self._runs, self._low, self._range = dataset, runs, low, high - low
-        self._designs = (dataset.design(runs) - low) / self._range
-
-    def predict(self, design: np.ndarray) -> np.ndarray:
-        distance = np.linalg.norm(self._designs - (design - self._low) / self._range, axis=1)
-        return read_run(self._dataset, self._runs[int(distance.argmin())])
-
-
-class RadialBasis:
+def radial_basis(
+    trajectories: np.ndarray, designs: np.ndarray, bases: tuple[Basis, ...], parameters: tuple[Parameter, ...]
+) -> Predict:
     """Radial basis functions from the design to the whole trajectory of basis coefficients.
 
     Thin-plate splines with a linear part on designs in [-1, 1]; with too few runs for a linear part (parameters + 1),
@@ -69,32 +57,16 @@ class RadialBasis:
 
     trajectories: [m], (runs, times, 3, modes), coefficients in `bases`; designs: (runs, parameters)
     """
+    runs, count = designs.shape
+    kernel, degree = ("thin_plate_spline", 1) if runs > count else ("linear", 0)
 
-    name = "radial basis functions"
+    def scaled(design):
+        return 2.0 * to_unit(design, parameters) - 1.0
 
-    def __init__(
-        self,
-        trajectories: np.ndarray,
-        designs: np.ndarray,
-        bases: tuple[Basis, ...],
-        low: np.ndarray,
-        high: np.ndarray,
-    ):
-        self._bases, self._low, self._range = bases, low, high - low
-        self._shape = trajectories.shape[1:]
-        runs, parameters = designs.shape
-        enough = runs > parameters
-        self._interpolant = RBFInterpolator(
-            self._scaled(designs),
-            trajectories.reshape(runs, -1),
-            kernel="thin_plate_spline" if enough else "linear",
-            degree=1 if enough else 0,
-        )
+    interpolant = RBFInterpolator(scaled(designs), trajectories.reshape(runs, -1), kernel=kernel, degree=degree)
 
-    def predict(self, design: np.ndarray) -> np.ndarray:
-        coefficients = self._interpolant(self._scaled(design)[None]).reshape(self._shape).astype(np.float32)
-        fields = [basis.fields(coefficients[:, c].T) for c, basis in enumerate(self._bases)]
-        return np.stack(fields).transpose(2, 1, 0)
+    def predict(design):
+        found = interpolant(scaled(design)[None]).reshape(trajectories.shape[1:]).astype(np.float32)
+        return np.stack([basis.fields(found[:, c].T) for c, basis in enumerate(bases)]).transpose(2, 1, 0)
 
-    def _scaled(self, design):
-        return 2.0 * (design - self._low) / self._range - 1.0
+    return predict

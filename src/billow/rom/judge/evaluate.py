@@ -2,44 +2,40 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from billow.base.errors import InputError
-from billow.results.dataset_files import Parameter, mesh_sha256, same_times
-from billow.rom.judge.baselines import MeanTrajectory, NearestRun, RadialBasis, baselines
+from billow.results.dataset_files import mesh_sha256, same_times
+from billow.rom.judge.baselines import baselines
+from billow.rom.judge.errors import ErrorsByModes, LearningCurve, Summary, fit_learning_curve, project, snapshot_rmse
 from billow.rom.judge.interval_check import IntervalCheck, check_intervals
-from billow.rom.judge.learning_curve import LearningCurve, fit
-from billow.rom.judge.projection import project
-from billow.rom.judge.rmse import Summary, snapshot_rmse
-from billow.rom.judge.timing import Timing, measure
+from billow.rom.judge.timing import Timing, measure, training_seconds
+from billow.rom.learn.dataset import Dataset, read_run
 from billow.rom.learn.left_out import LeftOut, left_out
+from billow.rom.learn.progress import Announcement, Announcer
 from billow.rom.learn.reduction import DEFAULT_MEMORY
-from billow.rom.learn.snapshots import read_run
-from billow.rom.surrogate.standing import neighbour_distances, to_unit
+from billow.rom.learn.train import Recipe, train
+from billow.rom.surrogate.basis import Z
+from billow.rom.surrogate.design_space import neighbour_distances, to_unit
 from billow.rom.surrogate.surrogate import Surrogate
 
 SWEEP_MODES = (1, 2, 4, 6, 8, 10, 12, 16)
-BASELINES = (MeanTrajectory.name, NearestRun.name, RadialBasis.name)
 
 
 @dataclass(frozen=True, eq=False)
 class SweepModel:
-    """One model of the learning curve, judged on the unseen runs after every number of modes in `modes`.
+    """One model of the learning curve.
 
     runs: number of training runs; generation, training: [s] that making them and learning from them took
-    summaries: one per number of modes, each of the components x, y, z
-    truncation: [m], (modes, 3), mean RMSE that no regression could avoid
+    errors: on the unseen runs, with several numbers of modes
     """
 
     runs: int
     generation: float
     training: float
-    modes: tuple[int, ...]
-    summaries: tuple[tuple[Summary, Summary, Summary], ...]
-    truncation: np.ndarray
+    errors: ErrorsByModes
 
 
 @dataclass(frozen=True)
@@ -60,25 +56,19 @@ class Coverage:
 class Evaluation:
     """Everything measured on unseen runs.
 
+    surrogate: what was judged; test: the unseen runs; design: theirs, (runs, parameters)
     errors: [m], name -> (runs, times, 3) float64, RMSE of each snapshot's components (inside paper equation 5) for
         "surrogate", "truncation" (the best any coefficients could do), "regression" (coefficients predicted instead of
-        known; truncation^2 + regression^2 = surrogate^2) and each of `BASELINES`
+        known; truncation^2 + regression^2 = surrogate^2) and each of `baselines.BASELINES`
     spread: [m], (runs, times, 3), disagreement of the ensemble; None without one
     intervals: how many unseen values the intervals of each level hold; empty without calibration
-    sweep: against training runs and modes; singular_values: [m], (3, values); energy: [-], (3, modes), kept fraction
+    sweep: against training runs and modes
     missing: runs of the design that are not there -> why; left_out: training runs that were not learned from
     ledgers: run -> balance errors from its record, of all runs that kept one
     """
 
-    title: str
-    recipe: str
-    modes: int
-    nodes: int
-    triangles: int
-    parameters: tuple[Parameter, ...]
+    surrogate: Surrogate
     reference_length: float
-    times: np.ndarray
-    train: tuple[str, ...]
     test: tuple[str, ...]
     missing: dict[str, str]
     left_out: LeftOut
@@ -87,32 +77,39 @@ class Evaluation:
     spread: np.ndarray | None
     intervals: tuple[IntervalCheck, ...]
     sweep: tuple[SweepModel, ...]
-    singular_values: np.ndarray
-    energy: np.ndarray
     coverage: Coverage
     timing: Timing
     ledgers: dict[str, dict[str, float]]
-    training: dict
 
     def summary(self, name: str, component: int) -> Summary:
         """Distribution of one kind of error over unseen runs and times."""
         return Summary.of(self.errors[name][:, :, component])
 
+    def regression_share(self, component: int) -> float:
+        """Part of the squared error that is regression, not truncation: [-]; 0 in a component that never moves."""
+        regression, total = (np.square(self.errors[n][:, :, component]).sum() for n in ("regression", "surrogate"))
+        return regression / total if total else 0.0
+
     def learning_curve(self, component: int) -> LearningCurve | None:
         """Mean RMSE against training runs, from the models of the sweep with the surrogate's own number of modes."""
-        rows = [int(np.abs(np.array(model.modes) - self.modes).argmin()) for model in self.sweep]
-        means = [model.summaries[row][component].mean for model, row in zip(self.sweep, rows, strict=True)]
-        return fit([model.runs for model in self.sweep], means)
+        rows = [int(np.abs(np.array(model.errors.counts) - self.surrogate.modes).argmin()) for model in self.sweep]
+        means = [model.errors.summary(component, row).mean for model, row in zip(self.sweep, rows, strict=True)]
+        return fit_learning_curve([model.runs for model in self.sweep], means)
+
+    def typical_and_worst(self) -> tuple[str, str]:
+        """The unseen runs with the median and the largest mean z RMSE."""
+        order = self.errors["surrogate"][:, :, Z].mean(axis=1).argsort()
+        return self.test[order[(len(order) - 1) // 2]], self.test[order[-1]]
 
 
 def evaluate(
-    dataset,
+    dataset: Dataset,
     surrogate: Surrogate,
     *,
     sizes: tuple[int, ...] | None = None,
     modes: tuple[int, ...] = SWEEP_MODES,
     memory: int = DEFAULT_MEMORY,
-    progress: Callable[[int, int, str], None] | None = None,
+    progress: Announcement | None = None,
 ) -> Evaluation:
     """Ask a surrogate for every unseen run of its dataset and compare.
 
@@ -121,65 +118,55 @@ def evaluate(
         `paper`, whose training takes hours
     modes: numbers of modes to report for each size. One model is trained with the largest and cut: the basis of fewer
         modes is the start of the basis of more, and every coefficient has its own output
-    memory: [byte] for the models of `sizes`, as `Surrogate.train`; all else reads one run at a time
+    memory: [byte] for the models of `sizes`, as `Recipe`; all else reads one run at a time
     progress: called as progress(done, total, what) before each piece of work
 
     Raises InputError E-ROM-012 if surrogate and dataset do not belong together, E-ROM-015 without unseen runs, and the
-    errors of `Surrogate.train`.
+    errors of `train`.
     """
     _require_match(dataset, surrogate)
-    runs = tuple(surrogate.training["runs"])
     if sizes is None:
-        sizes = tuple(sorted({len(runs) // 4, len(runs) // 2, len(runs)} - {0})) if surrogate.recipe == "shared" else ()
-    announce = _Announcer(progress, 3 + len(sizes))
+        count = len(surrogate.runs)
+        sizes = tuple(sorted({count // 4, count // 2, count} - {0})) if surrogate.recipe == "shared" else ()
+    announce = Announcer(progress, 2 + len(sizes))
 
-    announce(f"comparing with {len(dataset.test)} unseen runs")
+    announce(f"comparing with {len(dataset.test)} unseen runs and simple answers")
     unseen = np.asarray(dataset.design(dataset.test), float)
-    errors = _surrogate_errors(dataset, surrogate)
+    errors = _errors(dataset, surrogate)
     spread = surrogate.spread(unseen) if surrogate.regression.members > 1 else None
     intervals = check_intervals(surrogate, dataset, tuple(dataset.test))
-    announce("comparing with baselines")
-    errors |= _baseline_errors(dataset, surrogate, runs)
     sweep = []
     for size in sizes:
         announce(f"training on {size} runs")
-        sweep.append(_sweep(dataset, surrogate, runs[:size], modes, memory))
+        sweep.append(_sweep(dataset, surrogate, surrogate.runs[:size], modes, memory))
     announce("measuring times")
     return Evaluation(
-        title=surrogate.title,
-        recipe=surrogate.recipe,
-        modes=surrogate.modes,
-        nodes=surrogate.nodes,
-        triangles=len(surrogate.triangles),
-        parameters=surrogate.parameters,
+        surrogate=surrogate,
         reference_length=float(dataset.reference_length),
-        times=surrogate.times,
-        train=runs,
         test=tuple(dataset.test),
         missing=dict(dataset.missing),
-        left_out=left_out(dataset, runs),
+        left_out=left_out(dataset, surrogate.runs),
         design=unseen,
         errors=errors,
         spread=spread,
         intervals=intervals,
         sweep=tuple(sweep),
-        singular_values=np.stack([basis.singular_values for basis in surrogate.bases]),
-        energy=np.stack([basis.energy_fraction for basis in surrogate.bases]),
-        coverage=_coverage(surrogate.parameters, np.asarray(dataset.design(runs), float), unseen),
+        coverage=_coverage(surrogate.parameters, np.asarray(dataset.design(surrogate.runs), float), unseen),
         timing=measure(dataset, surrogate),
-        ledgers=_ledgers(dataset, (*runs, *dataset.test)),
-        training=surrogate.training,
+        ledgers=_ledgers(dataset, (*surrogate.runs, *dataset.test)),
     )
 
 
-class _Announcer:
-    def __init__(self, progress, total):
-        self._progress, self._done, self._total = progress, 0, total
-
-    def __call__(self, what):
-        if self._progress is not None:
-            self._progress(self._done, self._total, what)
-        self._done += 1
+def require_unseen(dataset: Dataset) -> None:
+    """InputError E-ROM-015 without a completed test run."""
+    if not dataset.test:
+        raise InputError(
+            "E-ROM-015",
+            "there are no unseen runs to compare with",
+            where=dataset.title or "dataset",
+            why="the dataset has no completed test run",
+            remedy="ask for test runs in study.toml, or finish the study: billow study STUDY.toml --out FOLDER",
+        )
 
 
 def _require_match(dataset, surrogate):
@@ -190,18 +177,10 @@ def _require_match(dataset, surrogate):
         why = "their start meshes differ"
     elif not same_times(dataset.times, surrogate.times):
         why = "their times differ"
-    elif not set(surrogate.training["runs"]) <= set(dataset.train):
+    elif not set(surrogate.runs) <= set(dataset.train):
         why = "it was trained on runs that are not training runs of this dataset"
-    elif not dataset.test:
-        raise InputError(
-            "E-ROM-015",
-            "there are no unseen runs to compare with",
-            where=surrogate.title or "dataset",
-            why="the dataset has no completed test run",
-            remedy="ask for test runs in study.toml, or finish the study: billow study STUDY.toml --out FOLDER",
-        )
     else:
-        return
+        return require_unseen(dataset)
     raise InputError(
         "E-ROM-012",
         "the surrogate was not trained on this dataset",
@@ -211,45 +190,39 @@ def _require_match(dataset, surrogate):
     )
 
 
-def _surrogate_errors(dataset, surrogate) -> dict[str, np.ndarray]:
-    errors = {name: [] for name in ("surrogate", "truncation", "regression")}
-    for run, design in zip(dataset.test, dataset.design(dataset.test), strict=True):
-        truth = read_run(dataset, run)
-        known = np.stack([truth[:, :, c] @ basis.modes.T for c, basis in enumerate(surrogate.bases)], axis=1)
-        best = np.stack([known[:, c] @ basis.modes for c, basis in enumerate(surrogate.bases)], axis=-1)
-        learned = surrogate.coefficients(design)
-        errors["surrogate"].append(snapshot_rmse(surrogate.predict(design), truth))
-        errors["truncation"].append(snapshot_rmse(best, truth))
-        errors["regression"].append(np.sqrt(np.square(learned - known).sum(axis=-1, dtype=float) / surrogate.nodes))
-    return {name: np.array(values) for name, values in errors.items()}
+def _errors(dataset, surrogate) -> dict[str, np.ndarray]:
+    """As in `Evaluation`, from one pass over the unseen runs."""
+    answers = {"surrogate": surrogate.predict} | baselines(dataset, surrogate.runs, surrogate.bases)
+    designs = dataset.design(dataset.test)
+    errors = {name: [] for name in answers}
 
+    def compared():
+        for run, design in zip(dataset.test, designs, strict=True):
+            truth = read_run(dataset, run)
+            for name, predict in answers.items():
+                errors[name].append(snapshot_rmse(predict(design), truth))
+            yield truth
 
-def _baseline_errors(dataset, surrogate, runs) -> dict[str, np.ndarray]:
-    simple = baselines(dataset, runs, surrogate.bases)
-    errors = {baseline.name: [] for baseline in simple}
-    for run, design in zip(dataset.test, dataset.design(dataset.test), strict=True):
-        truth = read_run(dataset, run)
-        for baseline in simple:
-            errors[baseline.name].append(snapshot_rmse(baseline.predict(design), truth))
-    return {name: np.array(values) for name, values in errors.items()}
+    seen, count = project(compared(), surrogate.bases), surrogate.modes
+    parts = {
+        "truncation": seen.truncation(count),
+        "regression": seen.regression(surrogate.coefficients(designs), count),
+    }
+    return {name: np.array(values) for name, values in errors.items()} | parts
 
 
 def _sweep(dataset, surrogate, runs, modes, memory) -> SweepModel:
     possible = min(surrogate.nodes, len(runs) * len(surrogate.times))
-    modes = tuple(count for count in modes if count <= possible)
+    counts = tuple(count for count in modes if count <= possible)
     seed, epochs = surrogate.training["seed"], surrogate.training["epochs"]
-    model = Surrogate.train(dataset, surrogate.recipe, max(modes), runs, seed, epochs, calibrate=False, memory=memory)
-    learned = model.coefficients(dataset.design(dataset.test))
-    seen = project((read_run(dataset, run) for run in dataset.test), model.bases)
-    lost = [seen.truncation(count) for count in modes]
-    total = [np.hypot(floor, seen.regression(learned, count)) for floor, count in zip(lost, modes, strict=True)]
+    recipe = Recipe(surrogate.recipe, max(counts), seed, epochs, calibrate=False, memory=memory)
+    model = train(dataset, recipe, runs=runs)
+    unseen = project((read_run(dataset, run) for run in dataset.test), model.bases)
     return SweepModel(
         runs=len(runs),
         generation=float(np.sum(dataset.wall_seconds(runs))),
-        training=sum(model.training[f"{step}_seconds"] for step in ("read", "pod", "network")),
-        modes=modes,
-        summaries=tuple(tuple(Summary.of(errors[:, :, c]) for c in range(3)) for errors in total),
-        truncation=np.stack([floor.mean(axis=(0, 1)) for floor in lost]),
+        training=sum(training_seconds(model).values()),
+        errors=ErrorsByModes.of(counts, unseen, model.coefficients(dataset.design(dataset.test))),
     )
 
 
@@ -264,7 +237,8 @@ def _ledgers(dataset, runs) -> dict[str, dict[str, float]]:
     """Balance errors of runs whose records hold them; datasets made by other solvers may have none."""
     found = {}
     for run in runs:
-        record = dataset.result(run).record if hasattr(dataset, "result") else {}
-        if record.get("ledger"):
-            found[run] = {n: float(value) for n, value in record["ledger"].items() if isinstance(value, int | float)}
+        ledger = dataset.result(run).record.get("ledger") or {}
+        numbers = {name: float(value) for name, value in ledger.items() if isinstance(value, int | float)}
+        if numbers:
+            found[run] = numbers
     return found

@@ -1,4 +1,4 @@
-"""The report's pictures: Figures 4, 5, 6 and 11 of the ROM paper from our runs, and those that show what is behind."""
+"""Figures of errors, times and shapes: those of the ROM paper (4 to 6, 8 to 12) and those that explain them."""
 
 from __future__ import annotations
 
@@ -10,18 +10,21 @@ import numpy as np
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import MaxNLocator
+from matplotlib.patches import Patch
+from matplotlib.ticker import FixedLocator, MaxNLocator, NullFormatter, ScalarFormatter
 
-from billow.base.plot_style import GREY, STYLE
-from billow.rom.judge.evaluate import BASELINES, Evaluation
-from billow.rom.judge.obstacle_places import obstacles_at
-from billow.rom.judge.sections import cut, super_ellipsoid
-from billow.rom.learn.snapshots import COMPONENTS
+from billow.base.plot_style import GREY, INK, STYLE
+from billow.rom.judge.baselines import MEAN_TRAJECTORY
+from billow.rom.judge.errors import ErrorsByModes
+from billow.rom.judge.evaluate import Evaluation
+from billow.rom.judge.sections import cut, obstacles_at, super_ellipsoid
+from billow.rom.judge.timing import break_even
+from billow.rom.learn.dataset import Dataset
+from billow.rom.surrogate.basis import COMPONENTS, Z
 
 SOLVER, SURROGATE, OBSTACLE = "#22303c", "#0f9d76", "#c9d2d9"
 AXES = ("#0072b2", "#d55e00", "#0f9d76")  # x, y, z: told apart with any colour vision
-SIZES = ("#9cc9e8", "#4f9fd0", "#1368a0", "#0a3d62", "#06263d")  # from few runs to many
-Z = 2
+SIZES = ("#8fc1e3", "#2f86c1", "#0a3d62", "#04121f")  # from few runs to many
 MILLI = 1e3
 
 
@@ -33,93 +36,115 @@ def draw(picture: Callable[..., Figure], *arguments) -> bytes:
     return buffer.getvalue()
 
 
-def error_against_modes(evaluation: Evaluation) -> Figure:
-    """Paper Figure 4: mean z RMSE against the number of modes, one line for each number of training runs."""
-    figure, axes = _figure(6.4, 3.6)
-    for colour, model in zip(_shades(evaluation.sweep), evaluation.sweep, strict=True):
-        mean = [summaries[Z].mean * MILLI for summaries in model.summaries]
-        axes.plot(model.modes, mean, "o-", ms=4, color=colour, label=f"{model.runs} training runs")
-    last = evaluation.sweep[-1]
-    axes.plot(
-        last.modes, last.truncation[:, Z] * MILLI, "--", lw=1.2, color=GREY, label=f"truncation alone, {last.runs} runs"
-    )
-    axes.set(xlabel="modes K", ylabel="mean RMSE of z [mm]", ylim=(0, None))
-    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
-    figure.legend(loc="outside lower center", ncols=4, fontsize=8.5)
+def error_against_modes(
+    sweeps: dict[int, ErrorsByModes],
+    true_forces: dict[int, ErrorsByModes] | None = None,
+    reference_length: float | None = None,
+) -> Figure:
+    """Paper Figures 4 and 9: mean z RMSE against the number of modes, one line for each number of training runs.
+
+    true_forces: of models that see the contact forces of the unseen runs, dashed; reference_length: [m], an axis on
+    the right shows errors as a part of it
+    """
+    figure, axes = new_figure(6.6, 4.0)
+    for colour, (size, sweep) in zip(shades(len(sweeps)), sweeps.items(), strict=True):
+        axes.plot(sweep.counts, MILLI * sweep.means(Z), "o-", ms=4, color=colour, label=f"{size} training runs")
+        if true_forces:
+            axes.plot(sweep.counts, MILLI * true_forces[size].means(Z), "s--", ms=3, lw=1.1, color=colour)
+    floor = MILLI * sweep.truncation[..., Z].mean(axis=(1, 2))
+    axes.plot(sweep.counts, floor, ":", color=GREY, lw=1.6, label=f"truncation alone, {size} runs")
+    axes.set(xlabel="modes $K$", ylabel="mean RMSE of $z$ [mm]", ylim=(0, None))
+    axes.set_xticks(sweep.counts)
+    if true_forces:
+        axes.plot([], [], "s--", ms=3, lw=1.1, color=GREY, label="with true forces")
+    axes.legend()
+    if reference_length:
+        part = 0.1 / reference_length
+        right = axes.secondary_yaxis("right", functions=(lambda mm: mm * part, lambda percent: percent / part))
+        right.set_ylabel(f"of {reference_length:g} m [%]")
     return figure
 
 
-def error_distribution(evaluation: Evaluation) -> Figure:
-    """Paper Figure 5: z RMSE, mean and 10 to 90 percentile, against training runs and against modes."""
-    figure, (by_runs, by_modes) = _figure(8.6, 3.4, 2, sharey=True)
-    chosen = [_nearest_mode(model, evaluation.modes) for model in evaluation.sweep]
-    rows = [model.summaries[row][Z] for model, row in zip(evaluation.sweep, chosen, strict=True)]
-    _band(by_runs, [model.runs for model in evaluation.sweep], rows)
-    last = evaluation.sweep[-1]
-    by_runs.set(xlabel="training runs", ylabel="RMSE of z [mm]", title=f"K = {last.modes[chosen[-1]]} modes")
-    by_runs.set_xticks([model.runs for model in evaluation.sweep])
-    _band(by_modes, last.modes, [summaries[Z] for summaries in last.summaries])
-    by_modes.set(xlabel="modes K", title=f"{last.runs} training runs", ylim=(0, None))
-    by_modes.legend()
+def error_distribution(sweeps: dict[int, ErrorsByModes]) -> Figure:
+    """Paper Figures 5 and 8: the z RMSE of unseen snapshots against the number of modes, for each number of training
+    runs."""
+    figure, panels = new_figure(max(3.0 * len(sweeps), 4.4), 3.9, len(sweeps), sharey=True)
+    panels = np.atleast_1d(panels)
+    for axes, colour, (size, sweep) in zip(panels, shades(len(sweeps)), sweeps.items(), strict=True):
+        rows = [sweep.summary(Z, row) for row in range(len(sweep.counts))]
+        names = ("p10", "mean", "p90", "maximum")
+        low, mean, high, top = (MILLI * np.array([getattr(row, name) for row in rows]) for name in names)
+        axes.fill_between(sweep.counts, low, high, color=colour, alpha=0.22, lw=0)
+        axes.plot(sweep.counts, mean, "o-", ms=4, color=colour)
+        axes.plot(sweep.counts, top, "^:", ms=3.5, lw=1.0, color=colour)
+        axes.set(title=f"{size} training runs", xlabel="modes $K$", yscale="log")
+        mode_ticks(axes, sweep.counts)
+        axes.grid(True, which="both")
+    panels[0].set_ylabel("RMSE of $z$ [mm]")
+    plain_log(panels[0].yaxis, panels[0].get_ylim())
+    marks = [Line2D([], [], color=INK, marker="o", ms=4), Patch(color=INK, alpha=0.22, lw=0)]
+    marks.append(Line2D([], [], color=INK, marker="^", ms=3.5, lw=1.0, ls=":"))
+    figure.legend(marks, ["mean", "10 to 90 % of unseen snapshots", "maximum"], loc="outside lower center", ncols=3)
     return figure
 
 
-def evaluation_time(evaluation: Evaluation) -> Figure:
-    """Paper Figure 6: time for a number of deployments, by the solver and by a surrogate made for the purpose."""
-    timing = evaluation.timing
-    figure, (wide, close) = _figure(8.6, 3.4, 2)
-    models = [(m.runs, m.generation + m.training) for m in evaluation.sweep if m.runs < len(evaluation.train)]
-    models.append((len(evaluation.train), timing.generation + timing.training))
-    reach = 1.5 * models[-1][1] / timing.simulation
-    centre = timing.break_even or reach
-    for axes, start, stop in ((wide, 0, reach), (close, 0.92 * centre, 1.08 * centre)):
+def evaluation_time(making: dict[int, float], simulation: float, inference: float, close_up: int) -> Figure:
+    """Paper Figures 6 and 10: time for a number of deployments, by the solver and by surrogates made for the purpose.
+
+    making: number of training runs -> [s] of these runs and of training; simulation, inference: [s] of one deployment
+    close_up: the number of training runs around whose break-even point the right panel is drawn
+    """
+    reach, even = 1.5 * max(making), break_even(making[close_up], simulation, inference)
+    reach, centre = max(reach, 1.5 * (even or 0)), even or close_up
+    unit, name = (60.0, "min") if reach * simulation > 600.0 else (1.0, "s")
+    figure, (wide, close) = new_figure(8.8, 3.7, 2)
+    for axes, start, stop in ((wide, 0, reach), (close, 0.85 * centre, 1.15 * centre)):
         count = np.array([start, stop])
-        axes.plot(count, count * timing.simulation, color=SOLVER, label="solver")
-        for colour, (runs, made) in zip(_shades(models), models, strict=True):
-            if axes is wide or runs == models[-1][0]:
-                seconds = made + count * timing.inference
-                axes.plot(count, seconds, color=colour, label=f"surrogate of {runs} runs, training included")
+        axes.plot(count, count * simulation / unit, color=SOLVER, lw=2.0, label="solver")
+        for colour, (size, made) in zip(shades(len(making)), making.items(), strict=True):
+            if axes is wide or size == close_up:
+                seconds = made + count * inference
+                axes.plot(count, seconds / unit, color=colour, label=f"surrogate of {size} runs, training included")
+                if simulation > inference:
+                    point = made / (simulation - inference)
+                    axes.plot([point], [point * simulation / unit], "o", ms=6, color=colour, mec="white", zorder=3)
         axes.set(xlabel="deployments evaluated", xlim=(start, stop))
-    wide.set(ylabel="time [s]", ylim=(0, None), title="All")
-    close.set(title="Around the break-even point")
-    if timing.break_even is not None:
-        close.axvline(timing.break_even, color=GREY, lw=1, ls=":")
-        close.annotate(
-            f"{timing.break_even} deployments",
-            (timing.break_even, close.get_ylim()[0]),
-            (5, 6),
-            textcoords="offset points",
-            color=GREY,
-        )
+        axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+    wide.set(ylabel=f"time [{name}]", ylim=(0, None), title="All")
+    close.set(title=f"Around the break-even point of {close_up} runs")
+    if even is not None:
+        place = (even, even * simulation / unit)
+        close.annotate(f"pays from {even} on", place, (14, -22), textcoords="offset points", color=INK)
     wide.legend(fontsize=8.5, loc="upper left")
     return figure
 
 
-def cross_sections(evaluation: Evaluation, surrogate, dataset, run: str) -> Figure:
+def cross_sections(evaluation: Evaluation, dataset: Dataset, run: str) -> Figure:
     """Paper Figure 11: sections y = 0 at six times, solver and surrogate overlaid, z RMSE printed.
 
-    surrogate: the one evaluated; run: name of an unseen run of the dataset
+    run: name of an unseen run of the dataset
     """
+    surrogate, times = evaluation.surrogate, evaluation.surrogate.times
     index = evaluation.test.index(run)
     truth = dataset.snapshots("displacement", [run])[0]
     predicted = surrogate.predict(evaluation.design[index])
-    count = len(evaluation.times)
+    count = len(times)
     chosen = np.unique(np.linspace(count / 6, count, 6).round().astype(int) - 1)
     reached = (surrogate.reference + truth[chosen]).reshape(-1, 3) * MILLI
     margin = 0.08 * np.ptp(reached[:, 0])
     window = np.array([(reached[:, k].min() - margin, reached[:, k].max() + margin) for k in (0, 2)])
     rows = -(-len(chosen) // 3)
     height = rows * (8.8 / 3 * np.ptp(window[1]) / np.ptp(window[0]) + 0.35) + 0.7
-    figure, panels = _figure(8.8, height, min(len(chosen), 3) * rows, rows=rows, sharex=True, sharey=True)
-    result = dataset.result(run) if hasattr(dataset, "result") else None
+    figure, panels = new_figure(8.8, height, min(len(chosen), 3) * rows, rows=rows, sharex=True, sharey=True)
+    result = dataset.result(run)
     for axes, step in zip(np.ravel(panels), chosen, strict=False):
-        for obstacle in obstacles_at(result, evaluation.times[step]) if result else ():
+        for obstacle in obstacles_at(result, times[step]):
             _fill_outline(axes, obstacle, window)
         for displacement, colour, width in ((truth, SOLVER, 2.6), (predicted, SURROGATE, 1.2)):
             segments = cut(surrogate.reference + displacement[step], surrogate.triangles) * MILLI
             axes.add_collection(LineCollection(segments, colors=colour, linewidths=width, capstyle="round"))
         error = evaluation.errors["surrogate"][index, step, Z]
-        axes.set_title(f"{evaluation.times[step] * MILLI:.1f} ms    RMSE z {error * MILLI:.1f} mm", fontsize=9)
+        axes.set_title(f"{times[step] * MILLI:.1f} ms    RMSE z {error * MILLI:.1f} mm", fontsize=9)
         axes.set(aspect="equal", xlim=window[0], ylim=window[1])
     figure.supxlabel("x [mm]", fontsize=9.5)
     figure.supylabel("z [mm]", fontsize=9.5)
@@ -130,14 +155,15 @@ def cross_sections(evaluation: Evaluation, surrogate, dataset, run: str) -> Figu
 
 def singular_values(evaluation: Evaluation) -> Figure:
     """How fast the singular values fall, and where the basis was cut."""
-    figure, axes = _figure(6.4, 3.2)
-    for values, colour, name in zip(evaluation.singular_values, AXES, COMPONENTS, strict=True):
+    figure, axes = new_figure(6.4, 3.2)
+    for basis, colour, name in zip(evaluation.surrogate.bases, AXES, COMPONENTS, strict=True):
+        values = basis.singular_values
         if values[0] > 0.0:
             axes.semilogy(np.arange(1, len(values) + 1), values / values[0], "o-", ms=3, color=colour, label=name)
-    axes.axvline(evaluation.modes + 0.5, color=GREY, lw=1, ls=":")
+    axes.axvline(evaluation.surrogate.modes + 0.5, color=GREY, lw=1, ls=":")
     axes.annotate(
-        f"cut after {evaluation.modes}",
-        (evaluation.modes + 0.5, 1.0),
+        f"cut after {evaluation.surrogate.modes}",
+        (evaluation.surrogate.modes + 0.5, 1.0),
         (5, -4),
         textcoords="offset points",
         va="top",
@@ -151,8 +177,8 @@ def singular_values(evaluation: Evaluation) -> Figure:
 
 def error_against_time(evaluation: Evaluation) -> Figure:
     """RMSE of each component over the deployment: mean, 10 to 90 percentile and worst of the unseen runs."""
-    figure, panels = _figure(9.2, 3.3, 3)
-    time = evaluation.times * MILLI
+    figure, panels = new_figure(9.2, 3.3, 3)
+    time = evaluation.surrogate.times * MILLI
     for c, (axes, colour) in enumerate(zip(panels, AXES, strict=True)):
         error = evaluation.errors["surrogate"][:, :, c] * MILLI
         low, high = np.percentile(error, (10, 90), axis=0)
@@ -161,8 +187,8 @@ def error_against_time(evaluation: Evaluation) -> Figure:
         axes.plot(time, error.max(axis=0), color=colour, lw=0.9, label="worst run")
         floor = evaluation.errors["truncation"][:, :, c].mean(axis=0) * MILLI
         axes.plot(time, floor, "--", color=GREY, lw=1.2, label="truncation, mean")
-        mean_trajectory = evaluation.errors[BASELINES[0]][:, :, c].mean(axis=0) * MILLI
-        axes.plot(time, mean_trajectory, ":", color=GREY, lw=1.4, label=f"{BASELINES[0]}, mean")
+        mean_trajectory = evaluation.errors[MEAN_TRAJECTORY][:, :, c].mean(axis=0) * MILLI
+        axes.plot(time, mean_trajectory, ":", color=GREY, lw=1.4, label=f"{MEAN_TRAJECTORY}, mean")
         axes.set(xlabel="time [ms]", title=COMPONENTS[c], ylim=(0, None), xlim=(time[0], time[-1]))
     panels[0].set_ylabel("RMSE [mm]")
     handles, labels = panels[-1].get_legend_handles_labels()
@@ -170,24 +196,27 @@ def error_against_time(evaluation: Evaluation) -> Figure:
     return figure
 
 
-def _figure(width, height, panels=1, rows=1, **options):
+def new_figure(width, height, panels=1, rows=1, **options):
     figure = Figure(figsize=(width, height), layout="constrained")
     return figure, figure.subplots(rows, -(-panels // rows), **options)
 
 
-def _shades(models) -> list[str]:
-    return list(SIZES[: len(models)]) if len(models) <= len(SIZES) else [SIZES[-1]] * len(models)
+def shades(count: int) -> list[str]:
+    """Colours for up to four numbers of training runs, the darkest for the most; more share the darkest."""
+    return [SIZES[min(i + max(3 - count, 0), len(SIZES) - 1)] for i in range(count)]
 
 
-def _nearest_mode(model, modes) -> int:
-    return int(np.abs(np.array(model.modes) - modes).argmin())
+def mode_ticks(axes, counts) -> None:
+    """Ticks at all numbers of modes, labels where they do not collide."""
+    axes.set_xticks(counts, [str(count) if count in (1, 4, 8, 12, 16) else "" for count in counts])
 
 
-def _band(axes, x, summaries):
-    mean, low, high = (np.array([getattr(s, k) for s in summaries]) * MILLI for k in ("mean", "p10", "p90"))
-    axes.fill_between(x, low, high, color=AXES[Z], alpha=0.18, lw=0, label="10 to 90 % of unseen snapshots")
-    axes.plot(x, mean, "o-", ms=4, color=AXES[Z], label="mean")
-    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+def plain_log(axis, limits) -> None:
+    """Ticks 1, 2, 5 of every decade within limits, written as numbers."""
+    ticks = [m * 10.0**e for e in range(-6, 7) for m in (1, 2, 5)]
+    axis.set_major_locator(FixedLocator([t for t in ticks if limits[0] <= t <= limits[1]]))
+    axis.set_major_formatter(ScalarFormatter())
+    axis.set_minor_formatter(NullFormatter())
 
 
 def _fill_outline(axes, obstacle, window):

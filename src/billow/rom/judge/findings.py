@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from scipy.stats import spearmanr
 
-from billow.rom.judge.evaluate import BASELINES, Evaluation
-from billow.rom.judge.rmse import accuracy
-from billow.rom.learn.snapshots import COMPONENTS
+from billow.rom.judge.baselines import BASELINES, MEAN_TRAJECTORY
+from billow.rom.judge.errors import accuracy
+from billow.rom.judge.evaluate import Evaluation
+from billow.rom.surrogate.basis import COMPONENTS, Z
 
-Z = 2
 MILLI = 1e3
 
 
@@ -33,22 +33,22 @@ def verdict(evaluation: Evaluation) -> list[str]:
     best = strongest_baseline(evaluation, Z)
     lead = gain(evaluation, best, Z)
     against = f"{_percent(abs(lead))} {'below' if lead > 0 else 'ABOVE'} the strongest simple answer, the {best}"
+    answer = f"One deployment takes {timing.inference.whole * MILLI:.2g} ms"
     sentences = [
         f"On {_runs(len(evaluation.test), 'unseen')} the surrogate misses z by {_mm(error.mean)} on average (root mean "
         f"square over nodes; 10 % of snapshots are below {_mm(error.p10)}, 10 % above {_mm(error.p90)}, the worst is "
         f"at {_mm(error.maximum)}). That is {against} ({_mm(evaluation.summary(best, Z).mean)}).",
-        f"One deployment takes {timing.inference * MILLI:.2g} ms instead of {timing.simulation:.3g} s, "
-        f"{timing.speed_up:,.0f} times faster.",
+        f"{answer} instead of {timing.simulation:.3g} s, {timing.speed_up:,.0f} times faster.",
     ]
     if not timing.simulation:
-        sentences[-1] = f"One deployment takes {timing.inference * MILLI:.2g} ms; how long the runs took is not known."
+        sentences[-1] = (
+            f"One deployment takes {timing.inference.whole * MILLI:.2g} ms; how long the runs took is not known."
+        )
     elif timing.break_even is None:
         sentences.append("The solver is so fast here that the surrogate never pays.")
     else:
-        sentences.append(
-            f"Counting its {_runs(len(evaluation.train), 'training')} and {timing.training:.2g} s of learning, it pays "
-            f"from {timing.break_even} deployments on."
-        )
+        making = f"{_runs(len(evaluation.surrogate.runs), 'training')} and {timing.training:.2g} s of learning"
+        sentences.append(f"Counting its {making}, it pays from {timing.break_even} deployments on.")
     return sentences
 
 
@@ -73,21 +73,18 @@ def weaknesses(evaluation: Evaluation) -> list[str]:
 
 def _lost_comparisons(evaluation):
     for c, axis in enumerate(COMPONENTS):
+        own = evaluation.summary("surrogate", c).mean
         for name in BASELINES:
-            if evaluation.summary(name, c).mean and gain(evaluation, name, c) <= 0.0:
-                yield (
-                    f"In {axis} the surrogate does not beat the {name}: {_mm(evaluation.summary('surrogate', c).mean)} "
-                    f"against {_mm(evaluation.summary(name, c).mean)}."
-                )
+            mean = evaluation.summary(name, c).mean
+            if mean and own >= mean:
+                yield f"In {axis} the surrogate does not beat the {name}: {_mm(own)} against {_mm(mean)}."
 
 
 def _worst_run(evaluation):
-    by_run = evaluation.errors["surrogate"][:, :, Z].mean(axis=1)
+    parameters, by_run = evaluation.surrogate.parameters, _z(evaluation).mean(axis=1)
     worst = int(by_run.argmax())
-    values = ", ".join(
-        f"{p.label} {value:.4g} {p.unit}".rstrip(" -")
-        for p, value in zip(evaluation.parameters, evaluation.design[worst], strict=True)
-    )
+    design = zip(parameters, evaluation.design[worst], strict=True)
+    values = ", ".join(f"{p.label} {value:.4g} {p.unit}".rstrip(" -") for p, value in design)
     text = (
         f"The worst unseen run is {evaluation.test[worst]} with a mean z RMSE of {_mm(by_run[worst])}, "
         f"{by_run[worst] / np.median(by_run):.1f} times the median run ({values})."
@@ -99,71 +96,62 @@ def _worst_run(evaluation):
     # The strongest of several correlations is chosen, so chance has as many tries (Bonferroni).
     if ranks[leading].pvalue * len(ranks) > 0.05:
         return text + f" {len(by_run)} unseen runs do not show a single parameter to be the cause."
-    return text + (
-        f" Errors are larger where {evaluation.parameters[leading].label} is "
-        f"{'high' if ranks[leading].statistic > 0 else 'low'} (rank correlation {ranks[leading].statistic:.2f})."
-    )
+    side = "high" if ranks[leading].statistic > 0 else "low"
+    correlation = f"rank correlation {ranks[leading].statistic:.2f}"
+    return text + f" Errors are larger where {parameters[leading].label} is {side} ({correlation})."
 
 
 def _worst_time(evaluation):
-    by_time = evaluation.errors["surrogate"][:, :, Z].mean(axis=0)
+    by_time = _z(evaluation).mean(axis=0)
     worst = int(by_time.argmax())
     return (
-        f"The worst moment is {evaluation.times[worst] * MILLI:.3g} ms: the mean z RMSE is {_mm(by_time[worst])} "
-        f"there, {by_time[worst] / by_time.mean():.1f} times its average over time."
+        f"The worst moment is {_ms(evaluation, worst)}: the mean z RMSE is {_mm(by_time[worst])} there, "
+        f"{by_time[worst] / by_time.mean():.1f} times its average over time."
     )
 
 
 def _tail(evaluation):
-    z = evaluation.errors["surrogate"][:, :, Z]
+    z = _z(evaluation)
     run, step = np.unravel_index(z.argmax(), z.shape)
     return (
-        f"Means hide a tail: the worst snapshot (run {evaluation.test[run]} at {evaluation.times[step] * MILLI:.3g} "
-        f"ms) has a z RMSE of {_mm(z.max())}, {z.max() / z.mean():.1f} times the mean."
+        f"Means hide a tail: the worst snapshot (run {evaluation.test[run]} at {_ms(evaluation, step)}) has a z RMSE "
+        f"of {_mm(z.max())}, {z.max() / z.mean():.1f} times the mean."
     )
 
 
 def _source_of_error(evaluation):
+    advice = {"more runs would help, more modes would not": [], "both matter": [], "more modes would help": []}
     parts = []
     for c, axis in enumerate(COMPONENTS):
-        total = np.square(evaluation.errors["surrogate"][:, :, c]).sum()
-        share = np.square(evaluation.errors["regression"][:, :, c]).sum() / total if total else 0.0
-        parts.append((share, axis))
-    text = ", ".join(f"{_percent(share)} in {axis}" for share, axis in parts)
-    advice = {"more runs would help, more modes would not": [], "both matter": [], "more modes would help": []}
-    for share, axis in parts:
+        share = evaluation.regression_share(c)
+        parts.append(f"{_percent(share)} in {axis}")
         list(advice.values())[0 if share > 0.75 else 1 if share > 0.25 else 2].append(axis)
     told = "; ".join(f"in {', '.join(axes)} {what}" for what, axes in advice.items() if axes)
-    return f"Part of the squared error that is regression, not truncation: {text}. So {told}."
+    return f"Part of the squared error that is regression, not truncation: {', '.join(parts)}. So {told}."
 
 
 def _flattering_accuracy(evaluation):
     length = evaluation.reference_length
     if length > 0.0:
-        own, still = (accuracy(evaluation.summary(n, Z).mean, length) for n in ("surrogate", BASELINES[0]))
+        own, still = (accuracy(evaluation.summary(n, Z).mean, length) for n in ("surrogate", MEAN_TRAJECTORY))
         yield (
             f"The paper's accuracy (l_ref - RMSE) / l_ref with l_ref = {length:g} m is {_percent(own, 1)} in z, but "
-            f"it flatters: the {BASELINES[0]}, which ignores the design, reaches {_percent(still, 1)}."
+            f"it flatters: the {MEAN_TRAJECTORY}, which ignores the design, reaches {_percent(still, 1)}."
         )
 
 
 def _learning_curve(evaluation):
-    curve = evaluation.learning_curve(Z)
+    curve, now = evaluation.learning_curve(Z), len(evaluation.surrogate.runs)
     if curve is not None:
-        now, double = len(evaluation.train), 2 * len(evaluation.train)
         text = f"From {curve.runs[0]} to {curve.runs[-1]} training runs the mean z RMSE went from "
         text += f"{_mm(curve.errors[0])} to {_mm(curve.errors[-1])}, about as runs^-{curve.rate:.2f}. "
         if curve.rate > 0.15:  # doubling gains a tenth
-            # From the measured end of the curve, not from the line through it.
-            expected = curve.errors[-1] * 2.0**-curve.rate
-            yield text + f"If that goes on, {double} runs instead of {now} would bring about {_mm(expected)}."
+            yield text + f"If that goes on, {2 * now} runs instead of {now} would bring about {_mm(curve.doubled)}."
         else:
             yield text + "It has levelled off: more runs like these would help little."
-    if len(evaluation.train) < 100:
-        yield (
-            f"{len(evaluation.train)} training runs in {len(evaluation.parameters)} dimensions are few; the ROM paper "
-            "used 100 to 400."
-        )
+    if now < 100:
+        dimensions = len(evaluation.surrogate.parameters)
+        yield f"{now} training runs in {dimensions} dimensions are few; the ROM paper used 100 to 400."
 
 
 def _coverage(evaluation):
@@ -174,13 +162,10 @@ def _coverage(evaluation):
         f"designs are on average (the farthest {coverage.nearest.max() / coverage.between:.1f} times as far). Every "
         "unseen design lies inside the trained ranges; nothing here says how the surrogate behaves outside."
     )
-    narrow = [
-        f"{p.label} ({_percent(part)})"
-        for p, part in zip(evaluation.parameters, coverage.ranges, strict=True)
-        if part < 0.9
-    ]
+    ranges = zip(evaluation.surrogate.parameters, coverage.ranges, strict=True)
+    narrow = [f"{p.label} ({_percent(part)})" for p, part in ranges if part < 0.9]
     if narrow:
-        yield f"Training designs do not reach over the whole range of {', '.join(narrow)}: near its ends is guesswork."
+        yield f"Training designs do not cover the whole range of {', '.join(narrow)}: near its ends is guesswork."
 
 
 def _spread(evaluation):
@@ -215,13 +200,10 @@ def _intervals(evaluation):
 
 
 def _few_unseen(evaluation):
-    by_run = evaluation.errors["surrogate"][:, :, Z].mean(axis=1)
+    by_run = _z(evaluation).mean(axis=1)
     if len(by_run) > 1:
-        error = by_run.std(ddof=1) / np.sqrt(len(by_run))
-        yield (
-            f"With {len(by_run)} unseen runs the mean z RMSE itself is known to about ±{_mm(error)} (standard error "
-            "over runs)."
-        )
+        error = _mm(by_run.std(ddof=1) / np.sqrt(len(by_run)))
+        yield f"With {len(by_run)} unseen runs the mean z RMSE itself is known to ±{error} (standard error over runs)."
 
 
 def _left_out(evaluation):
@@ -245,6 +227,15 @@ def _missing_unseen(evaluation):
             f"{_runs(len(unseen), 'unseen')} of the design are missing ({named}). "
             "If they failed for a reason of physics, the errors above leave out the hardest cases."
         )
+
+
+def _z(evaluation) -> np.ndarray:
+    """RMSE in z of the surrogate: [m], (runs, times)."""
+    return evaluation.errors["surrogate"][:, :, Z]
+
+
+def _ms(evaluation, step) -> str:
+    return f"{evaluation.surrogate.times[step] * MILLI:.3g} ms"
 
 
 def _runs(count, kind):

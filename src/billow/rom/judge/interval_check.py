@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from billow.rom.learn.snapshots import read_run
+from billow.rom.learn.dataset import Dataset, read_run
+from billow.rom.surrogate.surrogate import Surrogate
 
 
 @dataclass(frozen=True)
@@ -28,7 +29,7 @@ class IntervalCheck:
         return self.by_run.min(axis=0)
 
 
-def check_intervals(surrogate, dataset, runs: tuple[str, ...]) -> tuple[IntervalCheck, ...]:
+def check_intervals(surrogate: Surrogate, dataset: Dataset, runs: tuple[str, ...]) -> tuple[IntervalCheck, ...]:
     """One check for each calibrated level on `runs` of a dataset, read one after the other, twice; empty without
     intervals.
 

@@ -9,9 +9,11 @@ from pathlib import Path
 import numpy as np
 
 from billow.results.atomic import write_atomically
-from billow.rom.judge.evaluate import BASELINES, Evaluation
-from billow.rom.judge.rmse import accuracy
-from billow.rom.learn.snapshots import COMPONENTS
+from billow.rom.judge.baselines import BASELINES
+from billow.rom.judge.errors import accuracy
+from billow.rom.judge.evaluate import Evaluation
+from billow.rom.judge.timing import training_seconds
+from billow.rom.surrogate.basis import COMPONENTS
 
 FORMAT = 1
 
@@ -25,20 +27,21 @@ def write_metrics(path: str | Path, evaluation: Evaluation) -> Path:
 
 def metrics(evaluation: Evaluation) -> dict:
     """The content of metrics.json."""
-    timing, coverage = evaluation.timing, evaluation.coverage
+    surrogate, timing, coverage = evaluation.surrogate, evaluation.timing, evaluation.coverage
+    ranges = zip(surrogate.parameters, coverage.ranges.tolist(), strict=True)
     return {
         "format": FORMAT,
-        "title": evaluation.title,
-        "recipe": evaluation.recipe,
-        "modes": evaluation.modes,
-        "nodes": evaluation.nodes,
-        "train": list(evaluation.train),
+        "title": surrogate.title,
+        "recipe": surrogate.recipe,
+        "modes": surrogate.modes,
+        "nodes": surrogate.nodes,
+        "train": list(surrogate.runs),
         "test": list(evaluation.test),
         "missing": evaluation.missing,
         "left_out": evaluation.left_out.why,
         "left_out_leaning": evaluation.left_out.leaning,
         "reference_length_m": evaluation.reference_length,
-        "times_s": evaluation.times.tolist(),
+        "times_s": surrogate.times.tolist(),
         "rmse_m": {name: _by_component(evaluation, name) for name in ("surrogate", *BASELINES)},
         "split_m": {name: _by_component(evaluation, name) for name in ("truncation", "regression")},
         "accuracy": {
@@ -64,30 +67,44 @@ def metrics(evaluation: Evaluation) -> dict:
         "sweep": [
             {
                 "runs": model.runs,
-                "modes": modes,
-                "rmse_m": {axis: asdict(s) for axis, s in zip(COMPONENTS, summaries, strict=True)},
-                "truncation_m": dict(zip(COMPONENTS, floor.tolist(), strict=True)),
+                "modes": count,
+                "rmse_m": {axis: asdict(model.errors.summary(c, row)) for c, axis in enumerate(COMPONENTS)},
+                "truncation_m": dict(zip(COMPONENTS, floor.mean(axis=(0, 1)).tolist(), strict=True)),
                 "generation_s": model.generation,
                 "training_s": model.training,
             }
             for model in evaluation.sweep
-            for modes, summaries, floor in zip(model.modes, model.summaries, model.truncation, strict=True)
+            for row, (count, floor) in enumerate(zip(model.errors.counts, model.errors.truncation, strict=True))
         ],
-        "energy_kept": evaluation.energy.tolist(),
-        "singular_values_m": evaluation.singular_values.tolist(),
+        "energy_kept": [basis.energy_fraction.tolist() for basis in surrogate.bases],
+        "singular_values_m": [basis.singular_values.tolist() for basis in surrogate.bases],
         "coverage": {
             "nearest_training_design": coverage.nearest.tolist(),
             "between_training_designs": coverage.between if np.isfinite(coverage.between) else None,
-            "part_of_range": dict(zip((p.name for p in evaluation.parameters), coverage.ranges.tolist(), strict=True)),
+            "part_of_range": {parameter.name: part for parameter, part in ranges},
         },
-        "timing_s": asdict(timing) | {"training": timing.training},
+        "timing_s": _seconds(evaluation),
         "speed_up": timing.speed_up,
         "break_even_evaluations": timing.break_even,
         "ledgers": {
             run: {name: value if np.isfinite(value) else None for name, value in ledger.items()}
             for run, ledger in evaluation.ledgers.items()
         },
-        "training": evaluation.training,
+        "training": surrogate.training,
+    }
+
+
+def _seconds(evaluation) -> dict:
+    timing, asked = evaluation.timing, evaluation.timing.inference
+    return {
+        "simulation": timing.simulation,
+        "generation": timing.generation,
+        **training_seconds(evaluation.surrogate),
+        "training": timing.training,
+        "inference": asked.whole,
+        "coefficients": asked.networks,
+        "loading": asked.loading,
+        "memcpy": asked.copy,
     }
 
 

@@ -14,13 +14,14 @@ from billow import __version__
 from billow.results.atomic import write_atomically
 from billow.results.machine import machine
 from billow.rom.judge import figures
-from billow.rom.judge.evaluate import BASELINES, Evaluation
+from billow.rom.judge.baselines import BASELINES
+from billow.rom.judge.errors import accuracy
+from billow.rom.judge.evaluate import Evaluation
 from billow.rom.judge.findings import gain, strongest_baseline, verdict, weaknesses
 from billow.rom.judge.metrics_file import write_metrics
-from billow.rom.judge.rmse import accuracy
-from billow.rom.learn.snapshots import COMPONENTS
+from billow.rom.learn.dataset import Dataset
+from billow.rom.surrogate.basis import COMPONENTS, Z
 
-Z = 2
 LEDGER_LIMITS = {
     "gas_mass_error": ("mass of the gas, relative", 1e-12),
     "gas_energy_error": ("energy of the gas, relative", 1e-12),
@@ -28,7 +29,7 @@ LEDGER_LIMITS = {
 }
 
 
-def write_report(dataset, surrogate, evaluation: Evaluation, folder: str | Path) -> Path:
+def write_report(dataset: Dataset, evaluation: Evaluation, folder: str | Path) -> Path:
     """Write report.html, metrics.json and figures/*.svg into `folder` and return the path of report.html.
 
     The HTML holds its figures; it needs no other file and no network.
@@ -36,7 +37,7 @@ def write_report(dataset, surrogate, evaluation: Evaluation, folder: str | Path)
     folder = Path(folder)
     (folder / "figures").mkdir(parents=True, exist_ok=True)
     write_metrics(folder / "metrics.json", evaluation)
-    pictures = _draw(dataset, surrogate, evaluation)
+    pictures = _draw(dataset, evaluation)
     for name, picture in pictures.items():
         write_atomically(folder / "figures" / f"{name}.svg", picture)
     write_atomically(folder / "report.html", page(evaluation, pictures))
@@ -57,33 +58,34 @@ def render(room: str, pictures: dict[str, bytes], **content) -> str:
     return page.render(style=style, figures=embedded, **content)
 
 
-def _draw(dataset, surrogate, evaluation) -> dict[str, bytes]:
-    typical, worst = _typical_and_worst(evaluation)
+def _draw(dataset, evaluation) -> dict[str, bytes]:
+    typical, worst = evaluation.typical_and_worst()
     pictures = {
-        "sections-typical": figures.draw(figures.cross_sections, evaluation, surrogate, dataset, typical),
-        "sections-worst": figures.draw(figures.cross_sections, evaluation, surrogate, dataset, worst),
+        "sections-typical": figures.draw(figures.cross_sections, evaluation, dataset, typical),
+        "sections-worst": figures.draw(figures.cross_sections, evaluation, dataset, worst),
         "error-against-time": figures.draw(figures.error_against_time, evaluation),
         "singular-values": figures.draw(figures.singular_values, evaluation),
     }
-    if evaluation.timing.simulation:  # unknown for runs made elsewhere
-        pictures["evaluation-time"] = figures.draw(figures.evaluation_time, evaluation)
+    timing, trained = evaluation.timing, len(evaluation.surrogate.runs)
+    if timing.simulation:  # unknown for runs made elsewhere
+        making = {m.runs: m.generation + m.training for m in evaluation.sweep}
+        making[trained] = timing.generation + timing.training
+        pictures["evaluation-time"] = figures.draw(
+            figures.evaluation_time, making, timing.simulation, timing.inference.whole, trained
+        )
     if evaluation.sweep:
-        pictures["error-against-modes"] = figures.draw(figures.error_against_modes, evaluation)
-        pictures["error-distribution"] = figures.draw(figures.error_distribution, evaluation)
+        sweeps = {model.runs: model.errors for model in evaluation.sweep}
+        length = evaluation.reference_length
+        pictures["error-against-modes"] = figures.draw(figures.error_against_modes, sweeps, None, length)
+        pictures["error-distribution"] = figures.draw(figures.error_distribution, sweeps)
     return pictures
 
 
-def _typical_and_worst(evaluation) -> tuple[str, str]:
-    """The unseen runs with the median and the largest mean z RMSE."""
-    order = evaluation.errors["surrogate"][:, :, Z].mean(axis=1).argsort()
-    return evaluation.test[order[(len(order) - 1) // 2]], evaluation.test[order[-1]]
-
-
 def _content(evaluation) -> dict:
-    typical, worst = _typical_and_worst(evaluation)
+    typical, worst = evaluation.typical_and_worst()
     own = evaluation.summary("surrogate", Z)
     best = strongest_baseline(evaluation, Z)
-    timing = evaluation.timing
+    timing, here = evaluation.timing, machine()
     return {
         "evaluation": evaluation,
         "axes": COMPONENTS,
@@ -98,14 +100,14 @@ def _content(evaluation) -> dict:
                 f"{100 * accuracy(own.mean, evaluation.reference_length):.1f} %",
                 "accuracy in z as the ROM paper counts it",
             ),
-            (f"{timing.inference * 1e3:.2g} ms", "for one deployment"),
+            (f"{timing.inference.whole * 1e3:.2g} ms", "for one deployment"),
             *([(f"{timing.speed_up:,.0f} ×", "faster than the solver")] if timing.simulation else []),
         ],
         "comparison": _comparison(evaluation),
         "split": _split(evaluation),
         "runs": _runs(evaluation),
         "ledger": _ledger(evaluation),
-        "machine": _machine(),
+        "machine": {n: str(here[n]) for n in ("processor", "cores", "system")} | {"Billow, now": __version__},
     }
 
 
@@ -119,20 +121,17 @@ def _comparison(evaluation) -> list[tuple]:
 
 
 def _split(evaluation) -> list[dict]:
-    rows = []
-    for c, axis in enumerate(COMPONENTS):
-        squares = {name: np.square(evaluation.errors[name][:, :, c]).mean() for name in evaluation.errors}
-        rows.append(
-            {
-                "axis": axis,
-                "energy": evaluation.energy[c, -1],
-                "truncation": evaluation.summary("truncation", c).mean,
-                "regression": evaluation.summary("regression", c).mean,
-                "total": evaluation.summary("surrogate", c).mean,
-                "share": squares["regression"] / squares["surrogate"] if squares["surrogate"] else 0.0,
-            }
-        )
-    return rows
+    return [
+        {
+            "axis": axis,
+            "energy": evaluation.surrogate.bases[c].energy_fraction[-1],
+            "truncation": evaluation.summary("truncation", c).mean,
+            "regression": evaluation.summary("regression", c).mean,
+            "total": evaluation.summary("surrogate", c).mean,
+            "share": evaluation.regression_share(c),
+        }
+        for c, axis in enumerate(COMPONENTS)
+    ]
 
 
 def _runs(evaluation) -> list[dict]:
@@ -162,8 +161,3 @@ def _ledger(evaluation) -> list[dict]:
                 {"label": label, "worst": values[run], "run": run, "limit": limit, "kept": kept, "of": len(values)}
             )
     return rows
-
-
-def _machine() -> dict[str, str]:
-    here = machine()
-    return {name: str(here[name]) for name in ("processor", "cores", "system")} | {"Billow, now": __version__}

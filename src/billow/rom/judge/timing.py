@@ -5,78 +5,104 @@ from __future__ import annotations
 import math
 import tempfile
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+
+from billow.rom.learn.dataset import Dataset
+from billow.rom.surrogate.surrogate import Surrogate
+
+REPEATS = 50
+
+
+@dataclass(frozen=True)
+class Inference:
+    """Median time [s] of each part; all parts are measured in turn, so that a slow phase hits all alike.
+
+    networks: coefficients of all components; fields: of x, y and z from their coefficients; whole: one deployment, all
+    times and components; loading: the model from its file, checked; copy: of the answer in memory, the floor of `whole`
+    """
+
+    networks: float
+    fields: tuple[float, float, float]
+    whole: float
+    loading: float
+    copy: float
 
 
 @dataclass(frozen=True)
 class Timing:
     """Times behind paper Tables 2 and 3 and Figure 6: [s].
 
-    simulation: mean of one training run
-    generation: all training runs together; reading, pod, network, calibration: the steps of training
-    inference: one whole deployment (all times, nodes, components); of it, coefficients: the networks
-    loading: the model from its file, checked; memcpy: copying one deployment in memory, the floor of `inference`
+    simulation: mean of one training run; generation: all training runs together
+    training: from finished runs to a finished surrogate; inference: of one deployment
     """
 
     simulation: float
     generation: float
-    reading: float
-    pod: float
-    network: float
-    calibration: float
-    inference: float
-    coefficients: float
-    loading: float
-    memcpy: float
-
-    @property
-    def training(self) -> float:
-        """From finished runs to a finished surrogate: [s]."""
-        return self.reading + self.pod + self.network + self.calibration
+    training: float
+    inference: Inference
 
     @property
     def speed_up(self) -> float:
         """How many deployments the surrogate answers while the solver makes one: [-]."""
-        return self.simulation / self.inference
+        return self.simulation / self.inference.whole
 
     @property
     def break_even(self) -> int | None:
-        """Fewest evaluations for which making and asking the surrogate takes less time than simulating them all."""
-        gain = self.simulation - self.inference
-        return math.ceil((self.generation + self.training) / gain) if gain > 0.0 else None
+        """As the function of this name, with the training runs counted."""
+        return break_even(self.generation + self.training, self.simulation, self.inference.whole)
 
 
-def measure(dataset, surrogate) -> Timing:
-    """Measure inference on this machine and take the rest from the records of runs and training."""
-    runs = surrogate.training["runs"]
-    design = dataset.design(runs[:1])[0]
+def break_even(making: float, simulation: float, inference: float) -> int | None:
+    """Fewest deployments for which making [s] and asking a surrogate takes less time than simulating them all."""
+    gain = simulation - inference
+    return math.ceil(making / gain) if gain > 0.0 else None
+
+
+def training_seconds(surrogate: Surrogate) -> dict[str, float]:
+    """[s] of each step of training."""
+    steps = {"reading": "read", "pod": "pod", "network": "network", "calibration": "calibration"}
+    return {name: surrogate.training.get(f"{key}_seconds", 0.0) for name, key in steps.items()}
+
+
+def measure(dataset: Dataset, surrogate: Surrogate) -> Timing:
+    """Measure inference on this machine, wall time, and take the rest from the records of runs and training."""
+    seconds, training = dataset.wall_seconds(surrogate.runs), sum(training_seconds(surrogate).values())
+    asked = measure_inference(surrogate, dataset.design(surrogate.runs[:1])[0], time.perf_counter)
+    return Timing(float(np.mean(seconds)), float(np.sum(seconds)), training, asked)
+
+
+def measure_inference(surrogate: Surrogate, design: np.ndarray, clock: Callable[[], float]) -> Inference:
+    """Measure on this machine. design: (parameters,); clock: of wall or processor time"""
     answer = np.ascontiguousarray(surrogate.predict(design))
     target = np.empty_like(answer)
+    coefficients = surrogate.coefficients(design)
+
+    def field(component):
+        alone = np.ascontiguousarray(coefficients[:, component])
+        modes = surrogate.bases[component].modes
+        return lambda: alone @ modes
+
+    networks, x, y, z, whole, copy = _medians(
+        clock, REPEATS, lambda: surrogate.coefficients(design), *map(field, range(3)),
+        lambda: surrogate.predict(design), lambda: np.copyto(target, answer),
+    )  # fmt: skip
     with tempfile.TemporaryDirectory() as folder:
         path = surrogate.save(Path(folder, "surrogate.safetensors"))
-        loading = _median_seconds(lambda: type(surrogate).load(path), 5)
-    return Timing(
-        simulation=float(np.mean(dataset.wall_seconds(runs))),
-        generation=float(np.sum(dataset.wall_seconds(runs))),
-        reading=surrogate.training["read_seconds"],
-        pod=surrogate.training["pod_seconds"],
-        network=surrogate.training["network_seconds"],
-        calibration=surrogate.training.get("calibration_seconds", 0.0),
-        inference=_median_seconds(lambda: surrogate.predict(design)),
-        coefficients=_median_seconds(lambda: surrogate.coefficients(design)),
-        loading=loading,
-        memcpy=_median_seconds(lambda: np.copyto(target, answer)),
-    )
+        (loading,) = _medians(clock, 5, lambda: Surrogate.load(path))
+    return Inference(networks, (x, y, z), whole, loading, copy)
 
 
-def _median_seconds(action, repeats: int = 50) -> float:
-    action()  # the first call pays for lazy imports and cold caches
-    seconds = []
-    for _ in range(repeats):
-        start = time.perf_counter()
-        action()
-        seconds.append(time.perf_counter() - start)
-    return float(np.median(seconds))
+def _medians(clock, repeats: int, *calls: Callable[[], object]) -> list[float]:
+    taken = np.empty((repeats, len(calls)))
+    for call in calls:
+        call()  # the first call pays for lazy imports and cold caches
+    for times in taken:
+        for number, call in enumerate(calls):
+            begun = clock()
+            call()
+            times[number] = clock() - begun
+    return np.median(taken, axis=0).tolist()

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import mannwhitneyu
 
+from billow.rom.learn.dataset import Dataset
+
 FEWEST = 3
 """Left out runs from which on a common cause is looked for."""
 
@@ -40,7 +42,7 @@ class LeftOut:
         return told + ", ..." * (len(count) > REASONS)
 
 
-def left_out(dataset, learned: tuple[str, ...]) -> LeftOut:
+def left_out(dataset: Dataset, learned: tuple[str, ...]) -> LeftOut:
     """What of a dataset's training design is not among the runs `learned` from, because it is missing or in doubt.
 
     A parameter leans if ranks differ between the runs left out and the others (Mann and Whitney, 5 %, divided by the

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable
 from contextlib import contextmanager
 from typing import Protocol
 
@@ -19,6 +18,7 @@ import numpy as np
 import torch
 
 from billow.base.errors import NumericalStop
+from billow.rom.learn.progress import Progress
 
 MEMBERS = 3
 HIDDEN_SHARED = (96, 96, 96, 96)
@@ -26,34 +26,11 @@ BATCH_SHARED = 64
 EPOCHS_SHARED = (30, 200)
 STEPS_SHARED = 20_000
 """As many epochs as `STEPS_SHARED` steps of the optimiser are, within `EPOCHS_SHARED`: 200 up to 128 runs of 50 times,
-64 for 400. What was compared, never on test runs:
-
-Depth. Mean z RMSE [mm] of unseen runs of a membrane bag in another solver, after training five members on 24, 48, 320
-runs, and of the driver bag of `billow demo`, cross-validated inside its 48 training runs (36 against 12); K = 12,
-targets as `OutputScaling`. Two seeds differ by 3 to 8 %.
-128^3, batch 512, 30 epochs  10.9  10.2   2.6  13.6     with few runs that is only 150 steps
-64^3,  batch 64,  60 epochs   8.5   6.6   2.0  10.3
-64^4,  batch 64,  30 epochs   9.1   6.8   2.0  11.1
-64^4,  batch 64, 120 epochs   7.9   5.3   1.8   9.3
-96^4,  batch 64,  60 epochs   7.9   5.3   1.8   9.6
-
-Width, members, steps. Regression error in z [mm] of 80 runs held out of the training runs of the ROM paper's locked
-and free obstacle (10,082 nodes), after training on the other 306 and 320. Further columns: error relative to the second
-row after training on 100, 48 and 24 of them (both cases together; four sets of 48 and of 24).
-64^4, 5 members, 12,500 steps, at most 120 epochs  2.31  2.64
-96^4, 5 members, 12,500 steps, at most 120 epochs  1.93  2.20  1.00  1.00  1.00
-96^4, 3 members, 20,000 steps, at most 200 epochs  1.86  2.18  1.01  1.00  1.04
-Three members that learn longer cost about the same training and evaluate in 60 % of the time; spread ranks runs by
-error as well as that of five (Spearman 0.71 to 0.78 in z, five 0.72 to 0.77). Not taken: products of design and time
-features as inputs (5 % less error with 320 runs, 1.4 to 2.1 times the error with 24 and 48); a gate without exp (2 %
-more error, half the time of an activation, a third more training)."""
+64 for 400. What was compared: docs/rom.md, "Why the default recipe looks as it does"."""
 
 HIDDEN_PAPER = (25, 45, 15)
 RATE_PAPER = 3e-4
 EPOCHS_PAPER = 15_000
-
-Progress = Callable[[int, int, float], None]
-"""Called as progress(epoch, epochs, loss) after every epoch; loss is the mean square of standardised errors: [-]."""
 
 
 class Checkpoint(Protocol):
@@ -81,22 +58,21 @@ def train_shared(inputs, targets, *, epochs: int | None = None, seed: int = 0, p
     fewest, most = EPOCHS_SHARED
     epochs = epochs or max(fewest, min(most, round(STEPS_SHARED / batches)))
 
-    def make(parameters):
-        optimiser = torch.optim.AdamW(parameters, lr=6e-3, weight_decay=1e-2, fused=True)
-        schedule = torch.optim.lr_scheduler.OneCycleLR(optimiser, max_lr=6e-3, total_steps=epochs * batches)
-        return optimiser, schedule
-
     sizes = (inputs.shape[1], *HIDDEN_SHARED, targets.shape[1])
     with _one_thread():
         generator = torch.Generator().manual_seed(seed)
         x, y = torch.from_numpy(inputs), torch.from_numpy(targets)
-
-        def epoch_batches():
+        weights, biases = _start(MEMBERS, sizes, generator)
+        optimiser = torch.optim.AdamW(weights + biases, lr=6e-3, weight_decay=1e-2, fused=True)
+        schedule = torch.optim.lr_scheduler.OneCycleLR(optimiser, max_lr=6e-3, total_steps=epochs * batches)
+        for epoch in range(1, epochs + 1):
             order = torch.stack([torch.randperm(len(x), generator=generator) for _ in range(MEMBERS)])
+            losses = []
             for chosen in order.tensor_split(batches, dim=1):
-                yield x[chosen], y[chosen]
-
-        return _fit(MEMBERS, sizes, torch.nn.functional.silu, make, epoch_batches, epochs, generator, progress)
+                losses.append(_step(weights, biases, torch.nn.functional.silu, optimiser, x[chosen], y[chosen]))
+                schedule.step()
+            _tell(progress, epoch, epochs, sum(losses) / len(losses))
+        return _arrays(weights), _arrays(biases)
 
 
 def train_paper(
@@ -129,27 +105,10 @@ def train_paper(
         done = 0 if checkpoint is None else _restore(checkpoint, weights + biases, optimiser)
         for epoch in range(done + 1, epochs + 1):
             loss = _step(weights, biases, torch.tanh, optimiser, x, y)
-            _require_finite(loss, epoch, epochs)
-            if checkpoint is not None and (checkpoint.due() or epoch == epochs):
+            if math.isfinite(loss) and checkpoint is not None and (checkpoint.due() or epoch == epochs):
                 checkpoint.save(epoch, _state(weights + biases, optimiser))
-            if progress is not None:
-                progress(epoch, epochs, loss)
+            _tell(progress, epoch, epochs, loss)
         return _arrays(weights), _arrays(biases)
-
-
-def _fit(networks, sizes, activation, make_optimiser, epoch_batches, epochs, generator, progress):
-    weights, biases = _start(networks, sizes, generator)
-    optimiser, schedule = make_optimiser(weights + biases)
-    for epoch in range(1, epochs + 1):
-        losses = []
-        for x, y in epoch_batches():
-            losses.append(_step(weights, biases, activation, optimiser, x, y))
-            schedule.step()
-        loss = sum(losses) / len(losses)
-        _require_finite(loss, epoch, epochs)
-        if progress is not None:
-            progress(epoch, epochs, loss)
-    return _arrays(weights), _arrays(biases)
 
 
 def _step(weights, biases, activation, optimiser, x, y) -> float:
@@ -161,7 +120,8 @@ def _step(weights, biases, activation, optimiser, x, y) -> float:
     return float(errors.detach().mean())
 
 
-def _require_finite(loss, epoch, epochs):
+def _tell(progress: Progress | None, epoch: int, epochs: int, loss: float) -> None:
+    """Report an epoch. NumericalStop E-ROM-014 if its loss is not finite."""
     if not math.isfinite(loss):
         raise NumericalStop(
             "E-ROM-014",
@@ -170,6 +130,8 @@ def _require_finite(loss, epoch, epochs):
             why="the optimiser left the region where the networks are smooth",
             remedy="train with another seed; look at the runs for outliers",
         )
+    if progress is not None:
+        progress(epoch, epochs, loss)
 
 
 def _state(parameters, optimiser) -> dict[str, np.ndarray]:

@@ -8,9 +8,9 @@ from functools import partial
 
 import numpy as np
 
-from billow.rom.learn.basis import Basis, pod
-from billow.rom.learn.snapshots import Snapshots, collect, snapshot_bytes
-from billow.rom.learn.streaming import bases_of, join, join_all, sketch
+from billow.rom.learn.dataset import Dataset, collect, snapshot_bytes
+from billow.rom.learn.pod import bases_of, join, join_all, pod, sketch
+from billow.rom.surrogate.basis import Basis
 
 DEFAULT_MEMORY = 4 * 2**30
 """[byte] Snapshots larger than this are read block by block; 1,400 runs of 50 times and 5,000 nodes fit in."""
@@ -62,105 +62,80 @@ class Reduction:
         )
 
 
-def reduce_runs(dataset, runs, modes: int, seed: int, memory: int = DEFAULT_MEMORY, client=None) -> Reduction:
+def reduce_runs(dataset: Dataset, runs, modes: int, seed: int, memory: int = DEFAULT_MEMORY, client=None) -> Reduction:
     """Bases of `runs` of a dataset and the coefficients of every snapshot in them.
 
     memory: [byte]; with larger snapshots the runs are read twice, block by block, and memory stays below it (below it
     for each worker on a cluster), as long as one run with its copies fits. client: a Dask client whose workers see the
     dataset; they then do the work, always block by block. Bits depend on `memory`, not on the workers.
 
-    Errors as `snapshots.collect` and `basis.pod`.
+    Errors as `collect` and `pod`.
     """
-    runs = tuple(runs)
+    runs, times = tuple(runs), np.asarray(dataset.times, float)
+    begun, spent, read_seconds = time.perf_counter(), time.process_time(), 0.0
     if client is None and snapshot_bytes(dataset, runs) <= memory:
-        return _in_memory(dataset, runs, modes, seed)
-    blocks = _blocks(runs, max(1, memory // (BLOCK_SHARE * snapshot_bytes(dataset, runs[:1]))))
-    return _by_block(dataset, blocks, modes, seed, client)
-
-
-def _in_memory(dataset, runs, modes, seed) -> Reduction:
-    clock = [time.perf_counter()]
-    snapshots = collect(dataset, runs)
-    clock.append(time.perf_counter())
-    spent = time.process_time()
-    bases = tuple(pod(matrix, modes, seed) for matrix in snapshots.matrices)
-    parts = [_project(snapshots, bases)]
-    spent = time.process_time() - spent
-    clock.append(time.perf_counter())
-    return _together(dataset, parts, bases, clock[1] - clock[0], clock[2] - clock[1], spent)
-
-
-def _by_block(dataset, blocks, modes, seed, client) -> Reduction:
-    begun, spent = time.perf_counter(), time.process_time()
-    pair = partial(join, modes=modes, seed=seed)
-    if client is None:
-        whole = join_all((_sketch_runs(dataset, block, modes, seed) for block in blocks), pair)
-        bases = bases_of(whole, modes, seed)
-        parts = [_project_runs(dataset, block, bases) for block in blocks]
+        matrices = collect(dataset, runs)
+        read_seconds, spent = time.perf_counter() - begun, time.process_time()
+        bases = tuple(pod(matrix, modes, seed) for matrix in matrices)
+        parts = [_project(matrices, bases, len(times))]
     else:
-        shared = client.scatter(dataset, broadcast=True)
-        sketches = [client.submit(_sketch_runs, shared, block, modes, seed, pure=False) for block in blocks]
-        whole = join_all(sketches, lambda one, other: client.submit(pair, one, other, pure=False)).result()
-        bases = bases_of(whole, modes, seed)
-        known = client.scatter(bases, broadcast=True, hash=False)
-        parts = client.gather([client.submit(_project_runs, shared, block, known, pure=False) for block in blocks])
-    # Reading and factoring alternate, so the time of both counts as the basis'.
-    return _together(dataset, parts, bases, 0.0, time.perf_counter() - begun, time.process_time() - spent)
-
-
-@dataclass(frozen=True, eq=False)
-class _Part:
-    """Some runs in the bases. coefficients: (runs, times, components, modes); the sums of squares that stay outside:
-    by_time (components, times), by_node (components, nodes)."""
-
-    runs: tuple[str, ...]
-    coefficients: np.ndarray
-    by_time: np.ndarray
-    by_node: np.ndarray
-    snapshot_bytes: int
-
-
-def _blocks(runs, count) -> list[tuple[str, ...]]:
-    return [runs[first : first + count] for first in range(0, len(runs), count)]
-
-
-def _sketch_runs(dataset, runs, modes, seed):
-    return sketch(collect(dataset, runs).matrices, modes, seed)
-
-
-def _project_runs(dataset, runs, bases) -> _Part:
-    return _project(collect(dataset, runs), bases)
-
-
-def _project(snapshots: Snapshots, bases: tuple[Basis, ...]) -> _Part:
-    count, times = len(snapshots.runs), len(snapshots.times)
-    coefficients = np.empty((len(bases), len(bases[0].modes), count * times), np.float32)
-    by_time, by_node = np.zeros((len(bases), times)), np.zeros((len(bases), snapshots.nodes))
-    for component, basis in enumerate(bases):
-        matrix = snapshots.matrices[component]
-        coefficients[component] = basis.coefficients(matrix)
-        for run in range(count):  # one run at a time: the residual of all would be as large as the snapshots
-            columns = slice(run * times, (run + 1) * times)
-            outside = np.square(matrix[:, columns] - basis.fields(coefficients[component][:, columns]))
-            by_time[component] += outside.sum(axis=0, dtype=float)
-            by_node[component] += outside.sum(axis=1, dtype=float)
-    return _Part(snapshots.runs, snapshots.by_run(coefficients), by_time, by_node, snapshots.memory)
-
-
-def _together(dataset, parts, bases, read_seconds, pod_seconds, pod_cpu_seconds) -> Reduction:
-    runs = tuple(run for part in parts for run in part.runs)
-    times = np.asarray(dataset.times, float)
-    by_time, by_node = sum(part.by_time for part in parts), sum(part.by_node for part in parts)
+        blocks = blocks_of(runs, memory // (BLOCK_SHARE * snapshot_bytes(dataset, runs[:1])))
+        bases, parts = _by_block(dataset, blocks, modes, seed, client)
+    coefficients, by_time, by_node = zip(*parts, strict=True)
     return Reduction(
         bases=bases,
-        coefficients=np.concatenate([part.coefficients for part in parts]),
+        coefficients=np.concatenate(coefficients),
         design=np.asarray(dataset.design(runs), float),
         times=times,
         runs=runs,
-        lost_by_time=by_time / (len(runs) * by_node.shape[1]),
-        lost_by_node=by_node / (len(runs) * len(times)),
-        snapshot_bytes=sum(part.snapshot_bytes for part in parts),
+        lost_by_time=sum(by_time) / (len(runs) * len(dataset.reference)),
+        lost_by_node=sum(by_node) / (len(runs) * len(times)),
+        snapshot_bytes=snapshot_bytes(dataset, runs),
         read_seconds=read_seconds,
-        pod_seconds=pod_seconds,
-        pod_cpu_seconds=pod_cpu_seconds,
+        pod_seconds=time.perf_counter() - begun - read_seconds,
+        pod_cpu_seconds=time.process_time() - spent,
     )
+
+
+def blocks_of(runs: tuple[str, ...], count: int) -> list[tuple[str, ...]]:
+    """Runs in blocks of `count`, at least one."""
+    count = max(1, count)
+    return [runs[first : first + count] for first in range(0, len(runs), count)]
+
+
+def _by_block(dataset, blocks, modes, seed, client) -> tuple[tuple[Basis, ...], list]:
+    pair = partial(join, modes=modes, seed=seed)
+    if client is None:
+        bases = bases_of(join_all((_sketch_runs(dataset, block, modes, seed) for block in blocks), pair), modes, seed)
+        return bases, [_project_runs(dataset, block, bases) for block in blocks]
+    shared = client.scatter(dataset, broadcast=True)
+    sketches = [client.submit(_sketch_runs, shared, block, modes, seed, pure=False) for block in blocks]
+    whole = join_all(sketches, lambda one, other: client.submit(pair, one, other, pure=False)).result()
+    bases = bases_of(whole, modes, seed)
+    known = client.scatter(bases, broadcast=True, hash=False)
+    return bases, client.gather([client.submit(_project_runs, shared, block, known, pure=False) for block in blocks])
+
+
+def _sketch_runs(dataset, runs, modes, seed):
+    return sketch(collect(dataset, runs), modes, seed)
+
+
+def _project_runs(dataset, runs, bases):
+    return _project(collect(dataset, runs), bases, len(dataset.times))
+
+
+def _project(matrices, bases, times: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Coefficients (runs, times, components, modes), and the sums of squares that stay outside the bases: over runs
+    and nodes (components, times), over runs and times (components, nodes)."""
+    components, nodes, columns = matrices.shape
+    coefficients = np.empty((components, len(bases[0].modes), columns), np.float32)
+    by_time, by_node = np.zeros((components, times)), np.zeros((components, nodes))
+    for component, (basis, matrix) in enumerate(zip(bases, matrices, strict=True)):
+        coefficients[component] = basis.coefficients(matrix)
+        for first in range(0, columns, times):  # one run at a time: the residual of all would be as large as matrices
+            run = slice(first, first + times)
+            outside = np.square(matrix[:, run] - basis.fields(coefficients[component][:, run]))
+            by_time[component] += outside.sum(axis=0, dtype=float)
+            by_node[component] += outside.sum(axis=1, dtype=float)
+    by_run = coefficients.reshape(components, -1, columns // times, times).transpose(2, 3, 0, 1)
+    return np.ascontiguousarray(by_run), by_time, by_node

@@ -7,7 +7,7 @@ from scipy.spatial.distance import cdist
 from scipy.stats import qmc
 
 from billow.base.errors import InputError
-from billow.rom.surrogate.standing import to_unit
+from billow.rom.surrogate.design_space import from_unit, to_unit
 from billow.rom.surrogate.surrogate import Surrogate
 
 POWER = 4
@@ -41,9 +41,8 @@ def suggest(surrogate: Surrogate, count: int, known: np.ndarray, seed: int = 0) 
             remedy='ask for at least one, with a surrogate of the recipe "shared": billow train FOLDER',
         )
     parameters = surrogate.parameters
-    low, high = (np.array([getattr(p, side) for p in parameters]) for side in ("low", "high"))
     unit = qmc.Sobol(len(parameters), rng=seed).random(CANDIDATES)
-    unsure = uncertainty(surrogate, low + unit * (high - low))
+    unsure = uncertainty(surrogate, from_unit(unit, parameters))
     nearest = np.full(len(unit), np.sqrt(len(parameters)))  # the diagonal: nothing is farther
     for point in to_unit(np.reshape(known, (-1, len(parameters))), parameters):
         nearest = np.minimum(nearest, np.linalg.norm(unit - point, axis=1))
@@ -53,7 +52,7 @@ def suggest(surrogate: Surrogate, count: int, known: np.ndarray, seed: int = 0) 
         best = int((np.maximum(nearest - between, 0.0) @ unsure**POWER).argmax())
         chosen.append(best)
         nearest = np.minimum(nearest, between[best])
-    return low + unit[chosen] * (high - low)
+    return from_unit(unit[chosen], parameters)
 
 
 def uncertainty(surrogate: Surrogate, designs: np.ndarray) -> np.ndarray:

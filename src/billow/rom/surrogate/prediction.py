@@ -10,7 +10,7 @@ import numpy as np
 from billow.base.errors import InputError
 from billow.results.atomic import write_atomically
 from billow.results.vtkhdf import FabricWriter
-from billow.rom.learn.snapshots import COMPONENTS
+from billow.rom.surrogate.basis import COMPONENTS
 from billow.rom.surrogate.surrogate import Surrogate
 
 LEVEL = 0.9
@@ -33,9 +33,7 @@ def write_prediction(surrogate: Surrogate, design: dict, out: Path | None, extra
     Raises InputError of `Surrogate.predict`, E-CLI-004 if `out` exists.
     """
     displacement = surrogate.predict(design, extrapolate=extrapolate)
-    widths = None
-    if surrogate.intervals is not None:
-        widths = surrogate.half_width(design, level=LEVEL, extrapolate=extrapolate)
+    widths = surrogate.half_width(design, level=LEVEL, extrapolate=extrapolate) if surrogate.intervals else None
     top = displacement[..., 2].max(axis=1)
     summary = f"largest height {top.max():.4f} m at {1e3 * surrogate.times[top.argmax()]:.1f} ms"
     trust = trust_of(surrogate, design, widths)
@@ -52,26 +50,23 @@ def trust_of(surrogate: Surrogate, design: dict, widths: np.ndarray | None) -> d
 
     widths: [m], (times, nodes, 3), half widths of its intervals, None without
     """
-    found = surrogate.standing(design)
-    standing = None
+    found, standing, interval = surrogate.standing(design), None, None
     if found is not None:
         standing = {
             "outside_trained_range": list(found.outside),
             "distance_to_nearest_training_design": found.nearest,
             "usual_distance_between_training_designs": found.usual,
             "largest_distance_between_training_designs": found.largest,
-            "warnings": found.sentences(),
+            "warnings": found.warnings(),
         }
-    interval = None
     if widths is not None:
-        mean, most = widths.mean(axis=(0, 1), dtype=float), widths.max(axis=(0, 1))
+        mean, most = widths.mean(axis=(0, 1), dtype=float), widths.max(axis=(0, 1)).astype(float)
         interval = {
             "level": LEVEL,
             "mean_half_width_m": dict(zip(COMPONENTS, mean.tolist(), strict=True)),
-            "largest_half_width_m": dict(zip(COMPONENTS, most.astype(float).tolist(), strict=True)),
+            "largest_half_width_m": dict(zip(COMPONENTS, most.tolist(), strict=True)),
         }
-    times = [float(surrogate.times[0]), float(surrogate.times[-1])]
-    return {"standing": standing, "trained_times_s": times, "interval": interval}
+    return {"standing": standing, "trained_times_s": surrogate.times[[0, -1]].tolist(), "interval": interval}
 
 
 def describe_trust(trust: dict) -> list[str]:
@@ -91,12 +86,9 @@ def describe_trust(trust: dict) -> list[str]:
         )
         lines += [f"warning: {sentence}" for sentence in standing["warnings"]]
     if interval is None:
-        lines.append("no interval: the surrogate was not calibrated")
-    else:
-        widths = interval["mean_half_width_m"].items()
-        told = ", ".join(f"{axis} ± {1e3 * width:.2g} mm" for axis, width in widths)
-        lines.append(f"{100 * interval['level']:.0f} % of the solver's values expected within {told} on average")
-    return lines
+        return [*lines, "no interval: the surrogate was not calibrated"]
+    widths = ", ".join(f"{axis} ± {1e3 * width:.2g} mm" for axis, width in interval["mean_half_width_m"].items())
+    return [*lines, f"{100 * interval['level']:.0f} % of the solver's values expected within {widths} on average"]
 
 
 def _write(surrogate, displacement, widths, out: Path) -> None:
@@ -113,8 +105,6 @@ def _write(surrogate, displacement, widths, out: Path) -> None:
     part = np.zeros(len(surrogate.triangles), dtype=np.int32)
     with FabricWriter(partial, start, surrogate.triangles, part, ["fabric"]) as frames:
         for step, (time, moved) in enumerate(zip(surrogate.times, displacement, strict=True)):
-            fields = {"displacement": moved}
-            if widths is not None:
-                fields["half_width"] = widths[step]
-            frames.append(float(time), start + moved, fields, {})
+            half_width = {} if widths is None else {"half_width": widths[step]}
+            frames.append(float(time), start + moved, {"displacement": moved, **half_width}, {})
     partial.replace(out)

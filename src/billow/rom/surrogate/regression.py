@@ -101,22 +101,23 @@ class Regression:
         every design instead of one for every design and time, and that of the trained times once for all.
         """
         trained = np.array_equal(times, self.outputs.times)
-        of_time = self._of_trained_times if trained else self._of_times(times)
-        of_design = self.inputs.design(design).astype(np.float32) @ self._first_weights[0]
+        of_time = self.of_trained_times if trained else self._of_times(times)
+        of_design = self.inputs.design(design).astype(np.float32) @ self.first_weights[0]
         first = of_design[:, :, None] + of_time[:, None]  # (networks, runs, times, neurons)
         if further is not None:
             flat = np.asarray(further, np.float32).reshape(-1, self.inputs.further)
-            first += (flat @ self._first_weights[2]).reshape(first.shape)
+            first += (flat @ self.first_weights[2]).reshape(first.shape)
         return first.reshape(len(first), -1, first.shape[-1])
 
     def _of_times(self, times):
-        return self.inputs.time(times).astype(np.float32) @ self._first_weights[1] + self.biases[0]
+        return self.inputs.time(times).astype(np.float32) @ self.first_weights[1] + self.biases[0]
 
     @cached_property
-    def _of_trained_times(self):
+    def of_trained_times(self) -> np.ndarray:
+        """Share of the trained times and the bias in the first layer: (networks, times, neurons)."""
         return self._of_times(self.outputs.times)
 
     @cached_property
-    def _first_weights(self):
-        """Of design, time and further inputs: each (networks, inputs, neurons)."""
+    def first_weights(self) -> list[np.ndarray]:
+        """Of the first layer, for design, time and further inputs: each (networks, inputs, neurons)."""
         return np.split(self.weights[0], (len(self.inputs.low), self.inputs.width - self.inputs.further), axis=1)

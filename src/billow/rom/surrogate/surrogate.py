@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
@@ -12,17 +11,13 @@ import numpy as np
 
 from billow.base.errors import InputError
 from billow.results.dataset_files import Parameter
-from billow.rom.learn.basis import Basis
-from billow.rom.learn.force_inputs import ForceInputs
-from billow.rom.learn.reduction import DEFAULT_MEMORY
-from billow.rom.learn.snapshots import ReadOnce, snapshot_bytes
-from billow.rom.learn.training import Plan, Stages, learn
-from billow.rom.surrogate.intervals import FEWEST_RUNS, LEVELS, Intervals, held_out, scale
-from billow.rom.surrogate.intervals import calibrate as calibrated_factors
-from billow.rom.surrogate.question import check_design, check_times, design_rows, further_inputs
+from billow.results.tensor_file import write_tensors
+from billow.rom.surrogate.basis import Basis
+from billow.rom.surrogate.design_space import Standing, check_design, check_times, design_rows, standing
+from billow.rom.surrogate.force_inputs import ForceInputs, further_inputs
+from billow.rom.surrogate.intervals import FEWEST_RUNS, Intervals, scale
 from billow.rom.surrogate.regression import Regression
-from billow.rom.surrogate.standing import Standing, standing
-from billow.rom.surrogate.surrogate_file import read_surrogate, write_surrogate
+from billow.rom.surrogate.surrogate_file import read_checked, surrogate_content, surrogate_fields
 
 _DESIGNS_AT_ONCE = 16
 """Designs whose networks `predict_each` evaluates together: enough to fill the products, few enough for the cache."""
@@ -32,7 +27,7 @@ _DESIGNS_AT_ONCE = 16
 class Surrogate:
     """A trained reduced-order model.
 
-        surrogate = Surrogate.train(dataset)
+        surrogate = billow.train(dataset)
         surrogate.save("surrogate.safetensors")
         shape = surrogate.reference + surrogate.predict({"permeability": 0.03, ...})     # [m], (times, nodes, 3)
 
@@ -59,71 +54,13 @@ class Surrogate:
     intervals: Intervals | None = None
 
     @classmethod
-    def train(
-        cls,
-        dataset,
-        recipe="shared",
-        modes=12,
-        runs=None,
-        seed=0,
-        epochs=None,
-        progress=None,
-        force_modes=0,
-        force_components="z",
-        calibrate=True,
-        memory=DEFAULT_MEMORY,
-        client=None,
-    ) -> Surrogate:
-        """Learn the displacement of a dataset's training runs. Test runs are never read.
-
-        recipe: "shared", one ensemble of networks for all coefficients, or "paper", one network for each coefficient
-        modes: K, size of each component's basis; runs: names of the runs to learn from, default `dataset.trusted`,
-            the training runs with the verdict PASS
-        epochs: default 30 to 200, fewer for more runs (`shared`), 15,000 (`paper`); progress(epoch, epochs, loss) is
-            called after each
-        force_modes: M, modes of each contact-force component whose coefficients of the time before become inputs (the
-            paper's "Model Including Forces"), 0 for none; force_components: which, such as "z" or "xyz"
-        calibrate: learn up to four times more, each time without a quarter of the runs, so that `half_width` can say
-            how far answers may be off; costs three times the training again (once, with many runs). Not done with
-            fewer than `FEWEST_RUNS` runs, with force modes, whose inputs nobody knows beforehand, or for `paper`,
-            which has no ensemble
-        memory: [byte] larger snapshots are read from disk block by block; calibrating may take twice as much
-        client: a Dask client; its workers, which must see the dataset, then make the bases
-
-        Same data, seed and number of BLAS threads: same bits.
-        Raises InputError E-ROM-007 (too few runs or modes), E-ROM-008 (recipe), E-ROM-009 (snapshots not finite),
-        E-ROM-010 (a parameter or the time has no range), ResourceError E-ROM-006 (no PyTorch), NumericalStop
-        E-ROM-013 and E-ROM-014 (basis or training failed).
-        """
-        runs = tuple(dataset.trusted if runs is None else runs)
-        plan = Plan(recipe, modes, seed, epochs, force_modes, force_components, memory, client)
-        if not (calibrate and recipe == "shared" and not force_modes and len(runs) >= FEWEST_RUNS):
-            fields, reduction = learn(dataset, runs, plan, progress)
-            return cls(**fields, designs=reduction.design)
-        stages = Stages(progress, 1 + len(held_out(runs)))
-        if client is None and snapshot_bytes(dataset, runs) <= memory:
-            dataset = ReadOnce(dataset)
-        fields, whole = learn(dataset, runs, plan, stages.next())
-        begun = time.perf_counter()
-        plan = replace(plan, epochs=fields["training"]["epochs"])
-
-        def learn_fold(others):
-            fields, reduction = learn(dataset, others, plan, stages.next())
-            return cls(**fields), reduction
-
-        factors = calibrated_factors(dataset, runs, learn_fold)
-        fields["training"]["calibration_seconds"] = time.perf_counter() - begun
-        intervals = Intervals(np.array(LEVELS), factors, whole.lost_by_time, whole.lost_by_node)
-        return cls(**fields, designs=whole.design, intervals=intervals)
-
-    @classmethod
     def load(cls, path: str | Path) -> Surrogate:
-        """Read a file written by `save`. Errors as `read_surrogate`."""
-        return cls(**read_surrogate(path))
+        """Read a file written by `save`. Errors as `read_checked`."""
+        return cls(**read_checked(path, surrogate_fields, "billow train FOLDER"))
 
     def save(self, path: str | Path) -> Path:
         """Write everything to one file without pickle (safetensors), atomically."""
-        return write_surrogate(path, self)
+        return write_tensors(path, *surrogate_content(self))
 
     @property
     def recipe(self) -> str:
@@ -139,8 +76,13 @@ class Surrogate:
     def nodes(self) -> int:
         return len(self.reference)
 
+    @property
+    def runs(self) -> tuple[str, ...]:
+        """Names of the runs it was learned from."""
+        return tuple(self.training["runs"])
+
     def __repr__(self) -> str:
-        learned = f"{len(self.training['runs'])} runs, {self.modes} modes, {self.nodes} nodes"
+        learned = f"{len(self.runs)} runs, {self.modes} modes, {self.nodes} nodes"
         return f"Surrogate({self.title!r}, recipe={self.recipe!r}, {learned})"
 
     def predict(self, design, times=None, *, extrapolate: bool = False, previous_forces=None) -> np.ndarray:
@@ -224,7 +166,7 @@ class Surrogate:
             raise InputError(
                 "E-ROM-017",
                 "this surrogate has no intervals",
-                where=f"recipe {self.recipe!r}, {len(self.training['runs'])} training runs",
+                where=f"recipe {self.recipe!r}, {len(self.runs)} training runs",
                 why="it was trained without calibration, with contact forces, as `paper`, or on too few runs",
                 remedy=f'train with recipe "shared" on at least {FEWEST_RUNS} runs: billow train FOLDER',
             )

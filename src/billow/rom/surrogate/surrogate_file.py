@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
 
@@ -10,9 +11,10 @@ import numpy as np
 from billow import __version__
 from billow.base.errors import InputError, IntegrityError
 from billow.results.dataset_files import parameter_of
-from billow.results.tensor_file import read_tensors, write_tensors
-from billow.rom.learn.basis import Basis
-from billow.rom.learn.force_inputs import ForceInputs
+from billow.results.tensor_file import read_tensors
+from billow.rom.surrogate.basis import bases_content, bases_from
+from billow.rom.surrogate.design_space import bounds
+from billow.rom.surrogate.force_inputs import ForceInputs
 from billow.rom.surrogate.intervals import Intervals
 from billow.rom.surrogate.regression import ACTIVATIONS, Regression
 from billow.rom.surrogate.scaling import InputScaling, OutputScaling
@@ -20,26 +22,12 @@ from billow.rom.surrogate.scaling import InputScaling, OutputScaling
 FORMAT = 1
 
 
-def write_surrogate(path: str | Path, surrogate) -> Path:
-    """Write a `Surrogate` to `path`, atomically."""
-    return write_tensors(path, *surrogate_content(surrogate))
-
-
 def surrogate_content(surrogate) -> tuple[dict[str, np.ndarray], dict]:
-    """A `Surrogate` as named arrays and a record. A file may hold more of both; `read_surrogate` passes over them."""
+    """A `Surrogate` as named arrays and a record. A file may hold more of both; `surrogate_fields` ignores it."""
     regression = surrogate.regression
-    tensors = {
-        "times": surrogate.times,
-        "reference": surrogate.reference,
-        "triangles": surrogate.triangles,
-        "modes": np.stack([basis.modes for basis in surrogate.bases]),
-        "singular_values": np.stack([basis.singular_values for basis in surrogate.bases]),
-        "energy": np.array([basis.energy for basis in surrogate.bases]),
-        "outputs.mean": regression.outputs.mean,
-        "outputs.deviation": regression.outputs.deviation,
-    }
-    tensors |= {f"weights.{layer}": array for layer, array in enumerate(regression.weights)}
-    tensors |= {f"biases.{layer}": array for layer, array in enumerate(regression.biases)}
+    tensors = {name: getattr(surrogate, name) for name in ("times", "reference", "triangles")}
+    tensors |= bases_content(surrogate.bases) | network_content(regression)
+    tensors |= {f"outputs.{name}": getattr(regression.outputs, name) for name in ("mean", "deviation")}
     forces = surrogate.forces
     if forces is not None:
         tensors |= {f"forces.{name}": getattr(forces, name) for name in ("modes", "mean", "deviation")}
@@ -58,9 +46,16 @@ def surrogate_content(surrogate) -> tuple[dict[str, np.ndarray], dict]:
     return tensors, record
 
 
-def read_surrogate(path: str | Path) -> dict:
-    """The fields of the `Surrogate` in a file.
+def network_content(regression: Regression) -> dict[str, np.ndarray]:
+    """Weights and biases as named arrays, which `take_networks` reads."""
+    named = {"weights": regression.weights, "biases": regression.biases}
+    return {f"{name}.{layer}": a for name, arrays in named.items() for layer, a in enumerate(arrays)}
 
+
+def read_checked(path: str | Path, fields: Callable[[dict, dict], dict], command: str) -> dict:
+    """What `fields(tensors, record)` makes of a file; it may raise ValueError, KeyError and the like.
+
+    command: trains such a file again
     Raises InputError E-ROM-005 if there is no such file or it has another format, IntegrityError E-ROM-004 if it is
     damaged or its arrays do not fit together.
     """
@@ -72,7 +67,7 @@ def read_surrogate(path: str | Path) -> dict:
             "the surrogate file is damaged, cut short or not a surrogate",
             where=str(path),
             why=why,
-            remedy="copy it again from where it came, or train it again: billow train FOLDER",
+            remedy=f"copy it again from its source, or train it again: {command}",
         )
 
     try:
@@ -83,7 +78,7 @@ def read_surrogate(path: str | Path) -> dict:
             "the surrogate cannot be read",
             where=str(path),
             why=error.strerror or str(error),
-            remedy="check the path, or train one: billow train FOLDER",
+            remedy=f"check the path, or train one: {command}",
         ) from error
     if record.get("format") != FORMAT:
         raise InputError(
@@ -91,15 +86,16 @@ def read_surrogate(path: str | Path) -> dict:
             f"the surrogate has format {record.get('format')!r}",
             where=str(path),
             why=f"Billow {__version__} reads format {FORMAT}",
-            remedy="use the version of Billow that wrote it, or train it again: billow train FOLDER",
+            remedy=f"use the version of Billow that wrote it, or train it again: {command}",
         )
     try:
-        return _fields(tensors, record)
+        return fields(tensors, record)
     except (KeyError, TypeError, ValueError, IndexError) as error:
         raise damaged(f"its parts do not fit together ({error})") from error
 
 
-def _fields(tensors, record) -> dict:
+def surrogate_fields(tensors: dict[str, np.ndarray], record: dict) -> dict:
+    """The fields of a `Surrogate`. KeyError, TypeError, ValueError or IndexError if something does not fit."""
     recipe = record["recipe"]
     if recipe not in ACTIVATIONS:
         raise ValueError(f"recipe {recipe!r}")
@@ -107,17 +103,17 @@ def _fields(tensors, record) -> dict:
     if not isinstance(title, str) or not isinstance(training, dict) or not isinstance(training.get("runs"), list):
         raise ValueError("it does not say what it was trained on")
     parameters = tuple(map(parameter_of, record["parameters"]))
-    low, high = (np.array([getattr(p, side) for p in parameters]) for side in ("low", "high"))
+    low, high = bounds(parameters)
     if not (low < high).all():
         raise ValueError("a parameter has no range")
-    times = _take(tensors, "times", np.float64, None)
+    times = take(tensors, "times", np.float64, None)
     if len(times) < 2 or not (np.diff(times) > 0).all():
         raise ValueError("times do not rise")
-    reference = _take(tensors, "reference", np.float32, None, 3)
-    modes = _take(tensors, "modes", np.float32, 3, None, len(reference))
-    singular_values = _take(tensors, "singular_values", np.float64, 3, None)
-    energy = _take(tensors, "energy", np.float64, 3)
-    triangles = _take(tensors, "triangles", np.int64, None, 3)
+    reference = take(tensors, "reference", np.float32, None, 3)
+    modes = take(tensors, "modes", np.float32, 3, None, len(reference))
+    take(tensors, "singular_values", np.float64, 3, None)
+    take(tensors, "energy", np.float64, 3)
+    triangles = take(tensors, "triangles", np.int64, None, 3)
     if triangles.size and not 0 <= triangles.min() <= triangles.max() < len(reference):
         raise ValueError("a triangle names a node that does not exist")
 
@@ -125,16 +121,11 @@ def _fields(tensors, record) -> dict:
     further = 0 if forces is None else forces.width
     inputs = InputScaling(low, high, float(times[0]), float(times[-1]), recipe, further)
     count = 3 * modes.shape[1]  # coefficients of all components
-    networks = None if recipe == "shared" else count
-    weights, biases, width = [], [], inputs.width
-    while f"weights.{len(weights)}" in tensors:
-        weights.append(_take(tensors, f"weights.{len(weights)}", np.float32, networks, width, None))
-        networks, _, width = weights[-1].shape
-        biases.append(_take(tensors, f"biases.{len(biases)}", np.float32, networks, 1, width))
+    weights, biases, width = take_networks(tensors, "", None if recipe == "shared" else count, inputs.width)
     if width != (count if recipe == "shared" else 1):
         raise ValueError(f"the last layer has {width} outputs")
     mean, deviation = (
-        _take(tensors, f"outputs.{name}", np.float32, len(times), count) for name in ("mean", "deviation")
+        take(tensors, f"outputs.{name}", np.float32, len(times), count) for name in ("mean", "deviation")
     )
     return {
         "title": title,
@@ -142,11 +133,11 @@ def _fields(tensors, record) -> dict:
         "times": times,
         "reference": reference,
         "triangles": triangles,
-        "bases": tuple(Basis(modes[c], singular_values[c], float(energy[c])) for c in range(3)),
-        "regression": Regression(recipe, tuple(weights), tuple(biases), inputs, OutputScaling(times, mean, deviation)),
+        "bases": bases_from(tensors),
+        "regression": Regression(recipe, weights, biases, inputs, OutputScaling(times, mean, deviation)),
         "training": training,
         "forces": forces,
-        "designs": _take(tensors, "designs", np.float64, None, len(parameters)) if "designs" in tensors else None,
+        "designs": take(tensors, "designs", np.float64, None, len(parameters)) if "designs" in tensors else None,
         "intervals": _intervals(tensors, len(times), len(reference)),
     }
 
@@ -154,9 +145,9 @@ def _fields(tensors, record) -> dict:
 def _intervals(tensors, times, nodes) -> Intervals | None:
     if "intervals.levels" not in tensors:
         return None
-    levels = _take(tensors, "intervals.levels", np.float64, None)
+    levels = take(tensors, "intervals.levels", np.float64, None)
     parts = [
-        _take(tensors, f"intervals.{name}", np.float64, *shape)
+        take(tensors, f"intervals.{name}", np.float64, *shape)
         for name, shape in (("factors", (len(levels), 3)), ("lost_by_time", (3, times)), ("lost_by_node", (3, nodes)))
     ]
     if not all((part >= 0.0).all() for part in parts):
@@ -167,17 +158,27 @@ def _intervals(tensors, times, nodes) -> Intervals | None:
 def _forces(tensors, nodes) -> ForceInputs | None:
     if "forces.components" not in tensors:
         return None
-    components = tuple(_take(tensors, "forces.components", np.int64, None).tolist())
+    components = tuple(take(tensors, "forces.components", np.int64, None).tolist())
     if not components or len(set(components)) != len(components) or not set(components) <= {0, 1, 2}:
         raise ValueError(f"force components {components}")
-    modes = _take(tensors, "forces.modes", np.float32, len(components), None, nodes)
-    mean, deviation = (_take(tensors, f"forces.{n}", np.float64, *modes.shape[:2]) for n in ("mean", "deviation"))
+    modes = take(tensors, "forces.modes", np.float32, len(components), None, nodes)
+    mean, deviation = (take(tensors, f"forces.{n}", np.float64, *modes.shape[:2]) for n in ("mean", "deviation"))
     if not (deviation > 0.0).all():
         raise ValueError("a force mode has no deviation")
     return ForceInputs(components, modes, mean, deviation)
 
 
-def _take(tensors, name, dtype, *shape) -> np.ndarray:
+def take_networks(tensors, prefix: str, networks: int | None, width: int):
+    """Weights and biases as `Regression` takes them, and the number of outputs. networks: None for any number."""
+    weights, biases = [], []
+    while f"{prefix}weights.{len(weights)}" in tensors:
+        weights.append(take(tensors, f"{prefix}weights.{len(weights)}", np.float32, networks, width, None))
+        networks, _, width = weights[-1].shape
+        biases.append(take(tensors, f"{prefix}biases.{len(biases)}", np.float32, networks, 1, width))
+    return tuple(weights), tuple(biases), width
+
+
+def take(tensors, name, dtype, *shape) -> np.ndarray:
     """An array of the given type and shape; None stands for any length. ValueError if it is not, or not finite."""
     array = tensors[name]
     fits = array.ndim == len(shape) and all(s in (None, n) for s, n in zip(shape, array.shape, strict=True))

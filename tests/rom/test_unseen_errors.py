@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from synthetic import SyntheticDataset
 
-from billow.rom.judge.projection import project
-from billow.rom.judge.rmse import snapshot_rmse
+from billow.rom.judge.errors import project, snapshot_rmse
 from billow.rom.learn.reduction import reduce_runs
 
 

@@ -1,4 +1,4 @@
-"""The free obstacle of a study: which body a design stands for.
+"""The free obstacle of a study: which body a design stands for, how it moved and what pushed it.
 
 A surrogate knows parameters, not cases. What the parameters do to the body (radii, degree, place, attitude, mass,
 speed) is read from the cases of the training runs: each property is an affine function of the design, or it is refused.
@@ -11,6 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from billow.base.errors import InputError
+from billow.injury.filters import channel_filter
+from billow.injury.motion import body_velocity, mean_acceleration
+from billow.results.result import Result
+from billow.rom.learn.dataset import Dataset
 
 PROPERTIES = (
     *("radius a [m]", "radius b [m]", "radius c [m]", "degree [-]"),
@@ -19,6 +23,10 @@ PROPERTIES = (
 )
 EXACT = 1e-6
 """Largest residual of a property over the largest value of it: case files hold ten digits."""
+
+
+FORCE_CLASS = 180
+"""Channel frequency class of the forces that are learned."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +52,7 @@ class ImpactorOfDesign:
     affine: np.ndarray
 
     @classmethod
-    def learn(cls, dataset, runs) -> ImpactorOfDesign:
+    def learn(cls, dataset: Dataset, runs) -> ImpactorOfDesign:
         """From the cases of `runs`. Raises InputError E-CPL-003 without a free super-ellipsoid, E-CPL-004 if a property
         is no affine function of the design, or the runs are too few to tell."""
         bodies = [_free_body(dataset.result(run).case_toml, run) for run in runs]
@@ -55,14 +63,14 @@ class ImpactorOfDesign:
         affine, _, rank, _ = np.linalg.lstsq(rows / scale, values, rcond=None)
         wrong = np.abs(rows / scale @ affine - values).max(axis=0) > EXACT * np.maximum(np.abs(values).max(axis=0), 1.0)
         if rank < rows.shape[1] or len(runs) <= rows.shape[1] or wrong.any():
-            told = (
+            what = (
                 f"{PROPERTIES[int(wrong.argmax())]} of {bodies[0]['name']} is not" if wrong.any() else "too few runs:"
             )
             raise InputError(
                 "E-CPL-004",
                 "the obstacle is not a plain function of the design",
                 where=f"{len(runs)} training runs",
-                why=f"{told} affine in {rows.shape[1] - 1} parameters",
+                why=f"{what} affine in {rows.shape[1] - 1} parameters",
                 remedy="vary radii, degree, clearance, angle, mass or velocity each by a parameter of its own",
             )
         return cls(bodies[0]["name"], np.ascontiguousarray((affine / scale[:, None]).T))
@@ -92,3 +100,46 @@ def _properties(body: dict) -> list[float]:
     radii = body["radii"] if isinstance(body["radii"], list) else [body["radii"]] * 3
     centre = [*body["offset"], body["clearance"] + radii[2]]
     return [*radii, body["degree"], *centre, body["angle_about_x"], body["mass"], *body["velocity"]]
+
+
+@dataclass(frozen=True, eq=False)
+class ImpactorMotion:
+    """times: [s], (times,); centre: [m], (times, 3); velocity: [m/s], (times, 3)."""
+
+    times: np.ndarray
+    centre: np.ndarray
+    velocity: np.ndarray
+
+    @classmethod
+    def of_run(cls, result: Result, name: str) -> ImpactorMotion:
+        """The free obstacle `name` of a finished run."""
+        histories = result.histories
+        centre = np.stack([histories[f"{name}_centre_{axis} [m]"] for axis in "xyz"], axis=1)
+        return cls(histories["time [s]"], centre, body_velocity(histories, name))
+
+    @property
+    def displacement(self) -> np.ndarray:
+        """From the start: [m], (times, 3)."""
+        return self.centre - self.centre[0]
+
+    def acceleration(self, channel_class: int | None = None) -> tuple[np.ndarray, np.ndarray]:
+        """Middles of the intervals [s], (times - 1,), and mean accelerations over them [m/s^2], (times - 1, 3),
+        filtered if a channel frequency class is given."""
+        middles, acceleration = mean_acceleration(self.times, self.velocity)
+        if channel_class is not None:
+            acceleration = channel_filter(middles, acceleration, channel_class)
+        return middles, acceleration
+
+
+def filtered_force(motion: ImpactorMotion, mass: float, gravity: np.ndarray) -> np.ndarray:
+    """Contact force on a body from how it moved, filtered to `FORCE_CLASS`: [N], (times - 1, 3). mass: [kg]; gravity:
+    [m/s^2], (3,)."""
+    return mass * (motion.acceleration(FORCE_CLASS)[1] - gravity)
+
+
+def recorded_force(result: Result, name: str) -> np.ndarray:
+    """Contact force on the free obstacle `name` as the solver recorded it, filtered to `FORCE_CLASS`: [N],
+    (times - 1, 3), mean of the two ends of each interval of the histories."""
+    force = np.stack([result.histories[f"{name}_force_{axis} [N]"] for axis in "xyz"], axis=1)
+    times = result.histories["time [s]"]
+    return channel_filter(0.5 * (times[1:] + times[:-1]), 0.5 * (force[1:] + force[:-1]), FORCE_CLASS)

@@ -1,0 +1,147 @@
+"""The error measure of the ROM paper (equation 5) on unseen snapshots, and its two sources.
+
+The basis is orthonormal, so that sums of squares over nodes are sums of squares over modes. Once every unseen shape has
+been projected, the errors of any number of modes follow from coefficients alone: truncation, what the best coefficients
+cannot represent, and regression, what wrong coefficients add. Their squares add up.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from billow.rom.surrogate.basis import Basis
+
+
+def snapshot_rmse(predicted: np.ndarray, truth: np.ndarray) -> np.ndarray:
+    """Root mean square over nodes of each component's error: [m], (..., nodes, 3) -> (..., 3) float64.
+
+    This is RMSE_{i,l} inside paper equation 5.
+    """
+    return np.sqrt(np.square(predicted - truth).mean(axis=-2, dtype=float))
+
+
+@dataclass(frozen=True)
+class Summary:
+    """The distribution of RMSE over unseen runs and times: [m]. `mean` is the paper's equation 5."""
+
+    mean: float
+    p10: float
+    p90: float
+    maximum: float
+
+    @classmethod
+    def of(cls, rmse: np.ndarray) -> Summary:
+        """rmse: [m], (runs, times) of one component."""
+        low, high = np.percentile(rmse, (10, 90))
+        return cls(float(rmse.mean()), float(low), float(high), float(rmse.max()))
+
+
+def accuracy(mean_rmse: float, reference_length: float) -> float:
+    """The paper's accuracy (l_ref - RMSE) / l_ref: [-]. It flatters: standing still can score high too."""
+    return (reference_length - mean_rmse) / reference_length
+
+
+@dataclass(frozen=True, eq=False)
+class Projection:
+    """Some runs in a basis.
+
+    known: [m], (runs, times, 3, modes) float32, the best coefficients
+    outside: [m2], (runs, times, 3) float64, sum over nodes of the squares that all modes leave
+    nodes: number of them
+    """
+
+    known: np.ndarray
+    outside: np.ndarray
+    nodes: int
+
+    def truncation(self, modes: int) -> np.ndarray:
+        """RMSE over nodes with the first `modes` modes and the best coefficients: [m], (runs, times, 3)."""
+        cut = np.square(self.known[..., modes:], dtype=float).sum(axis=3)
+        return np.sqrt((self.outside + cut) / self.nodes)
+
+    def regression(self, learned: np.ndarray, modes: int) -> np.ndarray:
+        """RMSE over nodes that wrong coefficients alone make: [m], (runs, times, 3).
+
+        learned: [m], (runs, times, 3, at least modes), predicted coefficients
+        """
+        wrong = np.square(learned[..., :modes] - self.known[..., :modes], dtype=float).sum(axis=3)
+        return np.sqrt(wrong / self.nodes)
+
+
+def project(shapes: Iterable[np.ndarray], bases: tuple[Basis, ...]) -> Projection:
+    """shapes: [m], displacement (times, nodes, 3) of each run, read one at a time."""
+    known, outside = [], []
+    for shape in shapes:
+        components = [np.ascontiguousarray(shape[:, :, c].T) for c in range(3)]  # (nodes, times)
+        pairs = list(zip(bases, components, strict=True))
+        found = [basis.coefficients(component) for basis, component in pairs]
+        rests = [c - basis.fields(a) for (basis, c), a in zip(pairs, found, strict=True)]
+        known.append(np.stack([a.T for a in found], axis=1))
+        outside.append(np.stack([np.square(rest).sum(axis=0, dtype=float) for rest in rests], axis=1))
+    return Projection(np.stack(known), np.stack(outside), bases[0].modes.shape[1])
+
+
+@dataclass(frozen=True, eq=False)
+class ErrorsByModes:
+    """RMSE over nodes of unseen snapshots, by one model judged with several numbers of modes: fewer modes are the first
+    of more, and every coefficient has its own output.
+
+    counts: numbers of modes, rising; the last is the number the model was trained with
+    truncation, regression: [m], (counts, runs, times, 3)
+    """
+
+    counts: tuple[int, ...]
+    truncation: np.ndarray
+    regression: np.ndarray
+
+    @classmethod
+    def of(cls, counts: tuple[int, ...], unseen: Projection, learned: np.ndarray) -> ErrorsByModes:
+        """learned: [m], (runs, times, 3, counts[-1]), predicted coefficients."""
+        truncation = np.stack([unseen.truncation(count) for count in counts])
+        return cls(counts, truncation, np.stack([unseen.regression(learned, count) for count in counts]))
+
+    @property
+    def rmse(self) -> np.ndarray:
+        """[m], (counts, runs, times, 3), RMSE inside paper equation 5."""
+        return np.hypot(self.truncation, self.regression)
+
+    def summary(self, component: int, row: int = -1) -> Summary:
+        """Distribution over unseen snapshots of one component, with `counts[row]` modes."""
+        return Summary.of(self.rmse[row, :, :, component])
+
+    def means(self, component: int) -> np.ndarray:
+        """Mean over unseen snapshots for each number of modes: [m], (counts,)."""
+        return self.rmse[..., component].mean(axis=(1, 2))
+
+
+@dataclass(frozen=True)
+class LearningCurve:
+    """What more training runs would buy: error = scale * runs^-rate, fitted to measured errors.
+
+    runs: (sizes,); errors: [m], (sizes,), mean RMSE on unseen runs; rate: [-]; scale: [m]
+    """
+
+    runs: tuple[int, ...]
+    errors: tuple[float, ...]
+    rate: float
+    scale: float
+
+    @property
+    def doubled(self) -> float:
+        """Expected error with twice the runs, from the last measured error rather than from the fit: [m]."""
+        return self.errors[-1] * 2.0**-self.rate
+
+
+def fit_learning_curve(runs, errors) -> LearningCurve | None:
+    """Least squares in logarithms. runs: (sizes,); errors: [m], (sizes,). None with fewer than two sizes or an error 0.
+
+    Learning curves of deep networks are power laws over wide ranges (Hestness et al. 2017, arXiv:1712.00409).
+    """
+    runs, errors = np.asarray(runs, float), np.asarray(errors, float)
+    if len(runs) < 2 or not (errors > 0.0).all():
+        return None
+    slope, offset = np.polyfit(np.log(runs), np.log(errors), 1)
+    return LearningCurve(tuple(map(int, runs)), tuple(errors.tolist()), float(-slope), float(np.exp(offset)))

@@ -1,0 +1,205 @@
+"""Training: from the runs of a dataset to a surrogate."""
+
+from __future__ import annotations
+
+import platform
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from billow import __version__
+from billow.base.errors import InputError, ResourceError
+from billow.results.dataset_files import Parameter, mesh_sha256
+from billow.rom.learn.calibration import calibrate, held_out
+from billow.rom.learn.dataset import Dataset, ReadOnce, snapshot_bytes
+from billow.rom.learn.force_modes import learn_force_inputs
+from billow.rom.learn.progress import Progress, stages
+from billow.rom.learn.reduction import DEFAULT_MEMORY, Reduction, reduce_runs
+from billow.rom.surrogate.design_space import bounds
+from billow.rom.surrogate.force_inputs import ForceInputs
+from billow.rom.surrogate.intervals import FEWEST_RUNS, LEVELS, Intervals
+from billow.rom.surrogate.regression import ACTIVATIONS, Regression
+from billow.rom.surrogate.scaling import InputScaling, OutputScaling
+from billow.rom.surrogate.surrogate import Surrogate
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """How to learn. Same data, recipe and number of BLAS threads: same bits.
+
+    networks: "shared", one ensemble of networks for all coefficients, or "paper", one network for each coefficient
+    modes: K, size of each component's basis
+    epochs: default 30 to 200, fewer for more runs (`shared`), 15,000 (`paper`)
+    force_modes: M, modes of each contact-force component whose coefficients of the previous time become inputs (the
+        paper's "Model Including Forces"), 0 for none; force_components: which, such as "z" or "xyz"
+    calibrate: learn up to four more times, each time without a quarter of the runs, so that `Surrogate.half_width` can
+        say how far answers may be off; costs three times the training again (once, with many runs). Not done with
+        fewer than `FEWEST_RUNS` runs, with force modes, whose inputs are not known in advance, or for `paper`, which
+        has no ensemble
+    memory: [byte] larger snapshots are read from disk block by block; calibrating may take twice as much
+    """
+
+    networks: str = "shared"
+    modes: int = 12
+    seed: int = 0
+    epochs: int | None = None
+    force_modes: int = 0
+    force_components: str = "z"
+    calibrate: bool = True
+    memory: int = DEFAULT_MEMORY
+
+
+DEFAULT = Recipe()
+
+
+def train(
+    dataset: Dataset,
+    recipe: Recipe = DEFAULT,
+    *,
+    runs: Sequence[str] | None = None,
+    progress: Progress | None = None,
+    client=None,
+) -> Surrogate:
+    """Learn the displacement of a dataset's training runs. Test runs are never read.
+
+    runs: names of the runs to learn from, default `dataset.trusted`, the training runs with the verdict PASS
+    client: a Dask client; its workers, which must see the dataset, then make the bases
+
+    Raises InputError E-ROM-007 (too few runs or modes), E-ROM-008 (recipe), E-ROM-009 (snapshots not finite),
+    E-ROM-010 (a parameter or the time has no range), E-CPL-001 (force components), ResourceError E-ROM-006 (no
+    PyTorch), NumericalStop E-ROM-013 and E-ROM-014 (basis or training failed).
+    """
+    runs = tuple(dataset.trusted if runs is None else runs)
+    calibrated = recipe.calibrate and recipe.networks == "shared" and not recipe.force_modes
+    if not calibrated or len(runs) < FEWEST_RUNS:
+        return _learn(dataset, runs, recipe, progress, client)[0]
+    progresses = stages(progress, 1 + len(held_out(runs)))
+    if client is None and snapshot_bytes(dataset, runs) <= recipe.memory:
+        dataset = ReadOnce(dataset)
+    surrogate, whole = _learn(dataset, runs, recipe, next(progresses), client)
+    begun = time.perf_counter()
+    for_folds = replace(recipe, epochs=surrogate.training["epochs"])
+    factors = calibrate(dataset, runs, lambda others: _learn(dataset, others, for_folds, next(progresses), client))
+    return replace(
+        surrogate,
+        training=surrogate.training | {"calibration_seconds": time.perf_counter() - begun},
+        intervals=Intervals(np.array(LEVELS), factors, whole.lost_by_time, whole.lost_by_node),
+    )
+
+
+def train_networks(
+    dataset: Dataset,
+    reduction: Reduction,
+    recipe: Recipe,
+    forces: tuple[ForceInputs, np.ndarray] | None = None,
+    progress: Progress | None = None,
+) -> Surrogate:
+    """A surrogate, without intervals, from runs that are reduced already.
+
+    reduction: with `recipe.modes` modes; forces: as `learn_force_inputs` returns them, for the runs of `reduction`
+    Errors as `train`.
+    """
+    network = import_network()
+    inputs = _input_scaling(dataset, recipe.networks)
+    begun, spent = time.perf_counter(), time.process_time()
+    known, times = reduction.coefficients, reduction.times
+    outputs = OutputScaling.of(known, times, recipe.networks)
+    targets = outputs.forward(known.reshape(*known.shape[:2], -1)).reshape(-1, 3 * recipe.modes)
+    model, further = forces or (None, None)
+    if model is not None:
+        inputs = replace(inputs, further=model.width)
+    losses = []
+
+    def record_loss(epoch, of, loss):
+        losses.append(loss)
+        if progress is not None:
+            progress(epoch, of, loss)
+
+    features = inputs(reduction.design, times, further)
+    fit = network.train_shared if recipe.networks == "shared" else network.train_paper
+    weights, biases = fit(features, targets, epochs=recipe.epochs, seed=recipe.seed, progress=record_loss)
+    return Surrogate(
+        title=dataset.title,
+        parameters=tuple(Parameter(p.name, p.label, p.unit, p.low, p.high) for p in dataset.parameters),
+        times=times,
+        reference=np.array(dataset.reference, np.float32),
+        triangles=np.array(dataset.triangles, np.int64),
+        bases=reduction.bases,
+        regression=Regression(recipe.networks, weights, biases, inputs, outputs),
+        forces=model,
+        designs=reduction.design,
+        training={
+            "runs": list(reduction.runs),
+            "seed": recipe.seed,
+            "epochs": len(losses),
+            "first_loss": losses[0],
+            "last_loss": losses[-1],
+            "snapshot_bytes": reduction.snapshot_bytes,
+            "read_seconds": reduction.read_seconds,
+            "pod_seconds": reduction.pod_seconds,
+            "pod_cpu_seconds": reduction.pod_cpu_seconds,
+            "network_seconds": time.perf_counter() - begun,
+            "network_cpu_seconds": time.process_time() - spent,
+            "mesh_sha256": mesh_sha256(dataset.reference, dataset.triangles),
+            "versions": {
+                "billow": __version__,
+                "python": platform.python_version(),
+                "numpy": np.__version__,
+                "torch": network.torch.__version__,
+            },
+        },
+    )
+
+
+def import_network():
+    """`billow.rom.learn.network`, which needs PyTorch; ResourceError E-ROM-006 without it."""
+    try:
+        from billow.rom.learn import network
+    except ImportError as error:
+        raise ResourceError(
+            "E-ROM-006",
+            "PyTorch is not installed",
+            where="billow.rom.learn.network",
+            why=f"training needs it, prediction does not ({error})",
+            remedy="pip install torch",
+        ) from error
+    return network
+
+
+def _learn(dataset: Dataset, runs, recipe: Recipe, progress, client) -> tuple[Surrogate, Reduction]:
+    """A surrogate without intervals, and what it was learned from."""
+    import_network()
+    _input_scaling(dataset, recipe.networks)  # refuses what cannot be learned before the long work
+    reduction = reduce_runs(dataset, runs, recipe.modes, recipe.seed, recipe.memory, client)
+    forces = None
+    if recipe.force_modes:
+        forces = learn_force_inputs(
+            dataset, runs, recipe.force_modes, recipe.force_components, recipe.seed, recipe.memory
+        )
+    return train_networks(dataset, reduction, recipe, forces, progress), reduction
+
+
+def _input_scaling(dataset: Dataset, networks: str) -> InputScaling:
+    if networks not in ACTIVATIONS:
+        raise InputError(
+            "E-ROM-008",
+            f"there is no recipe {networks!r}",
+            where="recipe",
+            why=f"recipes are {' and '.join(ACTIVATIONS)}",
+            remedy='use recipe "shared"',
+        )
+    low, high = bounds(dataset.parameters)
+    start, end = dataset.times[0], dataset.times[-1]
+    names = (*(parameter.name for parameter in dataset.parameters), "time")
+    for name, least, most in zip(names, (*low, start), (*high, end), strict=True):
+        if not least < most:
+            raise InputError(
+                "E-ROM-010",
+                f"{name} has no range to learn from ({least:g} to {most:g})",
+                where="dataset.toml",
+                why="a surrogate can only learn what was varied",
+                remedy=f"vary {name}, or leave it out of the parameters",
+            )
+    return InputScaling(low, high, float(start), float(end), networks)

@@ -1,0 +1,143 @@
+"""The design space a surrogate was trained on: is a question inside it, and how far from the training designs?"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from billow.base.errors import InputError
+from billow.results.dataset_files import Parameter
+
+BOUND_TOLERANCE = 1e-9
+"""Part of a range by which a value may exceed it: the rounding of a unit conversion is no extrapolation."""
+
+
+def bounds(parameters: tuple[Parameter, ...]) -> tuple[np.ndarray, np.ndarray]:
+    """Lower and upper ends of the parameters' ranges, in their units: (parameters,) float64 each."""
+    return tuple(np.array([getattr(p, side) for p in parameters], float) for side in ("low", "high"))
+
+
+def to_unit(designs: np.ndarray, parameters: tuple[Parameter, ...]) -> np.ndarray:
+    """Designs with every parameter's range scaled to [0, 1]: (..., parameters)."""
+    low, high = bounds(parameters)
+    return (designs - low) / (high - low)
+
+
+def from_unit(unit: np.ndarray, parameters: tuple[Parameter, ...]) -> np.ndarray:
+    """The inverse of `to_unit`."""
+    low, high = bounds(parameters)
+    return low + unit * (high - low)
+
+
+def design_rows(design, parameters: tuple[Parameter, ...]) -> tuple[np.ndarray, bool]:
+    """Designs as (runs, parameters) float64, and whether a single one was given.
+
+    design: {name: value or (runs,)} or (parameters,) or (runs, parameters)
+    Raises InputError E-ROM-001 for wrong names, shapes, or values that are not finite numbers.
+    """
+    names = [parameter.name for parameter in parameters]
+    try:
+        if isinstance(design, Mapping):
+            unknown = [f"unknown {name}" for name in design if name not in names]
+            missing = [f"missing {name}" for name in names if name not in design]
+            if unknown or missing:
+                raise ValueError(", ".join(unknown + missing))
+            columns = (np.asarray(design[name], float) for name in names)
+            rows = np.stack(np.broadcast_arrays(*columns), axis=-1)
+        else:
+            rows = np.asarray(design, float)
+        if rows.ndim not in (1, 2) or rows.shape[-1] != len(names):
+            raise ValueError(f"values of shape {rows.shape} were given for {len(names)} parameters")
+        if not np.isfinite(rows).all():
+            raise ValueError("a value is not a finite number")
+    except (TypeError, ValueError) as error:
+        raise InputError(
+            "E-ROM-001",
+            "the design does not fit the surrogate",
+            where="design",
+            why=str(error),
+            remedy=f"give one number for each of: {', '.join(names)}",
+        ) from error
+    return np.atleast_2d(rows), rows.ndim == 1
+
+
+def check_design(rows: np.ndarray, parameters: tuple[Parameter, ...]) -> None:
+    """InputError E-ROM-002 if a value lies outside the range its parameter was trained on."""
+    low, high = bounds(parameters)
+    slack = BOUND_TOLERANCE * (high - low)
+    outside = (rows < low - slack) | (rows > high + slack)
+    if outside.any():
+        row, column = np.argwhere(outside)[0]
+        parameter = parameters[column]
+        raise InputError(
+            "E-ROM-002",
+            f"{parameter.name} = {rows[row, column]:.6g} {parameter.unit} is outside the trained range",
+            where=f"design {row}: {parameter.label}",
+            why=f"the runs cover {parameter.low:g} to {parameter.high:g} {parameter.unit}; beyond, networks guess",
+            remedy="choose a value inside, train on a wider study, or insist with extrapolate=True (--extrapolate)",
+        )
+
+
+def check_times(times: np.ndarray, trained: np.ndarray) -> None:
+    """InputError E-ROM-003 if a time lies outside the trained ones or is no number. times, trained: [s], (times,)."""
+    slack = BOUND_TOLERANCE * (trained[-1] - trained[0])
+    outside = ~((times >= trained[0] - slack) & (times <= trained[-1] + slack))
+    if outside.any():
+        raise InputError(
+            "E-ROM-003",
+            f"time {times[outside.argmax()]:.6g} s is outside the trained range",
+            where="times",
+            why=f"the runs were recorded from {trained[0]:g} to {trained[-1]:g} s; beyond, networks guess",
+            remedy="choose times inside, train on longer runs, or insist with extrapolate=True (--extrapolate)",
+        )
+
+
+@dataclass(frozen=True)
+class Standing:
+    """One design among the trained ones; distances with every parameter's range scaled to [0, 1].
+
+    outside: names of parameters beyond their trained range; nearest: [-], distance to the nearest training design
+    usual, largest: [-], mean and largest distance of a training design to its nearest neighbour
+    """
+
+    outside: tuple[str, ...]
+    nearest: float
+    usual: float
+    largest: float
+
+    @property
+    def isolated(self) -> bool:
+        """True if the design is farther from all training designs than any of them is from its neighbour."""
+        return self.nearest > self.largest
+
+    def warnings(self) -> list[str]:
+        """Sentences for people; none if the design lies among the trained ones."""
+        told = []
+        if self.outside:
+            told.append(f"{', '.join(self.outside)} outside the trained range: this answer has no support in the data")
+        if self.isolated:
+            told.append(
+                f"the nearest training design is {self.nearest / self.usual:.1f} times as far away as training designs "
+                "are from each other on average, farther than any of them: the answer is less certain than its interval"
+            )
+        return told
+
+
+def standing(design: np.ndarray, designs: np.ndarray, parameters: tuple[Parameter, ...]) -> Standing:
+    """Where `design` (parameters,) stands among `designs` (runs, parameters), at least two of them."""
+    known, asked = to_unit(designs, parameters), to_unit(design, parameters)
+    between = neighbour_distances(known)
+    nearest = float(np.linalg.norm(known - asked, axis=1).min())
+    beyond = (asked < -BOUND_TOLERANCE) | (asked > 1.0 + BOUND_TOLERANCE)
+    outside = tuple(p.name for p, out in zip(parameters, beyond, strict=True) if out)
+    return Standing(outside, nearest, float(between.mean()), float(between.max()))
+
+
+def neighbour_distances(points: np.ndarray) -> np.ndarray:
+    """Distance of each point to its nearest neighbour: (points,). points: (points, dimensions), at least two."""
+    squares = np.square(points).sum(axis=1)
+    distance = squares[:, None] + squares[None] - 2.0 * points @ points.T
+    np.fill_diagonal(distance, np.inf)
+    return np.sqrt(np.maximum(distance.min(axis=1), 0.0))
