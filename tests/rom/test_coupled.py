@@ -13,7 +13,7 @@ from free_synthetic import CLEARANCE, MASS, FreeDataset, case
 from billow.base.errors import InputError, IntegrityError
 from billow.geometry.shapes.super_ellipsoid import closest_point
 from billow.results.histories import read_histories
-from billow.rom.coupled.contact_force import EVERY, REACHES, area_vectors, distance_to, node_area
+from billow.rom.coupled.contact_force import EVERY, REACHES, area_vectors, node_area
 from billow.rom.coupled.coupled_evaluation import (
     COUPLED,
     MEAN_MOTION,
@@ -49,7 +49,7 @@ def body(degree=2.0, angle=0.0, radii=(0.15, 0.12, 0.2)):
 def test_distance_to_a_sphere_is_exact():
     sphere = body(radii=(0.15, 0.15, 0.15), angle=0.4)
     nodes = np.random.default_rng(1).normal(scale=0.3, size=(50, 3)) + sphere.centre
-    distance, normal = distance_to(nodes, sphere, sphere.centre)
+    distance, normal = sphere.distance_to(nodes, sphere.centre)
     away = nodes - sphere.centre
     assert distance == pytest.approx(np.linalg.norm(away, axis=1) - 0.15, abs=1e-12)
     assert normal == pytest.approx(away / np.linalg.norm(away, axis=1)[:, None], abs=1e-12)
@@ -62,9 +62,9 @@ def test_distance_near_any_body_is_that_of_the_closest_point(degree):
     random = np.random.default_rng(2).normal(size=(40, 3))
     gauge = (np.abs(random / shape.radii) ** degree).sum(axis=1) ** (1.0 / degree)
     surface = random / gauge[:, None]
-    _, normal = distance_to(surface @ shape.rotation.T + shape.centre, shape, shape.centre)
+    _, normal = shape.distance_to(surface @ shape.rotation.T + shape.centre, shape.centre)
     nodes = surface @ shape.rotation.T + 1e-3 * normal + shape.centre
-    distance, _ = distance_to(nodes, shape, shape.centre)
+    distance, _ = shape.distance_to(nodes, shape.centre)
     for node, found in zip((nodes - shape.centre) @ shape.rotation, distance, strict=True):
         closest = np.array(closest_point(*node, *shape.radii, degree)[:3])
         assert found == pytest.approx(np.linalg.norm(node - closest), abs=2e-4)

@@ -13,7 +13,7 @@ from billow.rom.judge import figures
 from billow.rom.judge.evaluate import evaluate
 from billow.rom.judge.findings import verdict, weaknesses
 from billow.rom.judge.report import page, write_report
-from billow.rom.judge.sections import cut, super_ellipsoid
+from billow.rom.judge.sections import cut, outline
 from billow.rom.learn.train import Recipe, train
 
 
@@ -125,6 +125,6 @@ def test_obstacle_outline_follows_radii_degree_and_rotation():
     body_x, body_z = 1.5 * 0.1, 0.5 * 0.3
     x = 1.0 + cosine * body_x + sine * body_z
     z = 2.0 - sine * body_x + cosine * body_z
-    assert super_ellipsoid(obstacle, np.array([x]), np.array([z]))[0] == pytest.approx(1.5**4 + 0.5**4 - 1.0)
+    assert outline(obstacle, np.array([x]), np.array([z]))[0] == pytest.approx(1.5**4 + 0.5**4 - 1.0)
     end = turned @ [0.0, 0.0, 0.3]
-    assert super_ellipsoid(obstacle, 1.0 + end[:1], 2.0 + end[2:])[0] == pytest.approx(0.0, abs=1e-12)
+    assert outline(obstacle, 1.0 + end[:1], 2.0 + end[2:])[0] == pytest.approx(0.0, abs=1e-12)

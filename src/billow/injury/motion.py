@@ -71,23 +71,12 @@ def assess(times: np.ndarray, velocity: np.ndarray) -> Injury:
     )
 
 
-def free_bodies(histories: dict[str, np.ndarray]) -> tuple[str, ...]:
-    """Names of the free obstacles in the histories of a run."""
-    return tuple(name.removesuffix("_velocity_x [m/s]") for name in histories if name.endswith("_velocity_x [m/s]"))
-
-
 def assess_run(result) -> dict[str, Injury]:
     """Injury metrics of every free obstacle of a `Result`, from its histories.
 
     Raises InputError E-INJ-005 if the run has none, and the errors of `assess`.
     """
-    histories = result.histories
-    bodies = free_bodies(histories)
+    bodies = result.histories.moving_bodies
     if not bodies:
         raise NO_FREE_OBSTACLE(folder=result.folder)
-    return {name: assess(histories["time [s]"], body_velocity(histories, name)) for name in bodies}
-
-
-def body_velocity(histories: dict[str, np.ndarray], name: str) -> np.ndarray:
-    """Velocity of a free obstacle's centre: [m/s], (samples, 3)."""
-    return np.stack([histories[f"{name}_velocity_{axis} [m/s]"] for axis in "xyz"], axis=1)
+    return {name: assess(result.histories.time, result.body(name).velocity) for name in bodies}

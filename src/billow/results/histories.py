@@ -37,6 +37,12 @@ _HEADER = re.compile(r"[^\[\]]*\S \[[^\[\]]+\]")
 _AXES = {3: "xyz", 4: "wxyz"}
 
 
+def column_names(of: str, quantity: str, unit: str, width: int = 0) -> list[str]:
+    """Columns of a quantity, one for each axis; width: 0 for a number, 3 for a vector, 4 for a quaternion."""
+    base = f"{of}_{quantity}" if of else quantity
+    return [f"{base}_{axis} [{unit}]" for axis in _AXES[width]] if width else [f"{base} [{unit}]"]
+
+
 def columns(quantities: Iterable[tuple[str, str, str, float | np.ndarray]]) -> dict[str, float]:
     """A row of histories: column -> value, from quantities (of, name, unit, value) as parts give them.
 
@@ -44,14 +50,11 @@ def columns(quantities: Iterable[tuple[str, str, str, float | np.ndarray]]) -> d
     """
     row: dict[str, float] = {}
     for of, name, unit, value in quantities:
-        base = f"{of}_{name}" if of else name
         values = np.ravel(value).tolist()
-        names = [base] if np.ndim(value) == 0 else [f"{base}_{axis}" for axis in _AXES[len(values)]]
-        for column, number in zip(names, values, strict=True):
-            key = f"{column} [{unit}]"
-            if key in row:
-                raise ValueError(f"two quantities are called {key}")
-            row[key] = float(number)
+        for column, number in zip(column_names(of, name, unit, np.ndim(value) * len(values)), values, strict=True):
+            if column in row:
+                raise ValueError(f"two quantities are called {column}")
+            row[column] = float(number)
     return row
 
 
@@ -100,7 +103,7 @@ class History(Mapping[str, np.ndarray]):
         base = f"{of}_{quantity}" if of else quantity
         if base in self._bare:
             return self._bare[base]
-        for axes in ("wxyz", "xyz"):
+        for axes in reversed(_AXES.values()):
             if all(f"{base}_{axis}" in self._bare for axis in axes):
                 return np.stack([self._bare[f"{base}_{axis}"] for axis in axes], axis=1)
         return None

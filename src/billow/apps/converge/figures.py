@@ -10,8 +10,9 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter, PercentFormatter
 
-from billow.apps.converge.measures import TIME, Convergence, free_obstacles, millisecond_means
+from billow.apps.converge.measures import Convergence, millisecond_means
 from billow.base.plot_style import GREY, STYLE, png
+from billow.results.histories import History
 from billow.results.result import Result
 from billow.rom.judge.sections import cut
 
@@ -47,10 +48,12 @@ def draw_errors(found: Sequence[Convergence]) -> bytes:
 def draw_curves(runs: Mapping[int, Sequence[Result]]) -> bytes:
     """Means over the seeds with bands of one standard deviation, a line for each count, as PNG."""
     any_run = next(iter(runs.values()))[0]
-    panels = [("pressure [Pa]", "Pressure, absolute [kPa]", KILO), ("volume [m^3]", "Volume [l]", MILLI)]
-    panels = [(title, lambda h, n=name, f=factor: (h[TIME], f * h[n])) for name, title, factor in panels]
-    for name in free_obstacles(any_run):
-        panels.append((f"{name}: speed [m/s]", lambda h, n=name: (h[TIME], _size(_velocity(h, n)))))
+    panels = [
+        ("Pressure, absolute [kPa]", lambda h: (h.time, KILO * h.of("").pressure)),
+        ("Volume [l]", lambda h: (h.time, MILLI * h.of("").volume)),
+    ]
+    for name in any_run.histories.moving_bodies:
+        panels.append((f"{name}: speed [m/s]", lambda h, n=name: (h.time, _size(h.of(n).velocity.T))))
         panels.append((f"{name}: acceleration, 1 ms mean [m/s$^2$]", lambda h, n=name: _acceleration(h, n)))
     with matplotlib.rc_context(STYLE):
         rows = -(-len(panels) // 2)
@@ -87,12 +90,8 @@ def draw_shapes(runs: Mapping[int, Sequence[Result]]) -> bytes:
         return png(figure)
 
 
-def _velocity(histories: dict[str, np.ndarray], name: str) -> np.ndarray:
-    return np.array([histories[f"{name}_velocity_{axis} [m/s]"] for axis in "xyz"])
-
-
-def _acceleration(histories: dict[str, np.ndarray], name: str) -> tuple[np.ndarray, np.ndarray]:
-    middle, mean = millisecond_means(histories[TIME], _velocity(histories, name))
+def _acceleration(history: History, name: str) -> tuple[np.ndarray, np.ndarray]:
+    middle, mean = millisecond_means(history.time, history.of(name).velocity.T)
     return middle, _size(mean)
 
 

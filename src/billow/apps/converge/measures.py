@@ -21,8 +21,6 @@ import numpy as np
 
 from billow.results.result import Result
 
-TIME = "time [s]"
-
 
 @dataclass(frozen=True)
 class Quantity:
@@ -64,18 +62,14 @@ def quantities(runs: Mapping[int, Sequence[Result]]) -> list[Quantity]:
     """
     histories = {count: [result.histories for result in results] for count, results in runs.items()}
     any_run = next(iter(runs.values()))[0]
-    times = any_run.histories[TIME]
+    times = any_run.histories.time
     found = []
-    for name in ("pressure [Pa]", "volume [m^3]"):
-        samples = {count: np.array([h[name] for h in those]) for count, those in histories.items()}
-        found.append(Quantity(name, samples, any_run.histories[name][0]))
-    for name in free_obstacles(any_run):
-        velocity = {
-            count: np.array([[h[f"{name}_velocity_{axis} [m/s]"] for axis in "xyz"] for h in those])
-            for count, those in histories.items()
-        }
-        start = any_run.histories
-        origin = np.repeat([start[f"{name}_velocity_{axis} [m/s]"][0] for axis in "xyz"], len(times))
+    for name, unit in (("pressure", "Pa"), ("volume", "m^3")):
+        curves = {count: np.array([getattr(h.of(""), name) for h in those]) for count, those in histories.items()}
+        found.append(Quantity(f"{name} [{unit}]", curves, getattr(any_run.gas, name)[0]))
+    for name in any_run.histories.moving_bodies:
+        velocity = {count: np.array([h.of(name).velocity.T for h in those]) for count, those in histories.items()}
+        origin = np.repeat(any_run.body(name).velocity[0], len(times))
         found.append(Quantity(f"{name} velocity [m/s]", {c: _flat(v) for c, v in velocity.items()}, origin))
         change = {c: _flat(millisecond_means(times, v)[1]) for c, v in velocity.items()}
         found.append(Quantity(f"{name} acceleration [m/s^2]", change))
@@ -92,13 +86,6 @@ def millisecond_means(times: np.ndarray, velocity: np.ndarray) -> tuple[np.ndarr
     span = min(max(1, round(1e-3 / (times[1] - times[0]))), len(times) - 1)
     change = (velocity[..., span:] - velocity[..., :-span]) / (times[span] - times[0])
     return 0.5 * (times[span:] + times[:-span]), change
-
-
-def free_obstacles(result: Result) -> list[str]:
-    """Names of the obstacles that can move."""
-    ending = "_velocity_x [m/s]"
-    moving = [name.removesuffix(ending) for name in result.histories if name.endswith(ending)]
-    return [o["name"] for o in result.record["obstacles"] if o["name"] in moving]
 
 
 def converge(quantity: Quantity, tolerance: float) -> Convergence:

@@ -51,27 +51,9 @@ def area_vectors(nodes: np.ndarray, area: np.ndarray, body: Impactor, centre: np
     outside = np.abs((nodes - centre) @ body.rotation) - body.radii
     near = (outside < far).all(axis=1)
     nodes, area = nodes[near], area[near]
-    distance, normal = distance_to(nodes, body, centre)
+    distance, normal = body.distance_to(nodes, centre)
     weights = area * np.exp(-np.maximum(distance, 0.0) / np.array(REACHES)[:, None])
     return -weights @ normal
-
-
-def distance_to(nodes: np.ndarray, body: Impactor, centre: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Distance from the surface, negative inside: [m], (nodes,), to first order, and outward normals (nodes, 3).
-
-    With G = (sum |y_k / a_k|^n)^(1/n), homogeneous of degree one, the distance is (G - 1) / |grad G|, exact for a
-    sphere and on the surface of any body.
-    """
-    y = (nodes - centre) @ body.rotation / body.radii
-    size = np.abs(y)
-    # Scaled by its largest entry, no power overflows or vanishes; a node in the centre has no direction.
-    largest = np.maximum(size.max(axis=1, keepdims=True), 1e-12)
-    power = (size / largest) ** (body.degree - 1.0)
-    sum_of_powers = np.maximum((power * size / largest).sum(axis=1), 1e-300)
-    gauge = largest[:, 0] * sum_of_powers ** (1.0 / body.degree)
-    gradient = np.sign(y) * power / body.radii * (sum_of_powers ** (1.0 / body.degree - 1.0))[:, None]
-    steepness = np.maximum(np.linalg.norm(gradient, axis=1), 1e-12)
-    return (gauge - 1.0) / steepness, (gradient / steepness[:, None]) @ body.rotation.T
 
 
 def node_area(reference: np.ndarray, triangles: np.ndarray) -> np.ndarray:

@@ -14,7 +14,7 @@ from billow.base.plot_style import STYLE
 from billow.injury.criteria import GRAVITY
 from billow.injury.motion import assess
 from billow.results.atomic import write_atomically
-from billow.results.histories import write_histories
+from billow.results.histories import TIME, column_names, write_histories
 from billow.rom.coupled.coupled_evaluation import injury_record
 from billow.rom.coupled.impactor import ImpactorMotion
 from billow.rom.surrogate.basis import Z
@@ -38,9 +38,9 @@ def write_motion(motion: ImpactorMotion, name: str, folder: str | Path) -> dict:
         ("velocity", "m/s", motion.velocity),
         ("acceleration", "m/s^2", acceleration),
     )
-    columns = {"time [s]": motion.times}
+    columns = {TIME: motion.times}
     for title, unit, vector in vectors:
-        columns |= {f"{name}_{title}_{axis} [{unit}]": vector[:, k] for k, axis in enumerate("xyz")}
+        columns |= zip(column_names(name, title, unit, 3), vector.T, strict=True)
     write_histories(folder / "motion.csv", columns)
     found = injury_record(assess(motion.times, motion.velocity))
     write_atomically(folder / "injury.json", json.dumps(found, indent=1) + "\n")

@@ -11,8 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from billow.base.errors import InputError
+from billow.geometry.shapes.pose import above_bag, quaternion_about, rotation_matrix
+from billow.geometry.shapes.super_ellipsoid import SuperEllipsoid
 from billow.injury.filters import channel_filter
-from billow.injury.motion import body_velocity, mean_acceleration
+from billow.injury.motion import mean_acceleration
 from billow.results.result import Result
 from billow.rom.learn.dataset import Dataset
 
@@ -42,6 +44,13 @@ class Impactor:
     rotation: np.ndarray
     mass: float
     velocity: np.ndarray
+
+    def distance_to(self, nodes: np.ndarray, centre: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Distance of nodes [m] (nodes, 3) from the surface about `centre` [m], negative inside: [m], (nodes,), to
+        first order, and outward normals (nodes, 3)."""
+        shape = SuperEllipsoid(self.radii, self.degree)
+        distance, normal = shape.distance((nodes - centre) @ self.rotation)
+        return distance, normal @ self.rotation.T
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,8 +87,7 @@ class ImpactorOfDesign:
     def __call__(self, design: np.ndarray) -> Impactor:
         """The body of one design: (parameters,), in the parameters' own units."""
         p = self.affine @ np.concatenate([[1.0], design])
-        cosine, sine = np.cos(np.radians(p[7])), np.sin(np.radians(p[7]))
-        rotation = np.array([[1.0, 0.0, 0.0], [0.0, cosine, -sine], [0.0, sine, cosine]])
+        rotation = rotation_matrix(quaternion_about(np.array([1.0, 0.0, 0.0]), np.radians(p[7])))
         return Impactor(p[:3], float(p[3]), p[4:7], rotation, float(p[8]), p[9:])
 
 
@@ -98,7 +106,7 @@ def _free_body(case: dict, run: str) -> dict:
 
 def _properties(body: dict) -> list[float]:
     radii = body["radii"] if isinstance(body["radii"], list) else [body["radii"]] * 3
-    centre = [*body["offset"], body["clearance"] + radii[2]]
+    centre = above_bag(radii[2], body["clearance"], body["offset"], 0.0).centre
     return [*radii, body["degree"], *centre, body["angle_about_x"], body["mass"], *body["velocity"]]
 
 
@@ -113,9 +121,8 @@ class ImpactorMotion:
     @classmethod
     def of_run(cls, result: Result, name: str) -> ImpactorMotion:
         """The free obstacle `name` of a finished run."""
-        histories = result.histories
-        centre = np.stack([histories[f"{name}_centre_{axis} [m]"] for axis in "xyz"], axis=1)
-        return cls(histories["time [s]"], centre, body_velocity(histories, name))
+        body = result.body(name)
+        return cls(result.histories.time, body.centre, body.velocity)
 
     @property
     def displacement(self) -> np.ndarray:
@@ -140,6 +147,5 @@ def filtered_force(motion: ImpactorMotion, mass: float, gravity: np.ndarray) -> 
 def recorded_force(result: Result, name: str) -> np.ndarray:
     """Contact force on the free obstacle `name` as the solver recorded it, filtered to `FORCE_CLASS`: [N],
     (times - 1, 3), mean of the two ends of each interval of the histories."""
-    force = np.stack([result.histories[f"{name}_force_{axis} [N]"] for axis in "xyz"], axis=1)
-    times = result.histories["time [s]"]
+    force, times = result.body(name).force, result.histories.time
     return channel_filter(0.5 * (times[1:] + times[:-1]), 0.5 * (force[1:] + force[:-1]), FORCE_CLASS)

@@ -17,7 +17,7 @@ from billow.base.plot_style import GREY, INK, STYLE
 from billow.rom.judge.baselines import MEAN_TRAJECTORY
 from billow.rom.judge.errors import ErrorsByModes
 from billow.rom.judge.evaluate import Evaluation
-from billow.rom.judge.sections import cut, obstacles_at, super_ellipsoid
+from billow.rom.judge.sections import cut, obstacles_at, outline
 from billow.rom.judge.timing import break_even
 from billow.rom.learn.dataset import Dataset
 from billow.rom.surrogate.basis import COMPONENTS, Z
@@ -221,6 +221,6 @@ def plain_log(axis, limits) -> None:
 
 def _fill_outline(axes, obstacle, window):
     x, z = np.meshgrid(*(np.linspace(*limits, 300) for limits in window))
-    level = super_ellipsoid(obstacle, x / MILLI, z / MILLI)
+    level = outline(obstacle, x / MILLI, z / MILLI)
     if level.min() < 0.0:
         axes.contourf(x, z, level, levels=[-1.0, 0.0], colors=[OBSTACLE])

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
+from billow.geometry.shapes.kinds import from_description
+from billow.geometry.shapes.pose import rotation_matrix
 from billow.results.result import Result
 
 
@@ -26,36 +27,30 @@ def cut(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     return (start + part * (stop - start))[:, [0, 2]].reshape(-1, 2, 2)
 
 
-def super_ellipsoid(obstacle: dict, x: np.ndarray, z: np.ndarray) -> np.ndarray:
+def outline(obstacle: dict, x: np.ndarray, z: np.ndarray) -> np.ndarray:
     """The function whose zero line is an obstacle's outline in the plane y = 0: [-], negative inside, shape of x and z.
 
-    obstacle: "center" [m] (3,), "radii" [m] (3,), "degree" [-], "rotation" (3, 3) from body to space
+    obstacle: as run.json describes it, a shape with "center" [m] (3,) and "rotation" (3, 3) from body to space
     """
     space = np.stack([x, np.zeros_like(x), z], axis=-1) - np.asarray(obstacle["center"], float)
-    body = space @ np.asarray(obstacle["rotation"], float)  # rotation transposed, from the left
-    radii, degree = np.asarray(obstacle["radii"], float), float(obstacle["degree"])
-    return (np.abs(body / radii) ** degree).sum(axis=-1) - 1.0
+    return from_description(obstacle).level(space @ np.asarray(obstacle["rotation"], float))
 
 
 def obstacles_at(result: Result, time: float) -> list[dict]:
-    """The super-ellipsoids of a finished run at a time [s], as `super_ellipsoid` takes them.
+    """The obstacles with an end, all but plates, of a finished run at a time [s], as `outline` takes them.
 
     A locked one is where the run's record has it; a free one where its histories say (centre and attitude), nearest in
     time. One whose place is not recorded is left out.
     """
     found = []
     for obstacle in result.record.get("obstacles", []):
-        if obstacle.get("kind") != "super-ellipsoid":
+        if not np.isfinite(from_description(obstacle).bound):
             continue
+        body = result.histories.of(obstacle["name"])
         if obstacle.get("locked", True):
             found.append(obstacle)
-        elif f"{obstacle['name']}_quaternion_w [-]" in result.histories:
-            found.append(obstacle | _moved(result.histories, obstacle["name"], time))
+        elif "quaternion" in body:
+            row = int(np.abs(result.histories.time - time).argmin())
+            rotation = rotation_matrix(body.quaternion[row])
+            found.append(obstacle | {"center": body.centre[row].tolist(), "rotation": rotation.tolist()})
     return found
-
-
-def _moved(histories, name, time) -> dict:
-    row = int(np.abs(histories["time [s]"] - time).argmin())
-    centre = [histories[f"{name}_centre_{axis} [m]"][row] for axis in "xyz"]
-    attitude = [histories[f"{name}_quaternion_{part} [-]"][row] for part in "xyzw"]  # SciPy has w last
-    return {"center": centre, "rotation": Rotation.from_quat(attitude).as_matrix().tolist()}
