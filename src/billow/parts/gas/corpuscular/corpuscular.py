@@ -39,6 +39,7 @@ from billow.parts.gas.corpuscular.setup import Setup
 from billow.parts.gas.corpuscular.state import CorpuscularState
 from billow.parts.gas.corpuscular.wall_load import Patches, WallLoad, wall_speed
 from billow.parts.gas.gas_model import Bag, Content, GasTotals, SwitchableGas
+from billow.parts.part import MYLAR_VOLUME
 
 SMOOTHING = 0.2e-3
 """Time constant [s] of wall pressure and incident flow (docs/theory.md, Smoothing of wall pressure)."""
@@ -67,6 +68,9 @@ LARGEST_LEAD = 1.1
 
 SECONDS_PER_PARTICLE, SECONDS_PER_TRIANGLE = 400e-9, 60e-9
 """Rough cost of a particle in a gas step, and of a triangle in a step of the structure."""
+
+USUAL_SPEED, IN_A_CELL = 700.0, 10
+"""Root mean square of particles' speeds in warm gas [m/s], and particles in a collision cell, about."""
 
 MOST_STEPS = 8
 """Of the structure within one gas step."""
@@ -419,9 +423,11 @@ class Corpuscular(Setup, SwitchableGas):
         return [f"particles found outside and put back: {gas.escaped}"]
 
     def seconds_per_step(self, gas: CorpuscularState, dt: float) -> float:
-        """Of the particles there may be: the flight of all of them, and what every step costs a triangle."""
-        each = SECONDS_PER_PARTICLE * self.particles / self._steps(gas, dt)
-        return each + SECONDS_PER_TRIANGLE * len(self.surface.triangles)
+        """A gas step of all the particles there may be in a bag half inflated, spread over the steps it takes."""
+        volume = 0.5 * MYLAR_VOLUME * (float(self.flat_area.sum()) / (2.0 * math.pi)) ** 1.5
+        way = min(CELLS_PER_STEP * (IN_A_CELL * volume / self.particles) ** (1.0 / 3.0), EDGES_PER_STEP * self.edge)
+        steps = max(1, min(MOST_STEPS, int(way / (USUAL_SPEED * dt))))
+        return SECONDS_PER_PARTICLE * self.particles / steps + SECONDS_PER_TRIANGLE * len(self.surface.triangles)
 
 
 def _flock(particles: Particles) -> Flock:
