@@ -7,12 +7,10 @@ import numpy as np
 from billow.case.fabric import schema_fabric
 from billow.parts.fabric.curve import Curve, TestedCurve
 from billow.parts.fabric.curve_check import check_curves, check_shape
-from billow.parts.fabric.curves_law import CurvesFabric
-from billow.parts.fabric.curves_shear_law import CurvesShearFabric
+from billow.parts.fabric.curve_fabric import CurveFabric
 from billow.parts.fabric.fabric_law import FabricLaw
 from billow.parts.fabric.linear_law import LinearFabric, Liner
 
-CURVE_LAWS = {"curves": CurvesFabric, "curves-shear": CurvesShearFabric}
 WHERE = "fabric.curves"
 
 
@@ -38,12 +36,13 @@ def build_fabric(fabric: schema_fabric.Fabric) -> FabricLaw:
             **common,
         )
     curves = fabric.curves
-    law = CURVE_LAWS[fabric.law](
+    law = CurveFabric(
         warp=_tested(curves.warp, "warp"),
         weft=_tested(curves.weft, "weft"),
         shear=_tested(curves.shear, "shear"),
         transverse=curves.transverse,
         yarn_angle=0.5 * np.pi if curves.yarn_angle == 90.0 else float(np.radians(curves.yarn_angle)),
+        switches_shear=fabric.law == "curves",
         **common,
     )
     check_curves(law, WHERE)
