@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from billow.parts.fabric.curve import Curve, TestedCurve
-from billow.parts.fabric.curves_law import CurvesFabric
-from billow.parts.fabric.curves_shear_law import CurvesShearFabric
+from billow.parts.fabric.curve_fabric import LAST_Z, OWED, CurveFabric
 
 STRAIN = (0.0, 0.01, 0.03, 0.06, 0.10, 0.20)
 WARP = (0.0, 1e6, 3.9e6, 12.5e6, 28e6, 80e6)
@@ -25,9 +24,9 @@ def two_way(strain, stress, unloading: bool) -> TestedCurve:
     return TestedCurve(Curve(tuple(strain), tuple(stress)), back)
 
 
-def fabric(law=CurvesShearFabric, *, unloading: bool = True, damping: float = 0.05, **others):
+def fabric(*, unloading: bool = True, damping: float = 0.05, **others):
     weft = tuple(0.8 * s for s in WARP)
-    return law(
+    return CurveFabric(
         800.0,
         3e-4,
         two_way(STRAIN, WARP, unloading),
@@ -55,13 +54,18 @@ def first_time(law, history: np.ndarray) -> np.ndarray:
     """History of fabric that comes to the place of its last evaluation for the first time."""
     fresh = np.zeros_like(history)
     if getattr(law, "switches_shear", False):
-        fresh[:, 5:] = history[:, 5:]  # of the last evaluation, which is needed for the work since
+        fresh[:, LAST_Z:OWED] = history[:, LAST_Z:OWED]  # of the last evaluation, which is needed for the work since
     return fresh
 
 
+def owed(membrane, history: np.ndarray) -> float:
+    """Energy [J] that a membrane gave back though it had been booked as heat."""
+    return float(membrane.volume @ history[:, OWED]) if getattr(membrane.fabric, "switches_shear", False) else 0.0
+
+
 CURVE_FABRICS = {
-    "curves": fabric(CurvesFabric),
-    "curves, oblique": fabric(CurvesFabric, yarn_angle=OBLIQUE),
+    "curves": fabric(switches_shear=True),
+    "curves, oblique": fabric(switches_shear=True, yarn_angle=OBLIQUE),
     "curves-shear": fabric(),
     "curves-shear, oblique": fabric(yarn_angle=OBLIQUE),
     "curves-shear, compression": fabric(compression=True),

@@ -10,9 +10,8 @@ import pytest
 from billow.base.errors import InputError
 from billow.case.fabric.build_fabric import build_fabric
 from billow.case.schema import Case
+from billow.parts.fabric.curve_fabric import CurveFabric
 from billow.parts.fabric.curve_file import read_curve_file
-from billow.parts.fabric.curves_law import CurvesFabric
-from billow.parts.fabric.curves_shear_law import CurvesShearFabric
 from billow.parts.fabric.library import FILES, library_curves
 
 YARN = {"loading": {"strain": [0.0, 0.1], "stress": [0.0, "20 MPa"]}}
@@ -81,7 +80,8 @@ def test_an_effective_case_holds_the_curves_of_its_files(tmp_path):
     assert again.digest() == case.digest()
     assert again.fabric.library == "own"
     law = build_fabric(again.fabric)
-    assert isinstance(law, CurvesFabric)
+    assert isinstance(law, CurveFabric)
+    assert law.switches_shear
     assert law.warp.loading.stress == (0.0, 28e6)
     assert law.shear.loading.strain == pytest.approx((0.0, 0.5), rel=1e-14)
     assert law.weft.loading.stress[-1] == library_curves("nylon66-470dtex")["weft"]["loading"]["stress"][-1]
@@ -97,9 +97,9 @@ def test_a_fabric_of_the_library_is_sound(name, law):
 
 
 def test_a_law_of_curves_needs_one_line():
-    assert isinstance(build_fabric(fabric(law="curves-shear")), CurvesShearFabric)
-    assert isinstance(build_fabric(fabric(library="nylon66-470dtex")), CurvesShearFabric)
-    assert isinstance(build_fabric(Case().vary({"fabric.law": "curves-shear"}).fabric), CurvesShearFabric)
+    assert build_fabric(fabric(law="curves-shear")).switches_shear is False
+    assert build_fabric(fabric(library="nylon66-470dtex")).switches_shear is False
+    assert build_fabric(Case().vary({"fabric.law": "curves-shear"}).fabric).switches_shear is False
     back = Case.from_dict({"fabric": {"law": "curves-shear"}}).vary({"fabric.law": "linear"})
     assert build_fabric(back.fabric).young_warp == 0.4e9
 

@@ -9,10 +9,10 @@ from curves import OBLIQUE, fabric
 from billow.base.compiled import CHUNK
 from billow.case.build import build_model, build_schedule
 from billow.case.schema import Case
-from billow.parts.fabric.curves_law import CurvesFabric, _curves_forces
-from billow.parts.fabric.curves_shear_law import CurvesShearFabric, _curves_shear_forces
+from billow.parts.fabric.curve_fabric import _curve_forces
 from billow.parts.fabric.fabric_law import SUMS
 from billow.parts.fabric.membrane import Membrane
+from billow.parts.fabric.triangle import Triangles
 from billow.solver.checkpoint import flatten, restore
 from billow.solver.model import start_state
 from billow.solver.run import Recorder, run
@@ -69,26 +69,26 @@ def test_history_goes_through_a_checkpoint(law):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kernel", [_curves_forces, _curves_shear_forces], ids=["curves", "curves-shear"])
-def test_serial_and_parallel_give_the_same_bits(kernel):
+@pytest.mark.parametrize("switches", [True, False], ids=["curves", "curves-shear"])
+def test_serial_and_parallel_give_the_same_bits(switches):
     """Each compilation of a kernel on 5,000 crumpled triangles, loaded, unloaded and loaded again."""
     rng = np.random.default_rng(2)
     corners = np.arange(15_000, dtype=np.uint32).reshape(-1, 3)
     flat = np.array([[0.0, 0.0], [0.01, 0.001], [0.002, 0.009]]) + 1e-3 * rng.normal(size=(5000, 3, 2))
-    law = fabric(CurvesFabric if kernel is _curves_forces else CurvesShearFabric, yarn_angle=OBLIQUE)
+    law = fabric(switches_shear=switches, yarn_angle=OBLIQUE)
     membrane = Membrane.build(law, np.arange(5000), flat)
     results = []
-    for compiled in (kernel.serial, kernel.parallel):
+    for compiled in (_curve_forces.serial, _curve_forces.parallel):
         history, force = membrane.fresh_history(), np.zeros((5000, 3, 3))
         sums = np.zeros((-(-5000 // CHUNK), SUMS))
         shake = np.random.default_rng(3)
         for size in (1.1, 1.02, 1.2):
             place = np.concatenate([size * flat.reshape(-1, 2), np.zeros((15_000, 1))], axis=1)
-            compiled(
-                5000, law.table.rows, law.table.scale, law.table.share, law.constants, membrane.elements,
-                membrane.yarn_inverse, membrane.volume, membrane.viscosity, corners,
-                place + 5e-4 * shake.normal(size=place.shape), shake.normal(size=place.shape), history, force, sums,
+            read = Triangles(
+                membrane.elements, membrane.yarn_inverse, membrane.volume, membrane.viscosity, corners,
+                place + 5e-4 * shake.normal(size=place.shape), shake.normal(size=place.shape),
             )  # fmt: skip
+            compiled(5000, switches, law.table, law._constants, read, history, force, sums)
         results.append((force, history, sums))
     for one, two in zip(*results, strict=True):
         assert (one == two).all()

@@ -23,7 +23,7 @@ from billow.parts.bodies.rigid_body import RigidBody, RigidState, moving
 LAW = SurfaceLaw(1e5, 0.3, 0.1)
 BALL = SuperEllipsoid(np.full(3, 0.05), 2.0)
 NODES = 60
-directions = st.tuples(*[st.floats(-1.0, 1.0)] * 3).filter(lambda d: 0.1 < np.dot(d, d))
+directions = st.tuples(*[st.floats(-1.0, 1.0)] * 3).filter(lambda d: np.dot(d, d) > 0.1)
 
 
 def pushed(bodies, seed=0):

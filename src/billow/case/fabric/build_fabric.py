@@ -4,20 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 
-from billow.case.fabric import schema_fabric
 from billow.parts.fabric.curve import Curve, TestedCurve
 from billow.parts.fabric.curve_check import check_curves, check_shape
-from billow.parts.fabric.curves_law import CurvesFabric
-from billow.parts.fabric.curves_shear_law import CurvesShearFabric
+from billow.parts.fabric.curve_fabric import CurveFabric
 from billow.parts.fabric.fabric_law import FabricLaw
 from billow.parts.fabric.linear_law import LinearFabric, Liner
 
-CURVE_LAWS = {"curves": CurvesFabric, "curves-shear": CurvesShearFabric}
 WHERE = "fabric.curves"
 
 
-def build_fabric(fabric: schema_fabric.Fabric) -> FabricLaw:
-    """The law named in the case. A coating adds its mass to that of the fabric.
+def build_fabric(fabric) -> FabricLaw:
+    """The law named in the `[fabric]` table. A coating adds its mass to that of the fabric.
 
     Raises InputError: E-FAB-003..006 curves that describe no fabric.
     """
@@ -28,37 +25,52 @@ def build_fabric(fabric: schema_fabric.Fabric) -> FabricLaw:
         "compression": fabric.compression,
         "damping": fabric.damping,
     }
-    if fabric.law == "linear":
-        return LinearFabric(
-            young_warp=fabric.young_warp,
-            young_weft=fabric.young_weft,
-            poisson=fabric.poisson,
-            shear=fabric.shear,
-            liner=Liner(fabric.liner.ratio, fabric.liner.young, fabric.liner.poisson),
-            **common,
-        )
+    return LAWS[fabric.law](fabric, common)
+
+
+def _linear(fabric, common) -> LinearFabric:
+    return LinearFabric(
+        young_warp=fabric.young_warp,
+        young_weft=fabric.young_weft,
+        poisson=fabric.poisson,
+        shear=fabric.shear,
+        liner=Liner(fabric.liner.ratio, fabric.liner.young, fabric.liner.poisson),
+        **common,
+    )
+
+
+def _curves(fabric, common) -> CurveFabric:
     curves = fabric.curves
-    law = CURVE_LAWS[fabric.law](
+    law = CurveFabric(
         warp=_tested(curves.warp, "warp"),
         weft=_tested(curves.weft, "weft"),
         shear=_tested(curves.shear, "shear"),
         transverse=curves.transverse,
         yarn_angle=0.5 * np.pi if curves.yarn_angle == 90.0 else float(np.radians(curves.yarn_angle)),
+        switches_shear=fabric.law == "curves",
         **common,
     )
     check_curves(law, WHERE)
     return law
 
 
-def _tested(curves: schema_fabric.YarnCurves | schema_fabric.ShearCurves, name: str) -> TestedCurve:
+LAWS = {
+    "linear": _linear,
+    "curves": _curves,
+    "curves-shear": _curves,
+}
+"""Name in a case -> builder from the table, and what it shares with all laws. A new law is an entry here."""
+
+
+def _tested(curves, name: str) -> TestedCurve:
     loading = _curve(curves.loading, f"{WHERE}.{name}.loading")
     if not curves.unloading.stress:
         return TestedCurve(loading)
     return TestedCurve(loading, _curve(curves.unloading, f"{WHERE}.{name}.unloading"))
 
 
-def _curve(curve: schema_fabric.YarnCurve | schema_fabric.ShearCurve, where: str) -> Curve:
-    is_shear = isinstance(curve, schema_fabric.ShearCurve)
+def _curve(curve, where: str) -> Curve:
+    is_shear = hasattr(curve, "angle")
     strain = tuple(float(np.radians(angle)) for angle in curve.angle) if is_shear else curve.strain
     check_shape(strain, curve.stress, where)
     return Curve(strain, curve.stress)

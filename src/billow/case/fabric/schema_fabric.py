@@ -6,6 +6,7 @@ from typing import Any, Literal
 
 from pydantic import model_validator
 
+from billow.case.fabric.build_fabric import LAWS
 from billow.case.quantity import Strict, quantity, refused
 from billow.parts.fabric.library import FILES, library_curves
 
@@ -84,7 +85,7 @@ class Coating(Strict):
 class Fabric(Strict):
     """Woven fabric. Defaults: nylon 6.6, 470 dtex, uncoated."""
 
-    law: Literal["linear", "curves", "curves-shear"] = "linear"
+    law: Literal[tuple(LAWS)] = "linear"
     """linear: orthotropic, linear in Green strain (FORM 0); curves-shear: loading and unloading curves with history
     (FORM 14); curves: the same, but shear switches curves by the sign of its rate, which oscillates (FORM 4)."""
     density: quantity("kg/m^3", 50.0, 5000.0) = 800.0

@@ -1,4 +1,22 @@
-"""Stress-strain curves as they come out of a test."""
+"""Stress-strain curves as they come out of a test, and the forces that they stand for.
+
+A membrane that pulls with "true stress times current transverse width" while its true stress depends on the axial
+strain alone is not conservative: the width changes the force along one yarn without a counterpart along the other, and
+a loop in (warp stretch, weft stretch) creates energy. Billow uses the widths of the test once, when the case is
+read. A yarn family then carries a stress s(E) of its own Green strain E = (l^2 - 1)/2 alone, l being its stretch, and
+shear acts with H(z) on a measure z of the angle between the yarns. Energy per reference volume,
+
+    dW = s_warp dE_warp + s_weft dE_weft + H dz,
+
+is exact in each term, so each has a potential, and a test under the conditions the curves come from returns them.
+
+- Yarns: with l = exp(strain) the force per reference width and thickness is stress exp(transverse strain), which does
+  work on dl; dE = l dl, hence s = stress exp(transverse strain) / l. In an equal-biaxial test the transverse strain is
+  the axial one (ratio 1), in a strip test it is none (ratio 0).
+- Shear: in a picture frame the yarns keep their lengths and only the angle gamma changes; dW = tau dgamma (physics
+  notes, S9). With z = sin(gamma + gamma0) - sin(gamma0) this is H dz, H = tau / cos(gamma + gamma0); gamma0 = 90
+  degrees minus the yarns' angle in the flat cut.
+"""
 
 from __future__ import annotations
 
@@ -42,3 +60,35 @@ class TestedCurve:
 
     loading: Curve
     unloading: Curve | None = None
+
+
+def green_strain(strain: np.ndarray | float) -> np.ndarray:
+    """E [-] of true strains [-]."""
+    return 0.5 * np.expm1(2.0 * np.asarray(strain))
+
+
+def yarn_stress(curve: Curve, transverse: float, green: np.ndarray) -> np.ndarray:
+    """s [Pa] at Green strains E >= 0 [-]; transverse: transverse over axial true strain of the test [-]."""
+    strain = 0.5 * np.log1p(2.0 * green)
+    return curve.at(strain) * np.exp((transverse - 1.0) * strain)
+
+
+def shear_of_angle(angle: np.ndarray | float, start: float) -> np.ndarray:
+    """z [-] of shear angles [rad] of either sign; start: gamma0 [rad]."""
+    return np.sin(angle + start) - np.sin(start)
+
+
+def shear_stress(curve: Curve, start: float, sense: float, z: np.ndarray) -> np.ndarray:
+    """H [Pa] at sizes z >= 0 [-] of the measure in the sense +1 or -1; start: gamma0 [rad].
+
+    Beyond the curve's end H, not tau, goes on straight: tau / cos has a pole where yarns lie on each other.
+    """
+    last = abs(float(shear_of_angle(sense * curve.end, start)))
+
+    def at(size: np.ndarray) -> np.ndarray:
+        turned = np.arcsin(np.sin(start) + sense * size)
+        return curve.at(sense * (turned - start)) / np.cos(turned)
+
+    step = 1e-3 * last
+    slope = (at(np.array(last)) - at(np.array(last - step))) / step
+    return at(np.minimum(z, last)) + slope * np.maximum(0.0, z - last)

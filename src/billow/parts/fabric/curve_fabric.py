@@ -1,26 +1,54 @@
-"""Fabric described by curves: what the laws "curves" and "curves-shear" share."""
+"""Fabric described by curves (FORM 14 and FORM 4): loading and unloading curves for warp, weft and shear.
+
+Yarns: vectors a = F a0 and b = F b0 with stretches la and lb, c the cosine between them, c0 in the flat cut. Stress is
+written in the yarns' own basis, P = (s_aa a + s_ab b) (x) a0 + (s_ab a + s_bb b) (x) b0, which needs no directions and
+so no division by a length that may vanish. The angle between slack yarns means nothing: a crumpled triangle has any
+angle, and a shear force T/l would have no bound. The measure of shear is therefore
+
+    z = w(la) w(lb) (c - c0),   w(l) = 2 l / (1 + l^2),
+
+which is sin(gamma) for orthogonal yarns of flat length (0.5 % less with both 5 % longer), fades as yarns go slack, and
+is smooth through zero length and through inversion (c -> +-1).
+
+Law "curves-shear" (FORM 14): every direction is a spring with history (`curve_table`). Stress is a continuous function
+of strain and of the largest strain so far, in shear as along the yarns, so that small vibrations stay small.
+
+Law "curves" (FORM 4), kept for comparison with old models: warp and weft likewise, but shear follows its loading curve
+while the angle grows and its unloading curve while it shrinks, whatever happened before. The stress jumps whenever the
+rate changes its sign, and small vibrations of the angle jump between the curves: the old formulation oscillates.
+What shear turns to heat is the work of each step less what became recoverable. Where the angle turns back, the stress
+of the loading curve still acts over half a step, and the law gives back more than was recoverable. Heat never falls:
+what comes back is owed, shows as energy created in the energy balance, and is repaid before new heat is booked.
+
+Source: docs/theory.md, "Fabric from curves".
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import ClassVar
 
 import numpy as np
+from numba import prange
 
+from billow.base.compiled import CHUNK, kernel, scalar
 from billow.base.errors import Concern
-from billow.parts.fabric.curve import TestedCurve
-from billow.parts.fabric.curve_table import Spring, SpringTable, Stress
-from billow.parts.fabric.nominal import green_strain, shear_measure, shear_stress, yarn_stress
+from billow.parts.fabric.curve import TestedCurve, green_strain, shear_of_angle, shear_stress, yarn_stress
+from billow.parts.fabric.curve_table import INTERVALS, VIRGIN, Spring, SpringTable, Stress, place, read
+from billow.parts.fabric.fabric_law import Elements
+from billow.parts.fabric.triangle import Triangles, add_corner_forces, along, products, stretch_bound
 from billow.parts.part import Setting
 
 WARP, WEFT, SHEAR, SHEAR_BACK = range(4)
 """Springs of a fabric. Where the yarns are not at right angles, shear differs between its two senses and has a spring
 for either; otherwise there is no SHEAR_BACK."""
 
-HEAT = 0
-"""Column of the history: energy turned to heat so far [J/m^3]."""
+HEAT, LAST_Z, LAST_STRESS, LAST_STORED, OWED = 0, 5, 6, 7, 8
+"""Columns of the history. HEAT: energy turned to heat so far [J/m^3]. Two columns per spring follow (`SpringTable`),
+from 2 spring + 1 on. Shear that switches has the other four instead: z [-], H [Pa] and recoverable energy [J/m^3] at
+the last evaluation, and the energy [J/m^3] it gave back that had been booked as heat."""
 
 NAMES = ("warp", "weft", "shear", "shear")
 """What a case calls the curve of each spring."""
@@ -40,7 +68,8 @@ class CurveFabric:
     """density [kg/m^3], thickness [m]; warp, weft and shear as tested. transverse: transverse over axial true strain of
     the tests of warp and weft [-]: 1 equal-biaxial, 0 strip. yarn_angle: between warp and weft in the flat cut [rad].
     compression: whether yarns carry compression, with the first slope of their curve. damping: fraction of critical
-    damping of an element's highest mode [-].
+    damping of an element's highest mode [-]. switches_shear: whether shear unloads on its own curve by the sign of its
+    rate (law "curves") instead of one scaled by history (law "curves-shear").
     """
 
     density: float
@@ -52,8 +81,7 @@ class CurveFabric:
     transverse: float = 1.0
     yarn_angle: float = 0.5 * np.pi
     compression: bool = False
-    switches_shear: ClassVar[bool]
-    """Whether shear unloads on its own curve instead of one scaled by history."""
+    switches_shear: bool = False
 
     @cached_property
     def springs(self) -> list[Spring]:
@@ -74,7 +102,7 @@ class CurveFabric:
         start = self.start_angle
 
         def end(curve):
-            return abs(float(shear_measure(sense * curve.end, start)))
+            return abs(float(shear_of_angle(sense * curve.end, start)))
 
         # Two fixed curves must stay apart beyond their ends, too: up to yarns on top of each other.
         last = float(sense - np.sin(start)) * sense if self.switches_shear else end(self.shear.loading)
@@ -95,13 +123,11 @@ class CurveFabric:
         return SpringTable.build(self.springs)
 
     @cached_property
-    def constants(self) -> np.ndarray:
-        """(5,): moduli of shortened warp and weft [Pa], then cosine, cotangent and cosecant of the yarns' angle."""
-        below = [s.loading.rows[0, 2] if self.compression else 0.0 for s in self.springs[:2]]
-        angle = self.yarn_angle
-        return np.array(
-            [*below, np.sin(self.start_angle), np.sin(self.start_angle) / np.sin(angle), 1.0 / np.sin(angle)]
-        )
+    def _constants(self) -> tuple[float, ...]:
+        """Moduli of shortened warp and weft [Pa], then cosine, cotangent and cosecant of the yarns' angle."""
+        below = [float(s.loading.rows[0, 2]) if self.compression else 0.0 for s in self.springs[:2]]
+        c0, sine = float(np.sin(self.start_angle)), float(np.sin(self.yarn_angle))
+        return (*below, c0, c0 / sine, 1.0 / sine)
 
     @cached_property
     def wave_speed(self) -> float:
@@ -128,6 +154,36 @@ class CurveFabric:
         d11, d12, d21, d22 = reference_inverse
         c, s = np.sin(self.start_angle), np.cos(self.start_angle)
         return np.array([d11, c * d11 + s * d12, d21, c * d21 + s * d22])
+
+    @property
+    def history_width(self) -> int:
+        return OWED + 1 if self.switches_shear else 1 + 2 * len(self.springs)
+
+    def add_forces(
+        self,
+        membrane: Elements,
+        triangles: np.ndarray,
+        positions: np.ndarray,
+        velocities: np.ndarray,
+        history: np.ndarray,
+        corner_force: np.ndarray,
+        partial: np.ndarray,
+    ) -> None:
+        """As `billow.parts.fabric.fabric_law.FabricLaw` promises."""
+        read = Triangles(
+            membrane.elements, membrane.yarn_inverse, membrane.volume, membrane.viscosity, triangles, positions,
+            velocities,
+        )  # fmt: skip
+        _curve_forces(
+            len(membrane.elements),
+            self.switches_shear,
+            self.table,
+            self._constants,
+            read,
+            history,
+            corner_force,
+            partial,
+        )
 
     def cost_of_steepness(self, altitude: float) -> tuple[str, float, float]:
         """What the steepest curve does to the step: (its name, stable step [s], stable step without it [s]).
@@ -190,3 +246,113 @@ def _spring(tested: TestedCurve, stress, end, table_end: float, *, scaled: bool)
     if scaled:
         return Spring.scaled(loading, table_end, unloading, end(tested.unloading))
     return Spring.switched(loading, table_end, unloading)
+
+
+@scalar
+def shortened(below, strain):
+    """(stress s_aa [Pa], energy [J/m^3]) of a yarn of Green strain below zero, nothing above.
+
+    below: modulus [Pa], zero for yarns that go slack; s = below E is smooth through zero length.
+    """
+    pressed = min(strain, 0.0)
+    return below * pressed, 0.5 * below * pressed * pressed
+
+
+@scalar
+def shear_measure(c0, aa, bb, ab):
+    """z and its gradient in the yarns' basis, (z, z_aa, z_bb, z_ab): dz/da = z_aa a + z_ab b.
+
+    aa, bb, ab: products of the yarn vectors.
+    """
+    both = 1.0 / ((1.0 + aa) * (1.0 + bb))
+    z = 4.0 * both * ab
+    if c0 == 0.0:
+        return z, -2.0 * z * both * (1.0 + bb), -2.0 * z * both * (1.0 + aa), 4.0 * both
+    lengths = math.sqrt(aa * bb)
+    z -= 4.0 * both * c0 * lengths
+    # Without length the stress on z vanishes, and with it whatever stands here.
+    over = 4.0 * both * c0 / lengths if lengths > 0.0 else 0.0
+    return z, -2.0 * z * both * (1.0 + bb) - over * bb, -2.0 * z * both * (1.0 + aa) - over * aa, 4.0 * both
+
+
+@kernel
+def _curve_forces(n, switches_shear, table, constants, mesh, history, corner_force, partial_out):
+    rows, scale, share = table
+    below_a, below_b, c0, cot, csc = constants
+    elements, inverse, volume, viscosity, triangles, positions, velocities = mesh
+    remember = 2 if switches_shear else 3
+    chunks = (n + CHUNK - 1) // CHUNK
+    for chunk in prange(chunks):
+        energy, power, largest, heat = 0.0, 0.0, 0.0, 0.0
+        for item in range(chunk * CHUNK, min(n, (chunk + 1) * CHUNK)):
+            i = np.uint64(item)
+            t = np.uint64(elements[i])
+            a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
+            d11, d12, d21, d22 = inverse[0, i], inverse[1, i], inverse[2, i], inverse[3, i]
+            f = along(positions, a, b, c, d11, d12, d21, d22)
+            aa, bb, ab, raa, rbb, rab = products(f, along(velocities, a, b, c, d11, d12, d21, d22))
+
+            z, zaa, zbb, zab = shear_measure(c0, aa, bb, ab)
+            shear, sense = SHEAR, math.copysign(1.0, z)
+            if c0 != 0.0 and z < 0.0:
+                shear = SHEAR_BACK
+            ea, eb = 0.5 * (aa - 1.0), 0.5 * (bb - 1.0)
+            size = (ea, eb, sense * z)
+            saa, sbb, h, stored = 0.0, 0.0, 0.0, 0.0
+            for k in range(remember):
+                spring = shear if k == SHEAR else k
+                x = size[k] if size[k] > 0.0 else 0.0  # slack, or not a number: damping shows that
+                per_x, full = history[i, 2 * spring + 1], history[i, 2 * spring + 2]
+                at = x * (per_x if per_x > 0.0 else VIRGIN)
+                if at <= INTERVALS:
+                    row, part = place((2 * spring + 1) * INTERVALS, at)
+                    value, area = read(rows[row, 0], rows[row, 1], rows[row, 2], part, per_x)
+                    stress, held = full * value, full * area
+                else:
+                    row, part = place(2 * spring * INTERVALS, x * scale[spring])
+                    stress, held = read(rows[row, 0], rows[row, 1], rows[row, 2], part, scale[spring])
+                    kept = share[spring]
+                    if kept > 0.0:
+                        most = INTERVALS / per_x if per_x > 0.0 else 0.0
+                        row, part = place(2 * spring * INTERVALS, most * scale[spring])
+                        _, before = read(rows[row, 0], rows[row, 1], rows[row, 2], part, scale[spring])
+                        history[i, HEAT] += held - before - kept * (x * stress - full)
+                        history[i, 2 * spring + 1] = INTERVALS / x
+                        history[i, 2 * spring + 2] = x * stress
+                        held = kept * x * stress
+                stored += held
+                if k == WARP:
+                    saa = stress
+                elif k == WEFT:
+                    sbb = stress
+                else:
+                    h = sense * stress
+            if switches_shear:
+                at = (sense * z if sense * z > 0.0 else 0.0) * scale[shear]
+                row, part = place(2 * shear * INTERVALS, at)
+                upper, _ = read(rows[row, 0], rows[row, 1], rows[row, 2], part, scale[shear])
+                row, part = place((2 * shear + 1) * INTERVALS, at)
+                lower, held = read(rows[row, 0], rows[row, 1], rows[row, 2], part, scale[shear])
+                h = sense * (upper if sense * (zaa * raa + zbb * rbb + 2.0 * zab * rab) >= 0.0 else lower)
+                # Work as the time integration does it, with the mean of both stresses, less what is recoverable.
+                lost = 0.5 * (h + history[i, LAST_STRESS]) * (z - history[i, LAST_Z]) - (held - history[i, LAST_STORED])
+                owed = history[i, OWED]
+                history[i, HEAT] += max(0.0, lost - owed)  # heat never falls: what comes back is owed
+                history[i, OWED] = max(0.0, owed - lost)
+                history[i, LAST_Z], history[i, LAST_STRESS], history[i, LAST_STORED] = z, h, held
+                stored += held
+            pressed_a, stored_a = shortened(below_a, ea)
+            pressed_b, stored_b = shortened(below_b, eb)
+            saa, sbb, stored = saa + pressed_a, sbb + pressed_b, stored + stored_a + stored_b
+
+            v, mu = volume[i], viscosity[i]
+            energy += v * stored
+            heat += v * history[i, HEAT]
+            power += v * mu * (raa * raa + rbb * rbb + 2.0 * rab * rab)
+            largest = max(largest, stretch_bound(aa, bb, ab, cot, csc))
+            saa, sbb, sab = saa + h * zaa + mu * raa, sbb + h * zbb + mu * rbb, h * zab + mu * rab
+            add_corner_forces(corner_force, t, v, f, saa, sbb, sab, d11, d12, d21, d22)
+        partial_out[chunk, 0] = energy
+        partial_out[chunk, 1] = power
+        partial_out[chunk, 2] = largest
+        partial_out[chunk, 3] = heat

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -108,8 +109,7 @@ class Spring:
         return self.loading.work - self.share * self.loading.x * self.loading.stress
 
 
-@dataclass(frozen=True)
-class SpringTable:
+class SpringTable(NamedTuple):
     """Springs as kernels see them.
 
     rows: (springs * 2 * INTERVALS, 4), loading and unloading of each spring after one another, for each interval of

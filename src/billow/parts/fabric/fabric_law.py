@@ -3,21 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 import numpy as np
 
 from billow.base.errors import Concern
 from billow.parts.part import Setting
 
-if TYPE_CHECKING:
-    from billow.parts.fabric.membrane import Membrane
-
 ENERGY, POWER, STRETCH, HYSTERESIS = range(4)
 """Columns of `partial`, what a law sums up per chunk of elements."""
 
 SUMS = 4
 """Number of those columns."""
+
+
+class Elements(Protocol):
+    """What a law reads of a `Membrane`, which says what each is."""
+
+    elements: np.ndarray
+    yarn_inverse: np.ndarray
+    volume: np.ndarray
+    viscosity: np.ndarray
 
 
 class FabricLaw(Protocol):
@@ -28,20 +34,23 @@ class FabricLaw(Protocol):
     1. Fabric moved or turned as a rigid body feels no force; forces turn with it.
     2. A triangle has neither net force nor net torque.
     3. Force is minus the gradient of the recoverable energy wherever the history stands still.
-    4. What is put in is either recoverable or has been turned to heat: no loop creates energy.
+    4. What is put in is either recoverable or has been turned to heat, and heat never falls: no loop creates energy.
+       (The law "curves" gives back more where a shear rate changes its sign; the energy balance of a run shows it.)
     5. Forces are finite for any finite positions, crumpled, inverted and collapsed triangles included, and so is a
        number that is not finite visible in the sums.
     6. Stress follows from strain and history, so that evaluating twice changes nothing. (The law "curves" keeps this
        only while no shear rate changes its sign.)
     7. `wave_speed` bounds the speed of every wave, so that `Membrane.stable_dt` is stable.
 
-    density: [kg/m^3]. thickness: [m], that the stress acts on. damping: fraction of critical damping of an element's
+    density: [kg/m^3]. thickness: [m], that the stress acts on. compression: whether it carries compression; without, it
+    goes slack. damping: fraction of critical damping of an element's
     highest mode [-]. history_width: numbers that are remembered per element; all start at zero. wave_speed: fastest
     membrane wave [m/s], from the steepest slope, unloading included. warp_modulus: [Pa], of straps cut along the warp.
     """
 
     density: float
     thickness: float
+    compression: bool
     damping: float
     history_width: int
 
@@ -57,7 +66,7 @@ class FabricLaw(Protocol):
 
     def add_forces(
         self,
-        membrane: Membrane,
+        membrane: Elements,
         triangles: np.ndarray,
         positions: np.ndarray,
         velocities: np.ndarray,

@@ -16,6 +16,7 @@ Damping stress S_v = viscosity dE/dt is proportional to stiffness in the highest
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
@@ -26,8 +27,8 @@ from numba import prange
 
 from billow.base.compiled import CHUNK, kernel, scalar
 from billow.base.errors import Concern
-from billow.parts.fabric.membrane import Membrane
-from billow.parts.fabric.triangle import add_corner_forces, along
+from billow.parts.fabric.fabric_law import Elements
+from billow.parts.fabric.triangle import Triangles, add_corner_forces, along, products, stretch_bound
 from billow.parts.part import Setting
 
 KEEP, PRINCIPAL, YARN = 0, 1, 2  # what compression does
@@ -85,6 +86,11 @@ class LinearFabric:
         d = 1.0 - self.poisson * reverse_poisson
         return np.array([self.young_warp / d, self.young_weft / d, self.poisson * self.young_weft / d, self.shear])
 
+    @cached_property
+    def _moduli(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """Of fabric and liner, as the kernel takes them."""
+        return tuple(self.stiffness.tolist()), tuple(self.liner.stiffness.tolist())
+
     @property
     def wave_speed(self) -> float:
         """Fastest membrane wave [m/s]: sqrt(Emax / (rho (1 - nu^2))) (docs/theory.md, Membrane step), or the fastest
@@ -120,7 +126,7 @@ class LinearFabric:
 
     def add_forces(
         self,
-        membrane: Membrane,
+        membrane: Elements,
         triangles: np.ndarray,
         positions: np.ndarray,
         velocities: np.ndarray,
@@ -130,11 +136,11 @@ class LinearFabric:
     ) -> None:
         """As `billow.parts.fabric.fabric_law.FabricLaw` promises; there is no history."""
         rule = KEEP if self.compression else PRINCIPAL if self.is_isotropic else YARN
-        _linear_forces(
-            len(membrane.elements), rule, *self.stiffness, *self.liner.stiffness, membrane.elements,
-            membrane.reference_inverse, membrane.volume, membrane.viscosity, triangles, positions, velocities,
-            corner_force, partial,
+        read = Triangles(
+            membrane.elements, membrane.yarn_inverse, membrane.volume, membrane.viscosity, triangles, positions,
+            velocities,
         )  # fmt: skip
+        _linear_forces(len(membrane.elements), rule, *self._moduli, read, corner_force, partial)
 
 
 @scalar
@@ -155,7 +161,7 @@ def linear_stress(rule, c11, c22, c12, c66, e11, e22, e12):
         return s11, s22, s12
     # Principal tension field; isotropic, so stress and strain share their axes.
     mean = 0.5 * (e11 + e22)
-    radius = np.sqrt((0.5 * (e11 - e22)) ** 2 + e12 * e12)
+    radius = math.sqrt((0.5 * (e11 - e22)) ** 2 + e12 * e12)
     largest, smallest = mean + radius, mean - radius
     if c12 * largest + c22 * smallest >= 0.0:
         return s11, s22, s12  # taut
@@ -169,39 +175,27 @@ def linear_stress(rule, c11, c22, c12, c66, e11, e22, e12):
 
 
 @kernel
-def _linear_forces(
-    n, rule, c11, c22, c12, c66, l11, l22, l12, l66, elements, reference_inverse, volume, viscosity, triangles,
-    positions, velocities, corner_force, partial_out,
-):  # fmt: skip
+def _linear_forces(n, rule, moduli, liner, mesh, corner_force, partial_out):
+    elements, inverse, volume, viscosity, triangles, positions, velocities = mesh
+    (c11, c22, c12, c66), (l11, l22, l12, l66) = moduli, liner
     chunks = (n + CHUNK - 1) // CHUNK
     for chunk in prange(chunks):
         energy, power, largest = 0.0, 0.0, 0.0
-        for i in range(chunk * CHUNK, min(n, (chunk + 1) * CHUNK)):
-            t = elements[i]
+        for item in range(chunk * CHUNK, min(n, (chunk + 1) * CHUNK)):
+            i = np.uint64(item)
+            t = np.uint64(elements[i])
             a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
-            d11, d12, d21, d22 = (
-                reference_inverse[0, i], reference_inverse[1, i], reference_inverse[2, i], reference_inverse[3, i],
-            )  # fmt: skip
-            # Columns of F and of its rate: f1 = dx/dX1 (warp), f2 = dx/dX2 (weft).
+            d11, d12, d21, d22 = inverse[0, i], inverse[1, i], inverse[2, i], inverse[3, i]
             f = along(positions, a, b, c, d11, d12, d21, d22)
-            f1x, f1y, f1z, f2x, f2y, f2z = f
-            g1x, g1y, g1z, g2x, g2y, g2z = along(velocities, a, b, c, d11, d12, d21, d22)
-
-            c1, c2 = f1x * f1x + f1y * f1y + f1z * f1z, f2x * f2x + f2y * f2y + f2z * f2z
-            e11, e22 = 0.5 * (c1 - 1.0), 0.5 * (c2 - 1.0)
-            e12 = 0.5 * (f1x * f2x + f1y * f2y + f1z * f2z)
-            r11 = f1x * g1x + f1y * g1y + f1z * g1z
-            r22 = f2x * g2x + f2y * g2y + f2z * g2z
-            r12 = 0.5 * (f1x * g2x + f1y * g2y + f1z * g2z + f2x * g1x + f2y * g1y + f2z * g1z)
-
+            aa, bb, ab, r11, r22, r12 = products(f, along(velocities, a, b, c, d11, d12, d21, d22))
+            e11, e22, e12 = 0.5 * (aa - 1.0), 0.5 * (bb - 1.0), 0.5 * ab
             s11, s22, s12 = linear_stress(rule, c11, c22, c12, c66, e11, e22, e12)
-            s11 += l11 * e11 + l12 * e22
-            s22 += l12 * e11 + l22 * e22
-            s12 += 2.0 * l66 * e12
+            m11, m22, m12 = linear_stress(KEEP, l11, l22, l12, l66, e11, e22, e12)
+            s11, s22, s12 = s11 + m11, s22 + m22, s12 + m12
             v, mu = volume[i], viscosity[i]
             energy += 0.5 * v * (s11 * e11 + s22 * e22 + 2.0 * s12 * e12)
             power += v * mu * (r11 * r11 + r22 * r22 + 2.0 * r12 * r12)
-            largest = max(largest, max(c1, c2) + abs(2.0 * e12))  # Gershgorin bound of F^T F
+            largest = max(largest, stretch_bound(aa, bb, ab, 0.0, 1.0))
             s11, s22, s12 = s11 + mu * r11, s22 + mu * r22, s12 + mu * r12
             add_corner_forces(corner_force, t, v, f, s11, s22, s12, d11, d12, d21, d22)
         partial_out[chunk, 0] = energy

@@ -14,6 +14,10 @@ import numpy as np
 from billow.base.errors import InputError
 from billow.parts.fabric.fabric_law import FabricLaw
 
+UNDAMPED, SLACKENING = 1e-3, 0.4
+"""Fabric that goes slack gains energy if its damping fraction lies below UNDAMPED, unless its step is shorter: without
+any damping SLACKENING times the usual one (docs/theory.md, "Fabric")."""
+
 
 @dataclass(frozen=True)
 class Membrane:
@@ -74,10 +78,16 @@ class Membrane:
     def stable_dt(self, largest_stretch: float = 1.0) -> float:
         """Stable step [s] of the most critical element: h/c (sqrt(1 + xi^2) - xi) / stretch, without a safety factor.
 
-        h is the smallest altitude and xi the damping fraction (docs/theory.md, Membrane step; Belytschko, Liu and
-        Moran, "Nonlinear Finite Elements for Continua and Structures", 2000, ch. 6). In a total Lagrangian element the
-        tangent grows with the square of the stretch, so the step shrinks with the stretch.
+        h is the smallest altitude, c the wave speed and xi the damping fraction (docs/theory.md, Membrane step;
+        Belytschko, Liu and Moran, "Nonlinear Finite Elements for Continua and Structures", 2000, ch. 6). In a total
+        Lagrangian element the tangent grows with the square of the stretch, so the step shrinks with the stretch.
+
+        Fabric without compression has a kink in its stress wherever it goes slack. At each kink a step within the bound
+        gains or loses a little energy; the gains win, unless damping takes them. Next to no damping therefore needs a
+        shorter step.
         """
         xi = self.fabric.damping
         factor = (np.sqrt(1.0 + xi**2) - xi) / max(1.0, largest_stretch)
+        if not self.fabric.compression:
+            factor *= min(1.0, SLACKENING + (1.0 - SLACKENING) * xi / UNDAMPED)
         return float(self.altitude.min() / self.fabric.wave_speed * factor)

@@ -1,8 +1,31 @@
-"""One membrane triangle as kernels see it: how its fabric is deformed, and what its stress does to its corners."""
+"""One membrane triangle as kernels see it: how it is deformed, and what its stress does to its corners.
+
+Every law's kernel calls these functions in this order: `along` twice, `products`, the law's own stress,
+`stretch_bound`, `add_corner_forces`. The axes are warp and weft, which need not be at right angles. No function takes
+an array in the innermost loop of a law: numba counts references to arrays, which makes such a call slower than the
+stress itself.
+"""
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
+import numpy as np
+
 from billow.base.compiled import scalar
+
+
+class Triangles(NamedTuple):
+    """What the kernels of all laws read. elements, inverse, volume, viscosity: as in `Membrane`, inverse along the
+    yarns. triangles: nodes, (triangles, 3). positions [m] and velocities [m/s]: (nodes, 3)."""
+
+    elements: np.ndarray
+    inverse: np.ndarray
+    volume: np.ndarray
+    viscosity: np.ndarray
+    triangles: np.ndarray
+    positions: np.ndarray
+    velocities: np.ndarray
 
 
 @scalar
@@ -18,6 +41,31 @@ def along(field, a, b, c, d11, d12, d21, d22):
         ux * d11 + wx * d21, uy * d11 + wy * d21, uz * d11 + wz * d21,
         ux * d12 + wx * d22, uy * d12 + wy * d22, uz * d12 + wz * d22,
     )  # fmt: skip
+
+
+@scalar
+def products(f, g):
+    """(F^T F)_11, _22 and _12 [-], then the rates of Green strain E_11, E_22 and E_12 [1/s].
+
+    f, g: columns of the deformation gradient and of its rate, as `along` returns them.
+    """
+    ax, ay, az, bx, by, bz = f
+    gax, gay, gaz, gbx, gby, gbz = g
+    return (
+        ax * ax + ay * ay + az * az, bx * bx + by * by + bz * bz, ax * bx + ay * by + az * bz,
+        ax * gax + ay * gay + az * gaz, bx * gbx + by * gby + bz * gbz,
+        0.5 * (ax * gbx + ay * gby + az * gbz + bx * gax + by * gay + bz * gaz),
+    )  # fmt: skip
+
+
+@scalar
+def stretch_bound(aa, bb, ab, cot, csc):
+    """Gershgorin's bound of the largest squared stretch [-]; aa, bb, ab: of `products`; cot, csc: cotangent and
+    cosecant of the angle between the yarns in the flat cut."""
+    if cot == 0.0:
+        return max(aa, bb) + abs(ab)
+    c12 = csc * ab - cot * aa
+    return max(aa, csc * csc * bb - 2.0 * csc * cot * ab + cot * cot * aa) + abs(c12)
 
 
 @scalar
