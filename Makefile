@@ -10,7 +10,7 @@ demo: $(READY)            ## 60 deployments, a surrogate learned from them, demo
 	$(BIN)/billow demo --out demo
 
 test: $(READY)            ## the test suite, in two processes
-	$(BIN)/python -m pytest -n 2 --dist loadfile
+	$(BIN)/python -m pytest -n 2 --dist worksteal
 
 lint: $(READY)            ## style and likely mistakes
 	$(BIN)/ruff check .

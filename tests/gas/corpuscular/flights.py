@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numba import njit
 
@@ -93,17 +95,21 @@ def winding(points, triangles, positions):
     """Solid angle of the closed surface over 4 pi: one inside, zero outside (van Oosterom and Strackee 1983)."""
     out = np.zeros(len(points))
     for p in range(len(points)):
+        x, y, z = points[p]
         for t in range(len(triangles)):
-            a = positions[triangles[t, 0]] - points[p]
-            b = positions[triangles[t, 1]] - points[p]
-            c = positions[triangles[t, 2]] - points[p]
-            la, lb, lc = np.sqrt((a * a).sum()), np.sqrt((b * b).sum()), np.sqrt((c * c).sum())
-            volume = (
-                a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2])
-                + a[2] * (b[0] * c[1] - b[1] * c[0])
+            i, j, k = triangles[t]
+            ax, ay, az = positions[i, 0] - x, positions[i, 1] - y, positions[i, 2] - z
+            bx, by, bz = positions[j, 0] - x, positions[j, 1] - y, positions[j, 2] - z
+            cx, cy, cz = positions[k, 0] - x, positions[k, 1] - y, positions[k, 2] - z
+            la = math.sqrt(ax * ax + ay * ay + az * az)
+            lb = math.sqrt(bx * bx + by * by + bz * bz)
+            lc = math.sqrt(cx * cx + cy * cy + cz * cz)
+            volume = ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)
+            flat = (
+                la * lb * lc + (ax * bx + ay * by + az * bz) * lc + (bx * cx + by * cy + bz * cz) * la
+                + (cx * ax + cy * ay + cz * az) * lb
             )  # fmt: skip
-            flat = la * lb * lc + (a * b).sum() * lc + (b * c).sum() * la + (c * a).sum() * lb
-            out[p] += np.arctan2(volume, flat) / (2.0 * np.pi)
+            out[p] += math.atan2(volume, flat) / (2.0 * math.pi)
     return out
 
 
