@@ -33,8 +33,8 @@ def paper(
 ) -> None:
     """The ROM paper's Tables 2-5 and Figures 4-12 from our own runs, in one report and as files.
 
-    A study may be incomplete: the report says what is missing. An interrupted command goes on where it was, because
-    every fit is kept, and the paper's networks save themselves every 30 s.
+    A study may be incomplete: the report lists what is missing. An interrupted command continues where it stopped:
+    every fit is kept, and the paper's networks are saved every 30 s.
     """
     from billow.cli.terminal import steps
     from billow.reproductions.rom_paper.available import available
@@ -60,10 +60,10 @@ def paper(
         there = available(dataset, train, test, Study.open(folder).definition.sizes)
         for sentence in there.notes:
             console.print(f"{case.name}: {sentence}", markup=False)
-        wanted = paper_recipe if case.name == paper_recipe_case else None
+        component = paper_recipe if case.name == paper_recipe_case else None
         with steps(console) as progress:
             made = case_results(
-                case, dataset, there, Kept(kept or out / "kept"), recipe=wanted, recipe_epochs=paper_recipe_epochs,
+                case, dataset, there, Kept(kept or out / "kept"), recipe=component, recipe_epochs=paper_recipe_epochs,
                 memory=int(memory * 2**30), progress=progress,
             )  # fmt: skip
         results.append(made)
@@ -71,7 +71,7 @@ def paper(
         missing.append("The paper's own recipe was not trained (--paper-recipe z).")
     compared = None
     if jets is None:
-        missing.append("What two gas models say about the jet direction was not asked for (--jets).")
+        missing.append("The jet direction in two gas models was not compared (--jets).")
     else:
         compared = compare_jets(*map(Dataset.open, jets), ("uniform pressure", "particles"), jet_parameter)
     console.print(f"report: {write_document(out, results, compared, missing)}", markup=False)
@@ -81,7 +81,7 @@ def _require(folders, jets, recipe, recipe_case) -> None:
     if jets is None and not any(folders.values()):
         why = "none of --locked, --free and --jets names a study"
     elif recipe is not None and recipe not in ("x", "y", "z"):
-        why = f"--paper-recipe {recipe} is no component: x, y or z"
+        why = f"--paper-recipe {recipe} is not x, y or z"
     elif recipe is not None and folders.get(recipe_case) is None:
         why = f"--paper-recipe-case {recipe_case} has no study"
     else:

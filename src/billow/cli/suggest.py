@@ -16,7 +16,7 @@ def suggest(
         Path | None, typer.Option("--surrogate", help="Surrogate file (default: FOLDER/surrogate.safetensors).")
     ] = None,
 ) -> None:
-    """Suggest the next training runs: designs where the surrogate is least sure and nothing near has been simulated.
+    """Suggest the next training runs: designs where the surrogate is most uncertain and no run is near.
 
     OUT holds the designs added before, if any, and the new ones. Write added_designs = "OUT" into the study file and
     give the command of the study again: it makes the new runs.

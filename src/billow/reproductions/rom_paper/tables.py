@@ -1,4 +1,4 @@
-"""The paper's tables, and those it leaves out, from our runs; the paper's own numbers stand beside ours."""
+"""The paper's tables, and those it leaves out, from our runs; next to the paper's own numbers."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def parameter_table(results: CaseResults) -> Table:
 
 
 def accuracy_table(results: CaseResults) -> Table:
-    """All components at the largest size, beside simple answers."""
+    """All components at the largest size, next to simple answers."""
     evaluation, rows = results.evaluation, []
     for c, axis in enumerate(COMPONENTS):
         for name in ("surrogate", "truncation", "regression", *BASELINES):
@@ -114,7 +114,7 @@ def force_table(results: CaseResults) -> Table:
         "force-inputs",
         "True contact forces as inputs (Figure 7)",
         f"Mean RMSE over {len(SEEDS)} seeds; K = {results.surrogate.modes}, M = {FORCE_MODES} modes of the force in "
-        f"{FORCE_COMPONENTS}. The forces are those the solver found in this very run: nobody has them before it is "
+        f"{FORCE_COMPONENTS}. The forces are those of the unseen run itself, which are not known before it is "
         "made. A gain smaller than its scatter between seeds is none.",
         rows,
     )
@@ -202,7 +202,7 @@ def speed_table(results: CaseResults) -> Table:
 
 
 def interval_table(results: CaseResults) -> Table:
-    """Whether intervals hold what they promise."""
+    """How many unseen values the intervals cover."""
     rows = []
     for check in results.evaluation.intervals:
         cells = {"nominal level": f"{100 * check.level:.0f} %"}
@@ -220,7 +220,7 @@ def interval_table(results: CaseResults) -> Table:
 
 
 def recipe_table(results: CaseResults) -> Table:
-    """The paper's recipe beside ours, on the same runs."""
+    """The paper's recipe next to ours, on the same runs."""
     paper, ours = results.recipe, results.sizes[results.largest].plain[0]
     summary = ours.summary(COMPONENTS.index(paper.component))
     fits = {
@@ -237,7 +237,7 @@ def recipe_table(results: CaseResults) -> Table:
     theirs, mine = rows
     ratios = {column: mine[column] / theirs[column] for column in (*_millimetres(summary), "training [CPU s]")}
     rows.append(dict.fromkeys(mine) | {"recipe": "ours / paper [-]"} | ratios)
-    short = f" The paper trains {EPOCHS:,} epochs: this was cut short and says little." * (paper.epochs < EPOCHS)
+    short = f" The paper trains {EPOCHS:,} epochs: this training was cut short." * (paper.epochs < EPOCHS)
     return _table(
         results,
         "recipes",
@@ -250,7 +250,7 @@ def recipe_table(results: CaseResults) -> Table:
 
 
 def rating_table(results: CaseResults) -> Table:
-    """The coupled model's impactor against the solver's, beside answers that know more or less."""
+    """The coupled model's impactor against the solver's, next to answers that use more or less."""
     found, rows = results.coupled_evaluation, []
     for quantity in QUANTITIES:
         cells = {"": quantity}

@@ -1,4 +1,4 @@
-"""How good a surrogate is on runs it has not seen, and what it is worth against simpler answers."""
+"""Accuracy of a surrogate on unseen runs, compared with simpler answers."""
 
 from __future__ import annotations
 
@@ -111,7 +111,7 @@ def evaluate(
     memory: int = DEFAULT_MEMORY,
     progress: Announcement | None = None,
 ) -> Evaluation:
-    """Ask a surrogate for every unseen run of its dataset and compare.
+    """Predict every unseen run of a dataset and compare.
 
     sizes: numbers of training runs (the first ones of the surrogate's own) for which another model is trained with the
         same recipe and epochs, to show errors against runs; default a quarter, half and all for `shared`, none for

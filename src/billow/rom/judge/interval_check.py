@@ -1,4 +1,4 @@
-"""Whether intervals hold what they promise on unseen runs."""
+"""How many unseen values the intervals cover."""
 
 from __future__ import annotations
 

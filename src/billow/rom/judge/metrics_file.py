@@ -19,7 +19,7 @@ FORMAT = 1
 
 
 def write_metrics(path: str | Path, evaluation: Evaluation) -> Path:
-    """Write an evaluation to `path`, atomically. Lengths are in metres and times in seconds, as keys say."""
+    """Write an evaluation to `path`, atomically. Keys name the units."""
     path = Path(path)
     write_atomically(path, json.dumps(metrics(evaluation), indent=1, allow_nan=False) + "\n")
     return path

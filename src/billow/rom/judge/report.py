@@ -67,7 +67,7 @@ def _draw(dataset, evaluation) -> dict[str, bytes]:
         "singular-values": figures.draw(figures.singular_values, evaluation),
     }
     timing, trained = evaluation.timing, len(evaluation.surrogate.runs)
-    if timing.simulation:  # unknown for runs made elsewhere
+    if timing.simulation:  # unknown for runs of other solvers
         making = {m.runs: m.generation + m.training for m in evaluation.sweep}
         making[trained] = timing.generation + timing.training
         pictures["evaluation-time"] = figures.draw(
