@@ -17,13 +17,12 @@ from billow.base.plot_style import STYLE
 from billow.reproductions.rom_paper import figures, tables
 from billow.reproductions.rom_paper.case_results import CaseResults
 from billow.reproductions.rom_paper.jets import JetComparison
-from billow.reproductions.rom_paper.table import Table
+from billow.reproductions.rom_paper.tables import Table
 from billow.results.atomic import write_atomically
 from billow.results.machine import machine
 from billow.rom.judge.figures import cross_sections, error_against_modes, error_distribution, evaluation_time
 from billow.rom.judge.findings import weaknesses
-from billow.rom.judge.metrics_file import metrics
-from billow.rom.judge.report import render
+from billow.rom.judge.report import metrics, render
 from billow.rom.surrogate.basis import Z
 
 DOTS = 180

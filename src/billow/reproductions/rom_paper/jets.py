@@ -12,7 +12,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from billow.base.errors import InputError
-from billow.reproductions.rom_paper.table import Table
+from billow.reproductions.rom_paper.tables import Table
 from billow.results.dataset_files import same_times
 from billow.rom.learn.dataset import Dataset
 from billow.rom.surrogate.basis import Z

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import csv
+import io
+from collections.abc import Sequence
+from dataclasses import dataclass
+
 import numpy as np
 
 from billow.reproductions.rom_paper.case_results import SEEDS, CaseResults
 from billow.reproductions.rom_paper.nested_design import FORCE_COMPONENTS, FORCE_MODES
 from billow.reproductions.rom_paper.published import EPOCHS, MODES
-from billow.reproductions.rom_paper.table import Table
 from billow.rom.coupled.coupled_evaluation import COUPLED, MEAN_MOTION, QUANTITIES, TRUE_CONTACT, TRUE_INPUTS
 from billow.rom.judge.baselines import BASELINES
 from billow.rom.judge.errors import Summary, accuracy
@@ -21,6 +25,42 @@ OTHER_ANSWERS = (
     "that the solver recorded on it, filtered to CFC 180 like the forces that were learned: what a perfect law would "
     f"reach. {MEAN_MOTION.capitalize()}: that of the training runs, which ignores the design."
 )
+
+
+Cell = str | float | int | None
+
+
+@dataclass(frozen=True)
+class Table:
+    """name: of its file; title; caption: how to read it; rows: column -> text or number, None for nothing, at least one
+    row, all with the same columns."""
+
+    name: str
+    title: str
+    caption: str
+    rows: Sequence[dict[str, Cell]]
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        return tuple(self.rows[0])
+
+    def csv(self) -> str:
+        """As a file for other programs, every number with six digits."""
+        text = io.StringIO()
+        writer = csv.writer(text, lineterminator="\n")
+        writer.writerows([self.columns, *self._plain()])
+        return text.getvalue()
+
+    def record(self) -> dict:
+        """For tables.json."""
+        return {"title": self.title, "caption": self.caption, "columns": list(self.columns), "rows": self._plain()}
+
+    def _plain(self) -> list[list]:
+        return [["" if cell is None else _six_digits(cell) for cell in row.values()] for row in self.rows]
+
+
+def _six_digits(cell: Cell):
+    return float(f"{cell:.6g}") if isinstance(cell, float) else cell
 
 
 def parameter_table(results: CaseResults) -> Table:

@@ -9,8 +9,16 @@ import numpy as np
 from billow.base.errors import InputError
 from billow.results.dataset_files import mesh_sha256, same_times
 from billow.rom.judge.baselines import baselines
-from billow.rom.judge.errors import ErrorsByModes, LearningCurve, Summary, fit_learning_curve, project, snapshot_rmse
-from billow.rom.judge.interval_check import IntervalCheck, check_intervals
+from billow.rom.judge.errors import (
+    ErrorsByModes,
+    IntervalCheck,
+    LearningCurve,
+    Summary,
+    check_intervals,
+    fit_learning_curve,
+    project,
+    snapshot_rmse,
+)
 from billow.rom.judge.timing import Timing, measure, training_seconds
 from billow.rom.learn.dataset import Dataset, read_run
 from billow.rom.learn.left_out import LeftOut, left_out
