@@ -13,8 +13,7 @@ from scipy.stats import norm
 from synthetic import SyntheticDataset
 
 from billow.base.errors import InputError
-from billow.rom.judge.errors import fit_learning_curve
-from billow.rom.judge.interval_check import check_intervals
+from billow.rom.judge.errors import check_intervals, fit_learning_curve
 from billow.rom.learn.calibration import held_out, histogram, quantiles
 from billow.rom.learn.dataset import collect
 from billow.rom.learn.train import Recipe, train

@@ -56,7 +56,7 @@ def test_a_run_to_review_is_used_and_counted():
 def test_fewer_runs_than_the_smallest_design_stand_for_one():
     there = available(dataset(6), TRAIN, TEST, (10, 20, 40))
     assert there.sizes == {6: tuple(TRAIN[:6])}
-    assert any("stand for one" in note for note in there.notes)
+    assert any("are used as one" in note for note in there.notes)
 
 
 @pytest.mark.parametrize(("done", "unseen", "code"), [(40, 0, "E-ROM-015"), (1, 5, "E-ROM-007")])

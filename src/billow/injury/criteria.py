@@ -1,7 +1,7 @@
 """Injury criteria of an acceleration: HIC and the 3 ms clip.
 
-Accelerations are given in m/s^2 and told in g = 9.80665 m/s^2, as regulations do. A curve between its samples is the
-straight line.
+Accelerations are given in m/s^2 and reported in g = 9.80665 m/s^2, as regulations do. Between samples a
+curve is linear.
 """
 
 from __future__ import annotations

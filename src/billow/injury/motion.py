@@ -45,7 +45,7 @@ def mean_acceleration(times: np.ndarray, velocity: np.ndarray) -> tuple[np.ndarr
     times: [s], (samples,), evenly spaced; velocity: [m/s], (samples, ...)
 
     A force sampled at an instant folds contact chatter above half the sample rate into the curve (a driver bag: peaks
-    of 254 g, where the velocity says 98 g). The mean over an interval loses 5 % at 1.667 kHz when sampled at 10 kHz.
+    of 254 g, where the velocity gives 98 g). The mean over an interval loses 5 % at 1.667 kHz when sampled at 10 kHz.
     Raises InputError E-INJ-001.
     """
     interval = sample_interval(times, velocity)

@@ -85,8 +85,8 @@ class Dataset:
     def open(cls, folder: str | Path) -> Dataset:
         """Open a dataset; every file of every run is verified.
 
-        InputError E-RES-010 if no run is in yet; IntegrityError E-RES-011 if dataset.toml, design.csv or split.toml
-        is damaged. Runs that are absent, failed or damaged are no error: they are listed in `missing`.
+        InputError E-RES-010 if no run is complete yet; IntegrityError E-RES-011 if dataset.toml, design.csv or
+        split.toml is damaged. Runs that are absent, failed or damaged are no error: they are listed in `missing`.
         """
         folder = Path(folder)
         shared = read_dataset_file(folder)
@@ -117,7 +117,7 @@ class Dataset:
         """Training runs of the design that nothing should be learned from -> why: missing ones, and those in doubt.
 
         A run that only ends before 1.2 times its pressure peak is not in doubt (`quality.SHORT`): a surrogate answers
-        for the recorded times alone, and slow bags left out would bias it. Runs made elsewhere carry no verdict.
+        for the recorded times alone, and leaving out slow bags would bias it. Runs of other solvers carry no verdict.
         """
         why = {}
         for run in self._planned_train:

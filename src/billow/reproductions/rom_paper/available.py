@@ -1,4 +1,4 @@
-"""Which of a study's nested designs are in: a study takes hours, and its first results are worth a report."""
+"""Which nested designs of an unfinished study are complete enough for a report."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from billow.results.dataset import Dataset
 from billow.rom.judge.evaluate import require_unseen
 
 ENOUGH = 0.9
-"""Part of a nested design's runs that have to be there: a few that failed do not spoil it."""
+"""Part of a nested design's runs that must be complete: a few failed runs do no harm."""
 
 
 @dataclass(frozen=True)
@@ -46,21 +46,21 @@ def available(dataset: Dataset, train: Sequence[str], test: Sequence[str], sizes
             "E-ROM-007",
             "there are too few runs to learn from",
             where=dataset.title or "dataset",
-            why=f"{len(usable)} training runs are there",
+            why=f"{len(usable)} training runs are complete",
             remedy="finish the study: billow study STUDY.toml --out FOLDER",
         )
     notes += [
-        f"N_DOE = {size} is left out: only {len(runs)} of its {size} training runs are in."
+        f"N_DOE = {size} is left out: only {len(runs)} of its {size} training runs are complete."
         for size, runs in found.items()
         if size not in whole
     ]
     if not whole:
         runs = tuple(run for run in train if run in usable)
         whole = {len(runs): runs}
-        notes.append(f"No nested design is in; the {len(runs)} training runs there are stand for one.")
+        notes.append(f"No nested design is complete; the {len(runs)} training runs so far are used as one.")
     lost = [f"{size - len(runs)} of {size}" for size, runs in whole.items() if len(runs) < size]
     if lost:
-        notes.append(f"Training runs that are not there or failed are left out: {', '.join(lost)}.")
+        notes.append(f"Missing or failed training runs are left out: {', '.join(lost)}.")
     used = whole[max(whole)]
     reviewed = [run for run in used if dataset.verdict(run) == "REVIEW"]
     if reviewed:
@@ -68,5 +68,5 @@ def available(dataset: Dataset, train: Sequence[str], test: Sequence[str], sizes
         named = ", ".join(f"{name} ({count})" for name, count in doubts.most_common())
         notes.append(f"{len(reviewed)} of the {len(used)} training runs used carry the verdict REVIEW: {named}.")
     if len(dataset.test) < len(test):
-        notes.append(f"{len(dataset.test)} of {len(test)} unseen runs are in.")
+        notes.append(f"{len(dataset.test)} of {len(test)} unseen runs are complete.")
     return Available(whole, tuple(dataset.test), tuple(notes))

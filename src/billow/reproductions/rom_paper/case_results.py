@@ -24,7 +24,7 @@ from billow.rom.learn.train import Recipe, train
 from billow.rom.surrogate.surrogate import Surrogate
 
 SEEDS = (0, 1)
-"""Of the pairs of fits with and without forces: what differs less than they do is no difference."""
+"""Of the pairs of fits with and without forces: smaller differences than between seeds do not count."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,7 +98,7 @@ def case_results(
 
     recipe: the component for which the paper's own recipe is trained too, or None; recipe_epochs: its epochs
     progress: called as progress(done, total, what) before each piece
-    Errors as `train` and `evaluate`; E-CPL-001 if no training run felt a force.
+    Errors as `train` and `evaluate`; E-CPL-001 if no training run has a contact force.
     """
     announce = Announcer(
         progress, len(there.sizes) * (1 + 2 * len(SEEDS) + case.forces) + 3 + 2 * case.forces + (recipe is not None)

@@ -17,21 +17,20 @@ from billow.base.plot_style import STYLE
 from billow.reproductions.rom_paper import figures, tables
 from billow.reproductions.rom_paper.case_results import CaseResults
 from billow.reproductions.rom_paper.jets import JetComparison
-from billow.reproductions.rom_paper.table import Table
+from billow.reproductions.rom_paper.tables import Table
 from billow.results.atomic import write_atomically
 from billow.results.machine import machine
 from billow.rom.judge.figures import cross_sections, error_against_modes, error_distribution, evaluation_time
 from billow.rom.judge.findings import weaknesses
-from billow.rom.judge.metrics_file import metrics
-from billow.rom.judge.report import render
+from billow.rom.judge.report import metrics, render
 from billow.rom.surrogate.basis import Z
 
 DOTS = 180
 """Dots per inch of the PNG files."""
 
 TRUE_FORCES = (
-    "The paper's numbers of this case are with the contact forces of the unseen run as inputs, which nobody has before "
-    "it is made. Ours are without, unless they are named so."
+    "The paper's numbers of this case use the contact forces of the unseen run as inputs, which are not known before "
+    "it is made. Ours do not, unless they are named so."
 )
 
 
@@ -49,7 +48,7 @@ class Picture:
 def write_document(folder: Path, cases: list[CaseResults], jets: JetComparison | None, missing: list[str]) -> Path:
     """Write report.html, README.md, tables.json, metrics-CASE.json, tables/*.csv and figures/*.png into `folder`.
 
-    missing: sentences about what was not asked for or cannot be had. Returns the path of report.html.
+    missing: sentences about what was not requested or is not available. Returns the path of report.html.
     """
     for part in ("tables", "figures"):
         (folder / part).mkdir(parents=True, exist_ok=True)
@@ -129,7 +128,7 @@ def _parts(results: CaseResults) -> list[Picture | Table]:
         tables.force_table(results),
         picture(f"figure-{cut}", f"Figure {cut}: cross-sections of a typical unseen run",
                 f"Run {typical}, of median error; N_DOE = {results.largest}, K = {results.surrogate.modes}. Dark: "
-                "solver. Green: surrogate, which saw the design alone. Grey: obstacle.",
+                "solver. Green: surrogate, which has the design alone. Grey: obstacle.",
                 cross_sections, evaluation, results.dataset, typical),
         picture(f"figure-{cut}-worst", "The same of the worst unseen run", f"Run {worst}.",
                 cross_sections, evaluation, results.dataset, worst),

@@ -1,4 +1,4 @@
-"""The paper's figures from our runs, each beside its number in the paper. They are drawn, not judged, here."""
+"""The paper's figures from our runs, with their numbers in the paper."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What two gas models say about the jet direction: two studies of the same designs, compared through the bag's shape.
+"""The effect of the jet direction in two gas models: two studies of the same designs, compared by the bag's shape.
 
 In each study the height of every node at every time is fitted by a plane over the designs (least squares, each range
 scaled to [0, 1]); the slope along the jet direction is what the whole range of it does to the shape.
@@ -12,7 +12,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from billow.base.errors import InputError
-from billow.reproductions.rom_paper.table import Table
+from billow.reproductions.rom_paper.tables import Table
 from billow.results.dataset_files import same_times
 from billow.rom.learn.dataset import Dataset
 from billow.rom.surrogate.basis import Z
@@ -75,7 +75,7 @@ class JetComparison:
         return Table(
             "jets",
             f"What the whole range of {self.label.lower()} does to the height",
-            f"{len(self.runs)} designs that both studies hold. Effect: root mean square over nodes. Likeness: "
+            f"{len(self.runs)} designs that are in both studies. Effect: root mean square over nodes. Likeness: "
             "cosine of the two effects as fields. Last column: RMSE between the heights of one design, mean.",
             rows,
         )
@@ -99,7 +99,7 @@ class JetComparison:
         return figure
 
     def sentences(self) -> list[str]:
-        """What the numbers say."""
+        """A summary in words."""
         step = self.strongest
         first, second = (
             f"{MILLI * size:.2g} mm with {name}" for size, name in zip(self.strength[:, step], self.names, strict=True)

@@ -44,7 +44,7 @@ class Kept:
 
 
 def shared_settings() -> dict:
-    """What the default recipe is at present, as plain JSON: what was learned by another one must not pass for it."""
+    """What the default recipe is at present, as plain JSON: models of other settings are not reused."""
     network = import_network()
     return {
         "layers": [network.MEMBERS, *network.HIDDEN_SHARED],
@@ -55,13 +55,13 @@ def shared_settings() -> dict:
 def fingerprint(dataset: Dataset, runs) -> str:
     """SHA-256 of all that is learned from some runs of a dataset: axes, times, mesh, designs and the runs' files.
 
-    Runs whose records carry no sum of their own (datasets in memory) are hashed by what they answer.
+    Runs whose records carry no sum of their own (datasets in memory) are hashed by their displacements.
     """
     digest = hashlib.sha256(mesh_sha256(dataset.reference, dataset.triangles).encode())
     for part in (dataset.parameters, np.asarray(dataset.times, float).tolist()):
         digest.update(repr(part).encode())
     for run, row in zip(runs, dataset.design(runs), strict=True):
         digest.update(f"{run} {row.tolist()}".encode())
-        said = dataset.result(run).record.get("record_sha256")
-        digest.update(said.encode() if said else dataset.snapshots("displacement", [run]).tobytes())
+        known = dataset.result(run).record.get("record_sha256")
+        digest.update(known.encode() if known else dataset.snapshots("displacement", [run]).tobytes())
     return digest.hexdigest()

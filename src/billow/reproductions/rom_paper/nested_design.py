@@ -37,9 +37,9 @@ class Fit(ErrorsByModes):
 
 
 class NestedDesign:
-    """runs: of the design; unseen: test runs; modes: the most that are asked for; memory: [byte], as `Recipe`.
+    """runs: of the design; unseen: test runs; modes: the most that any fit has; memory: [byte], as `Recipe`.
 
-    Runs are reduced when the first fit is asked for that is not kept.
+    Runs are reduced when the first fit has to be made.
     """
 
     def __init__(self, dataset: Dataset, runs: tuple[str, ...], unseen: tuple[str, ...], modes: int, memory: int):
@@ -48,7 +48,7 @@ class NestedDesign:
 
     @cached_property
     def made_of(self) -> dict:
-        """What a fit depends on, beside its recipe."""
+        """What a fit depends on besides its recipe."""
         return {"of": fingerprint(self.dataset, self.runs), "most_modes": self.modes, "memory": self.memory}
 
     @cached_property
@@ -58,11 +58,11 @@ class NestedDesign:
 
     @cached_property
     def forces(self) -> tuple[ForceInputs, np.ndarray]:
-        """Force inputs of the runs, as `learn_force_inputs` returns them: E-CPL-001 if no run felt a force."""
+        """Force inputs of the runs, as `learn_force_inputs` returns them: E-CPL-001 if no run has a force."""
         return learn_force_inputs(self.dataset, self.runs, FORCE_MODES, FORCE_COMPONENTS, SEED, self.memory)
 
     def projection(self, bases: tuple[Basis, ...]) -> Projection:
-        """The unseen runs in bases of this design; projected once, with the most modes that were asked for so far."""
+        """The unseen runs in bases of this design; projected once, with the most modes so far."""
         if self._projection is None or self._projection.known.shape[3] < len(bases[0].modes):
             self._projection = project((read_run(self.dataset, run) for run in self.unseen), bases)
         return self._projection

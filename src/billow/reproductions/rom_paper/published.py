@@ -1,4 +1,4 @@
-"""Numbers that the ROM paper prints, to stand beside ours ("Machine-Learning-Accelerated Simulations for the Design of
+"""Numbers of the ROM paper, to compare with ours ("Machine-Learning-Accelerated Simulations for the Design of
 Airbag Constrained by Obstacles at Rest", Tables 2 to 5 and text)."""
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
-"""The paper's own recipe run as it stands, beside ours: one network per mode, 15,000 epochs of all samples at once.
+"""The paper's own recipe, to compare with ours: one network per mode, 15,000 epochs of all samples at once.
 
-It takes an hour or more of processor time for one component at full size, so it saves itself and goes on.
+It takes an hour or more of processor time for one component at full size, so it saves its state and resumes.
 """
 
 from __future__ import annotations

@@ -1,13 +1,17 @@
-"""The paper's tables, and those it leaves out, from our runs; the paper's own numbers stand beside ours."""
+"""The paper's tables, and those it leaves out, from our runs; next to the paper's own numbers."""
 
 from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from billow.reproductions.rom_paper.case_results import SEEDS, CaseResults
 from billow.reproductions.rom_paper.nested_design import FORCE_COMPONENTS, FORCE_MODES
 from billow.reproductions.rom_paper.published import EPOCHS, MODES
-from billow.reproductions.rom_paper.table import Table
 from billow.rom.coupled.coupled_evaluation import COUPLED, MEAN_MOTION, QUANTITIES, TRUE_CONTACT, TRUE_INPUTS
 from billow.rom.judge.baselines import BASELINES
 from billow.rom.judge.errors import Summary, accuracy
@@ -23,6 +27,42 @@ OTHER_ANSWERS = (
 )
 
 
+Cell = str | float | int | None
+
+
+@dataclass(frozen=True)
+class Table:
+    """name: of its file; title; caption: how to read it; rows: column -> text or number, None for nothing, at least one
+    row, all with the same columns."""
+
+    name: str
+    title: str
+    caption: str
+    rows: Sequence[dict[str, Cell]]
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        return tuple(self.rows[0])
+
+    def csv(self) -> str:
+        """As a file for other programs, every number with six digits."""
+        text = io.StringIO()
+        writer = csv.writer(text, lineterminator="\n")
+        writer.writerows([self.columns, *self._plain()])
+        return text.getvalue()
+
+    def record(self) -> dict:
+        """For tables.json."""
+        return {"title": self.title, "caption": self.caption, "columns": list(self.columns), "rows": self._plain()}
+
+    def _plain(self) -> list[list]:
+        return [["" if cell is None else _six_digits(cell) for cell in row.values()] for row in self.rows]
+
+
+def _six_digits(cell: Cell):
+    return float(f"{cell:.6g}") if isinstance(cell, float) else cell
+
+
 def parameter_table(results: CaseResults) -> Table:
     """The paper's Table 1, of this study."""
     rows = [{"parameter": p.label, "unit": p.unit, "min": p.low, "max": p.high} for p in results.surrogate.parameters]
@@ -30,7 +70,7 @@ def parameter_table(results: CaseResults) -> Table:
 
 
 def accuracy_table(results: CaseResults) -> Table:
-    """All components at the largest size, beside simple answers."""
+    """All components at the largest size, next to simple answers."""
     evaluation, rows = results.evaluation, []
     for c, axis in enumerate(COMPONENTS):
         for name in ("surrogate", "truncation", "regression", *BASELINES):
@@ -114,7 +154,7 @@ def force_table(results: CaseResults) -> Table:
         "force-inputs",
         "True contact forces as inputs (Figure 7)",
         f"Mean RMSE over {len(SEEDS)} seeds; K = {results.surrogate.modes}, M = {FORCE_MODES} modes of the force in "
-        f"{FORCE_COMPONENTS}. The forces are those the solver found in this very run: nobody has them before it is "
+        f"{FORCE_COMPONENTS}. The forces are those of the unseen run itself, which are not known before it is "
         "made. A gain smaller than its scatter between seeds is none.",
         rows,
     )
@@ -202,7 +242,7 @@ def speed_table(results: CaseResults) -> Table:
 
 
 def interval_table(results: CaseResults) -> Table:
-    """Whether intervals hold what they promise."""
+    """How many unseen values the intervals cover."""
     rows = []
     for check in results.evaluation.intervals:
         cells = {"nominal level": f"{100 * check.level:.0f} %"}
@@ -220,7 +260,7 @@ def interval_table(results: CaseResults) -> Table:
 
 
 def recipe_table(results: CaseResults) -> Table:
-    """The paper's recipe beside ours, on the same runs."""
+    """The paper's recipe next to ours, on the same runs."""
     paper, ours = results.recipe, results.sizes[results.largest].plain[0]
     summary = ours.summary(COMPONENTS.index(paper.component))
     fits = {
@@ -237,7 +277,7 @@ def recipe_table(results: CaseResults) -> Table:
     theirs, mine = rows
     ratios = {column: mine[column] / theirs[column] for column in (*_millimetres(summary), "training [CPU s]")}
     rows.append(dict.fromkeys(mine) | {"recipe": "ours / paper [-]"} | ratios)
-    short = f" The paper trains {EPOCHS:,} epochs: this was cut short and says little." * (paper.epochs < EPOCHS)
+    short = f" The paper trains {EPOCHS:,} epochs: this training was cut short." * (paper.epochs < EPOCHS)
     return _table(
         results,
         "recipes",
@@ -250,7 +290,7 @@ def recipe_table(results: CaseResults) -> Table:
 
 
 def rating_table(results: CaseResults) -> Table:
-    """The coupled model's impactor against the solver's, beside answers that know more or less."""
+    """The coupled model's impactor against the solver's, next to answers that use more or less."""
     found, rows = results.coupled_evaluation, []
     for quantity in QUANTITIES:
         cells = {"": quantity}

@@ -1,8 +1,8 @@
 """The contact force on a free obstacle, learned from the histories of training runs.
 
 The solver's penalty law turns micrometres of penetration into kilonewtons; a surrogate errs by millimetres, so the
-force cannot be recomputed from its shape. The shape can say where fabric lies within reach of the body, and which way
-it faces. For each reach d the area vector is
+force cannot be recomputed from its shape. The shape does show where fabric lies within reach of the body,
+and which way it faces. For each reach d the area vector is
 
     a_d = - sum_i A_i exp(-max(0, distance_i) / d) n_i
 

@@ -1,6 +1,6 @@
-"""How good a coupled model is on unseen runs: ratings of ISO/TS 18571, and injury metrics beside the solver's.
+"""Accuracy of a coupled model on unseen runs: ratings of ISO/TS 18571, and injury metrics next to the solver's.
 
-What it answers knows nothing of the deployment in advance. Beside it stand answers that know more, or less:
+The coupled model uses nothing of the deployment in advance. It is compared with answers that use more, or less:
 
 - `TRUE_CONTACT`: the body moves by the same steps under the contact force that the solver recorded, filtered as the
   forces that were learned. What is lost there is lost to steps, sampling and filter, not to bag or law.
@@ -47,7 +47,7 @@ MEAN_MOTION = "mean motion"
 class CoupledEvaluation:
     """Of every unseen run, in the order of `runs`; all along z, the axis of the bag.
 
-    ratings: answer (`COUPLED` and so on; `TRUE_INPUTS` only if it was asked for) -> name of a quantity of `QUANTITIES`
+    ratings: answer (`COUPLED` and so on; `TRUE_INPUTS` only on request) -> name of a quantity of `QUANTITIES`
         -> ratings against the solver
     solver, coupled: injury metrics of both
     seconds: median wall time of one coupled deployment

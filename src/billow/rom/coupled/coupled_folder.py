@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-import io
 import json
 from pathlib import Path
 
-import matplotlib
 import numpy as np
 from matplotlib.figure import Figure
 
-from billow.base.plot_style import STYLE
 from billow.injury.criteria import GRAVITY
 from billow.injury.motion import assess
 from billow.results.atomic import write_atomically
 from billow.results.histories import TIME, column_names, write_histories
 from billow.rom.coupled.coupled_evaluation import injury_record
 from billow.rom.coupled.impactor import ImpactorMotion
+from billow.rom.judge.figures import draw, new_figure
 from billow.rom.surrogate.basis import Z
 
 SHOWN_CLASS = 60
@@ -44,18 +42,15 @@ def write_motion(motion: ImpactorMotion, name: str, folder: str | Path) -> dict:
     write_histories(folder / "motion.csv", columns)
     found = injury_record(assess(motion.times, motion.velocity))
     write_atomically(folder / "injury.json", json.dumps(found, indent=1) + "\n")
-    write_atomically(folder / "motion.svg", draw_motion(motion))
+    write_atomically(folder / "motion.svg", draw(motion_figure, motion))
     return found
 
 
-def draw_motion(motion: ImpactorMotion) -> bytes:
-    """Acceleration, velocity and displacement along the bag's axis as SVG."""
-    with matplotlib.rc_context(STYLE):
-        figure = Figure(figsize=(10.5, 3.2), layout="constrained")
-        plot_motion(figure.subplots(1, 3), motion)
-        text = io.BytesIO()
-        figure.savefig(text, format="svg")
-        return text.getvalue()
+def motion_figure(motion: ImpactorMotion) -> Figure:
+    """Acceleration, velocity and displacement along the bag's axis."""
+    figure, panels = new_figure(10.5, 3.2, 3)
+    plot_motion(panels, motion)
+    return figure
 
 
 def plot_motion(panels, motion: ImpactorMotion, **style) -> None:

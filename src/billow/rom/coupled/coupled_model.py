@@ -1,7 +1,7 @@
 """The surrogate coupled to its own impactor: nothing about the deployment is known in advance.
 
-The ROM paper predicts the bag with the contact forces of the very run it is to predict, and names as future work what
-stands here. Step by step:
+The ROM paper predicts the bag with the contact forces of the run to be predicted, and names this coupling as future
+work. Step by step:
 
     bag(t)  ->  fabric within reach of the body where it now is  ->  contact force  ->  the body moves  ->  t + dt
 
@@ -56,7 +56,7 @@ class Coupled:
 
         progress(epoch, epochs, loss) is called after each epoch.
         Raises InputError E-CPL-003 and E-CPL-004 (no free obstacle, or one that the design does not determine),
-        E-CPL-005 (the surrogate wants forces itself, or histories of runs differ in their times), ResourceError
+        E-CPL-005 (the surrogate needs forces itself, or histories of runs differ in their times), ResourceError
         E-ROM-006 (no PyTorch), NumericalStop E-ROM-014 (training failed).
         """
         runs = surrogate.runs

@@ -1,7 +1,7 @@
-"""The free obstacle of a study: which body a design stands for, how it moved and what pushed it.
+"""The free obstacle of a study: the body of a design, how it moved and the force on it.
 
-A surrogate knows parameters, not cases. What the parameters do to the body (radii, degree, place, attitude, mass,
-speed) is read from the cases of the training runs: each property is an affine function of the design, or it is refused.
+A surrogate has parameters, not cases. How the parameters change the body (radii, degree, place, attitude, mass, speed)
+is read from the cases of the training runs: each property must be an affine function of the design.
 """
 
 from __future__ import annotations

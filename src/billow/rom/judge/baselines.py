@@ -1,4 +1,4 @@
-"""What a surrogate has to beat: answers that need no network."""
+"""Simple answers that a surrogate has to beat."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from billow.rom.surrogate.design_space import to_unit
 BASELINES = MEAN_TRAJECTORY, NEAREST_RUN, RADIAL_BASIS = "mean trajectory", "nearest run", "radial basis functions"
 
 Predict = Callable[[np.ndarray], np.ndarray]
-"""Asked like a surrogate: the displacement [m], (times, nodes, 3), of one design (parameters,) at the trained times."""
+"""As `Surrogate.predict`: the displacement [m], (times, nodes, 3), of one design (parameters,) at the trained times."""
 
 
 def baselines(dataset: Dataset, runs: tuple[str, ...], bases: tuple[Basis, ...]) -> dict[str, Predict]:
     """The answers `BASELINES`, made from `runs`, which are read once, one after the other; none holds more than a run.
 
     - mean trajectory: the same for every design, the mean of all runs at each time
-    - nearest run: of the nearest design, every parameter's range counting as one; read when it is asked for
+    - nearest run: of the nearest design, every parameter's range counting as one; read on demand
     - radial basis functions: from the design to the trajectory of basis coefficients, `radial_basis`
 
     bases: the reduced bases of x, y and z. Raises InputError E-ROM-009 if a run holds a value that is not finite.

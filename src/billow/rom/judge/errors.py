@@ -1,4 +1,4 @@
-"""The error measure of the ROM paper (equation 5) on unseen snapshots, and its two sources.
+"""Errors on unseen snapshots by the ROM paper's measure (equation 5), their two sources, and how intervals cover them.
 
 The basis is orthonormal, so that sums of squares over nodes are sums of squares over modes. Once every unseen shape has
 been projected, the errors of any number of modes follow from coefficients alone: truncation, what the best coefficients
@@ -12,7 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from billow.rom.learn.dataset import Dataset, read_run
 from billow.rom.surrogate.basis import Basis
+from billow.rom.surrogate.surrogate import Surrogate
 
 
 def snapshot_rmse(predicted: np.ndarray, truth: np.ndarray) -> np.ndarray:
@@ -145,3 +147,52 @@ def fit_learning_curve(runs, errors) -> LearningCurve | None:
         return None
     slope, offset = np.polyfit(np.log(runs), np.log(errors), 1)
     return LearningCurve(tuple(map(int, runs)), tuple(errors.tolist()), float(-slope), float(np.exp(offset)))
+
+
+@dataclass(frozen=True)
+class IntervalCheck:
+    """Intervals of one level on unseen runs.
+
+    level: [-]; by_run: [-], (runs, 3), part of each run's values of x, y and z that lie inside
+    half_width: [m], (3,), mean
+    """
+
+    level: float
+    by_run: np.ndarray
+    half_width: np.ndarray
+
+    @property
+    def covered(self) -> np.ndarray:
+        """[-], (3,): part of all values that lie inside."""
+        return self.by_run.mean(axis=0)
+
+    @property
+    def worst_run(self) -> np.ndarray:
+        """[-], (3,): the smallest part of a run's values that lie inside."""
+        return self.by_run.min(axis=0)
+
+
+def check_intervals(surrogate: Surrogate, dataset: Dataset, runs: tuple[str, ...]) -> tuple[IntervalCheck, ...]:
+    """One check for each calibrated level on `runs` of a dataset, read one after the other, twice; empty without
+    intervals.
+
+    A value counts if it can move at all: nodes that are held have no error, would be covered by any interval, and are
+    left out.
+    """
+    if surrogate.intervals is None:
+        return ()
+    levels = surrogate.intervals.levels
+    covered = np.zeros((len(levels), len(runs), 3))
+    width = np.zeros((len(levels), 3))
+    moved = np.zeros((surrogate.nodes, 3), bool)
+    for run in runs:
+        moved |= np.any(read_run(dataset, run) != 0.0, axis=0)
+    moved |= ~moved.any(axis=0)  # a component that never moves counts as it is
+    for row, (run, design) in enumerate(zip(runs, dataset.design(runs), strict=True)):
+        error = np.abs(surrogate.predict(design, extrapolate=True) - read_run(dataset, run))
+        for place, level in enumerate(levels):
+            half = surrogate.half_width(design, level=level, extrapolate=True)
+            for component, nodes in enumerate(moved.T):
+                covered[place, row, component] = (error[:, nodes, component] <= half[:, nodes, component]).mean()
+                width[place, component] += half[:, nodes, component].mean() / len(runs)
+    return tuple(IntervalCheck(float(level), *found) for level, *found in zip(levels, covered, width, strict=True))

@@ -1,4 +1,4 @@
-"""How good a surrogate is on runs it has not seen, and what it is worth against simpler answers."""
+"""Accuracy of a surrogate on unseen runs, compared with simpler answers."""
 
 from __future__ import annotations
 
@@ -9,8 +9,16 @@ import numpy as np
 from billow.base.errors import InputError
 from billow.results.dataset_files import mesh_sha256, same_times
 from billow.rom.judge.baselines import baselines
-from billow.rom.judge.errors import ErrorsByModes, LearningCurve, Summary, fit_learning_curve, project, snapshot_rmse
-from billow.rom.judge.interval_check import IntervalCheck, check_intervals
+from billow.rom.judge.errors import (
+    ErrorsByModes,
+    IntervalCheck,
+    LearningCurve,
+    Summary,
+    check_intervals,
+    fit_learning_curve,
+    project,
+    snapshot_rmse,
+)
 from billow.rom.judge.timing import Timing, measure, training_seconds
 from billow.rom.learn.dataset import Dataset, read_run
 from billow.rom.learn.left_out import LeftOut, left_out
@@ -111,7 +119,7 @@ def evaluate(
     memory: int = DEFAULT_MEMORY,
     progress: Announcement | None = None,
 ) -> Evaluation:
-    """Ask a surrogate for every unseen run of its dataset and compare.
+    """Predict every unseen run of a dataset and compare.
 
     sizes: numbers of training runs (the first ones of the surrogate's own) for which another model is trained with the
         same recipe and epochs, to show errors against runs; default a quarter, half and all for `shared`, none for

@@ -23,7 +23,7 @@ from billow.rom.learn.dataset import Dataset
 from billow.rom.surrogate.basis import COMPONENTS, Z
 
 SOLVER, SURROGATE, OBSTACLE = "#22303c", "#0f9d76", "#c9d2d9"
-AXES = ("#0072b2", "#d55e00", "#0f9d76")  # x, y, z: told apart with any colour vision
+AXES = ("#0072b2", "#d55e00", "#0f9d76")  # x, y, z: distinguishable with any colour vision
 SIZES = ("#8fc1e3", "#2f86c1", "#0a3d62", "#04121f")  # from few runs to many
 MILLI = 1e3
 

@@ -1,4 +1,4 @@
-"""Sentences that the numbers themselves decide: what holds, and what is weak."""
+"""Sentences chosen by the numbers: what the surrogate achieves and where it is weak."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def strongest_baseline(evaluation: Evaluation, component: int) -> str:
 def gain(evaluation: Evaluation, baseline: str, component: int) -> float:
     """By how much the surrogate's mean RMSE is below a baseline's: [-], negative if the baseline is better.
 
-    0 in a component that never moves, which every baseline knows without error.
+    0 in a component that never moves, which every baseline predicts without error.
     """
     known = evaluation.summary(baseline, component).mean
     return 1.0 - evaluation.summary("surrogate", component).mean / known if known else 0.0
@@ -146,7 +146,7 @@ def _learning_curve(evaluation):
         text = f"From {curve.runs[0]} to {curve.runs[-1]} training runs the mean z RMSE went from "
         text += f"{_mm(curve.errors[0])} to {_mm(curve.errors[-1])}, about as runs^-{curve.rate:.2f}. "
         if curve.rate > 0.15:  # doubling gains a tenth
-            yield text + f"If that goes on, {2 * now} runs instead of {now} would bring about {_mm(curve.doubled)}."
+            yield text + f"If this continues, {2 * now} runs instead of {now} would bring about {_mm(curve.doubled)}."
         else:
             yield text + "It has levelled off: more runs like these would help little."
     if now < 100:
@@ -160,17 +160,17 @@ def _coverage(evaluation):
     yield (
         f"{far} of {len(coverage.nearest)} unseen designs are farther from the nearest training design than training "
         f"designs are on average (the farthest {coverage.nearest.max() / coverage.between:.1f} times as far). Every "
-        "unseen design lies inside the trained ranges; nothing here says how the surrogate behaves outside."
+        "unseen design lies inside the trained ranges; the behaviour outside is not measured."
     )
     ranges = zip(evaluation.surrogate.parameters, coverage.ranges, strict=True)
     narrow = [f"{p.label} ({_percent(part)})" for p, part in ranges if part < 0.9]
     if narrow:
-        yield f"Training designs do not cover the whole range of {', '.join(narrow)}: near its ends is guesswork."
+        yield f"Training designs do not cover the whole range of {', '.join(narrow)}: its ends are extrapolations."
 
 
 def _spread(evaluation):
     if evaluation.spread is None:
-        yield "This recipe has one network per coefficient, so it cannot say how unsure it is."
+        yield "This recipe has one network per coefficient, so its uncertainty is not known."
         return
     error = np.square(evaluation.errors["surrogate"]).sum(axis=2)
     expected = np.square(evaluation.spread).sum(axis=2) + np.square(evaluation.errors["truncation"]).sum(axis=2)
@@ -194,8 +194,8 @@ def _intervals(evaluation):
                 for part, width, axis in zip(check.covered, check.half_width, COMPONENTS, strict=True)
             )
             yield (
-                f"Intervals of nominally 90 % hold {parts} of the unseen values. They speak about all values together: "
-                f"of the run they serve worst they hold {_percent(check.worst_run[Z])} in z."
+                f"Intervals of nominally 90 % hold {parts} of the unseen values. They are a "
+                f"statement about all values together: of the worst run they hold {_percent(check.worst_run[Z])} in z."
             )
 
 
@@ -213,7 +213,7 @@ def _left_out(evaluation):
         text = f"Not learned from: {count}, {part} of the design, because {lost.reasons()}."
         if lost.leaning:
             where = " and ".join(f"{label} is {side}" for label, side in lost.leaning.items())
-            text += f" They lie where {where}: the surrogate is biased, and may be blind exactly there."
+            text += f" They lie where {where}: the surrogate is biased, and may be wrong exactly there."
         elif lost.biased:
             text += " What remains is not the design that was drawn: the surrogate may be biased."
         yield text

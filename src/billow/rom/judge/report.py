@@ -1,8 +1,10 @@
-"""report.html: one file with every figure and table, to read, print and pass on."""
+"""An evaluation as files: report.html with every figure and table inside, and metrics.json for other programs."""
 
 from __future__ import annotations
 
 import base64
+import json
+from dataclasses import asdict
 from importlib import resources
 from pathlib import Path
 
@@ -18,10 +20,11 @@ from billow.rom.judge.baselines import BASELINES
 from billow.rom.judge.errors import accuracy
 from billow.rom.judge.evaluate import Evaluation
 from billow.rom.judge.findings import gain, strongest_baseline, verdict, weaknesses
-from billow.rom.judge.metrics_file import write_metrics
+from billow.rom.judge.timing import training_seconds
 from billow.rom.learn.dataset import Dataset
 from billow.rom.surrogate.basis import COMPONENTS, Z
 
+METRICS_FORMAT = 1
 LEDGER_LIMITS = {
     "gas_mass_error": ("mass of the gas, relative", 1e-12),
     "gas_energy_error": ("energy of the gas, relative", 1e-12),
@@ -36,7 +39,8 @@ def write_report(dataset: Dataset, evaluation: Evaluation, folder: str | Path) -
     """
     folder = Path(folder)
     (folder / "figures").mkdir(parents=True, exist_ok=True)
-    write_metrics(folder / "metrics.json", evaluation)
+    text = json.dumps(metrics(evaluation), indent=1, allow_nan=False)
+    write_atomically(folder / "metrics.json", text + "\n")
     pictures = _draw(dataset, evaluation)
     for name, picture in pictures.items():
         write_atomically(folder / "figures" / f"{name}.svg", picture)
@@ -67,7 +71,7 @@ def _draw(dataset, evaluation) -> dict[str, bytes]:
         "singular-values": figures.draw(figures.singular_values, evaluation),
     }
     timing, trained = evaluation.timing, len(evaluation.surrogate.runs)
-    if timing.simulation:  # unknown for runs made elsewhere
+    if timing.simulation:  # unknown for runs of other solvers
         making = {m.runs: m.generation + m.training for m in evaluation.sweep}
         making[trained] = timing.generation + timing.training
         pictures["evaluation-time"] = figures.draw(
@@ -161,3 +165,99 @@ def _ledger(evaluation) -> list[dict]:
                 {"label": label, "worst": values[run], "run": run, "limit": limit, "kept": kept, "of": len(values)}
             )
     return rows
+
+
+def metrics(evaluation: Evaluation) -> dict:
+    """The content of metrics.json; keys name the units."""
+    surrogate, timing, coverage = evaluation.surrogate, evaluation.timing, evaluation.coverage
+    ranges = zip(surrogate.parameters, coverage.ranges.tolist(), strict=True)
+    return {
+        "format": METRICS_FORMAT,
+        "title": surrogate.title,
+        "recipe": surrogate.recipe,
+        "modes": surrogate.modes,
+        "nodes": surrogate.nodes,
+        "train": list(surrogate.runs),
+        "test": list(evaluation.test),
+        "missing": evaluation.missing,
+        "left_out": evaluation.left_out.why,
+        "left_out_leaning": evaluation.left_out.leaning,
+        "reference_length_m": evaluation.reference_length,
+        "times_s": surrogate.times.tolist(),
+        "rmse_m": {name: _by_component(evaluation, name) for name in ("surrogate", *BASELINES)},
+        "split_m": {name: _by_component(evaluation, name) for name in ("truncation", "regression")},
+        "accuracy": {
+            axis: accuracy(evaluation.summary("surrogate", c).mean, evaluation.reference_length)
+            for c, axis in enumerate(COMPONENTS)
+        },
+        "snapshots_rmse_m": {name: _rounded(values) for name, values in evaluation.errors.items()},
+        "snapshots_spread_m": None if evaluation.spread is None else _rounded(evaluation.spread),
+        "intervals": [
+            {
+                "level": check.level,
+                "covered": dict(zip(COMPONENTS, check.covered.tolist(), strict=True)),
+                "covered_by_run": [_six(row) for row in check.by_run.tolist()],
+                "half_width_m": dict(zip(COMPONENTS, check.half_width.tolist(), strict=True)),
+            }
+            for check in evaluation.intervals
+        ],
+        "learning_curve": [
+            {"component": axis, "runs": list(curve.runs), "rmse_m": list(curve.errors), "rate": curve.rate}
+            for axis, curve in zip(COMPONENTS, map(evaluation.learning_curve, range(3)), strict=True)
+            if curve is not None
+        ],
+        "sweep": [
+            {
+                "runs": model.runs,
+                "modes": count,
+                "rmse_m": {axis: asdict(model.errors.summary(c, row)) for c, axis in enumerate(COMPONENTS)},
+                "truncation_m": dict(zip(COMPONENTS, floor.mean(axis=(0, 1)).tolist(), strict=True)),
+                "generation_s": model.generation,
+                "training_s": model.training,
+            }
+            for model in evaluation.sweep
+            for row, (count, floor) in enumerate(zip(model.errors.counts, model.errors.truncation, strict=True))
+        ],
+        "energy_kept": [basis.energy_fraction.tolist() for basis in surrogate.bases],
+        "singular_values_m": [basis.singular_values.tolist() for basis in surrogate.bases],
+        "coverage": {
+            "nearest_training_design": coverage.nearest.tolist(),
+            "between_training_designs": coverage.between if np.isfinite(coverage.between) else None,
+            "part_of_range": {parameter.name: part for parameter, part in ranges},
+        },
+        "timing_s": _seconds(evaluation),
+        "speed_up": timing.speed_up,
+        "break_even_evaluations": timing.break_even,
+        "ledgers": {
+            run: {name: value if np.isfinite(value) else None for name, value in ledger.items()}
+            for run, ledger in evaluation.ledgers.items()
+        },
+        "training": surrogate.training,
+    }
+
+
+def _seconds(evaluation) -> dict:
+    timing, asked = evaluation.timing, evaluation.timing.inference
+    return {
+        "simulation": timing.simulation,
+        "generation": timing.generation,
+        **training_seconds(evaluation.surrogate),
+        "training": timing.training,
+        "inference": asked.whole,
+        "coefficients": asked.networks,
+        "loading": asked.loading,
+        "memcpy": asked.copy,
+    }
+
+
+def _by_component(evaluation, name):
+    return {axis: asdict(evaluation.summary(name, c)) for c, axis in enumerate(COMPONENTS)}
+
+
+def _rounded(values):
+    # Six digits are beyond what any of these numbers means, and keep the file small.
+    return [[_six(time) for time in run] for run in values.tolist()]
+
+
+def _six(row):
+    return [float(f"{value:.6g}") for value in row]

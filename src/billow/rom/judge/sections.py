@@ -39,8 +39,8 @@ def outline(obstacle: dict, x: np.ndarray, z: np.ndarray) -> np.ndarray:
 def obstacles_at(result: Result, time: float) -> list[dict]:
     """The obstacles with an end, all but plates, of a finished run at a time [s], as `outline` takes them.
 
-    A locked one is where the run's record has it; a free one where its histories say (centre and attitude), nearest in
-    time. One whose place is not recorded is left out.
+    The place of a locked one is in the run's record, that of a free one in its histories (nearest time). One whose
+    place is not recorded is left out.
     """
     found = []
     for obstacle in result.record.get("obstacles", []):

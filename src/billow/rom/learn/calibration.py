@@ -81,5 +81,5 @@ def _scores(surrogate: Surrogate, reduction: Reduction, design: np.ndarray, trut
     every = slice(None, None, -(-surrogate.nodes // _MOST_NODES))
     scales = scale(surrogate, reduction.lost_by_time, reduction.lost_by_node, design, surrogate.times, every)
     error = surrogate.predict(design, extrapolate=True)[:, every] - truth[:, every]
-    # A held node would be covered by any interval: it says nothing.
+    # A held node would be covered by any interval, so it does not count.
     return histogram(np.where(np.any(truth[:, every] != 0.0, axis=0), error, np.nan), scales)

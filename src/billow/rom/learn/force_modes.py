@@ -32,7 +32,7 @@ def learn_force_inputs(
     """Force modes from the recorded forces of `runs`, and the inputs of these runs: [-], (runs, times, width).
 
     modes: M of each component; components: letters, such as "z" or "xyz"; memory: [byte], as `force_bases`
-    Raises InputError E-CPL-001 for components that do not exist or never felt a force, E-ROM-007 for a number of
+    Raises InputError E-CPL-001 for components that do not exist or carry no force, E-ROM-007 for a number of
     modes that cannot be made, E-ROM-009 for forces that are not finite.
     """
     chosen = tuple(COMPONENTS.index(letter) for letter in components if letter in COMPONENTS)
@@ -40,7 +40,7 @@ def learn_force_inputs(
         raise _no_component(components, "components are x, y and z, each at most once")
     bases, coefficients, usual = force_bases(dataset, tuple(runs), modes, chosen, seed, memory)
     if None in bases:
-        raise _no_component(COMPONENTS[chosen[bases.index(None)]], "no training run felt a force in it")
+        raise _no_component(COMPONENTS[chosen[bases.index(None)]], "no training run has a force in it")
     learned = [known[:, kept].astype(float) for known, kept in zip(coefficients, usual, strict=True)]
     # A mode that the rank of the data does not reach has coefficients of rounding only.
     least = [1e-6 * basis.singular_values[0] for basis in bases]
@@ -59,7 +59,7 @@ def force_bases(
     dataset: Dataset, runs: tuple[str, ...], modes: int, components: tuple[int, ...], seed: int, memory: int
 ) -> tuple[list[Basis | None], list[np.ndarray | None], np.ndarray]:
     """Of each component: the basis and the coefficients of all snapshots in it, [N], (modes, runs * times), both None
-    if no run felt a force; and which snapshots the bases were made from, (components, runs * times) bool.
+    if no run has a force; and which snapshots the bases were made from, (components, runs * times) bool.
 
     components: index of each; memory: [byte]; snapshots that do not fit, with their copy without outliers, are streamed
     Raises InputError E-ROM-007 for a number of modes that cannot be made, E-ROM-009 for forces that are not finite.

@@ -1,4 +1,4 @@
-"""Which runs of a design nothing was learned from, and whether what remains leans to one side."""
+"""Training runs that were not learned from, and whether leaving them out biases the surrogate."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from scipy.stats import mannwhitneyu
 from billow.rom.learn.dataset import Dataset
 
 FEWEST = 3
-"""Left out runs from which on a common cause is looked for."""
+"""Runs left out before a common cause is looked for."""
 
 BIASED = 0.02
-"""Part of a design that may be left out before it is no longer the design that was drawn."""
+"""Part of a design that may be left out without being called a bias."""
 
 REASONS = 3
-"""Reasons that are told; few runs have more kinds."""
+"""Reasons that are listed; more are rare."""
 
 
 @dataclass(frozen=True)
@@ -32,21 +32,21 @@ class LeftOut:
 
     @property
     def biased(self) -> bool:
-        """True if errors measured on unseen runs may say too little about runs of the kind left out."""
+        """True if errors measured on unseen runs may not hold for runs like those left out."""
         return bool(self.leaning) or self.part > BIASED
 
     def reasons(self) -> str:
         """The most frequent reasons, without their particulars, and how many runs each took."""
         count = Counter(reason.split(";")[0] for reason in self.why.values())
-        told = ", ".join(f"{reason} ({runs})" for reason, runs in count.most_common(REASONS))
-        return told + ", ..." * (len(count) > REASONS)
+        listed = ", ".join(f"{reason} ({runs})" for reason, runs in count.most_common(REASONS))
+        return listed + ", ..." * (len(count) > REASONS)
 
 
 def left_out(dataset: Dataset, learned: tuple[str, ...]) -> LeftOut:
     """What of a dataset's training design is not among the runs `learned` from, because it is missing or in doubt.
 
-    A parameter leans if ranks differ between the runs left out and the others (Mann and Whitney, 5 %, divided by the
-    number of parameters because chance has as many tries).
+    A parameter leans if ranks differ between the runs left out and the others (Mann-Whitney test, 5 % with the
+    Bonferroni correction for the number of parameters).
     """
     why = {run: reason for run, reason in dataset.left_out.items() if run not in learned}
     part = len(why) / max(1, len(dataset.trusted) + len(dataset.left_out))

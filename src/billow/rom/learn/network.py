@@ -92,7 +92,7 @@ def train_paper(
     batch, 15,000 epochs. The paper names neither activation nor output scaling; tanh and standardised outputs here.
 
     hidden, rate: neurons and learning rate, those of the paper's first test case by default
-    checkpoint: where training saves itself and goes on from, with the same bits as without interruption
+    checkpoint: where training saves its state and resumes, with the same bits as without interruption
     """
     epochs = epochs or EPOCHS_PAPER
     outputs = targets.shape[1]
@@ -135,7 +135,7 @@ def _tell(progress: Progress | None, epoch: int, epochs: int, loss: float) -> No
 
 
 def _state(parameters, optimiser) -> dict[str, np.ndarray]:
-    """Everything a full-batch training with Adam consists of; there are no random batches to remember."""
+    """Everything a full-batch training with Adam consists of; there are no random batches."""
     arrays = {}
     for number, parameter in enumerate(parameters):
         arrays[f"value.{number}"] = parameter.detach().numpy().copy()

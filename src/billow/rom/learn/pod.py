@@ -55,7 +55,7 @@ def factor(matrix: np.ndarray, rank: int, seed: int) -> tuple[np.ndarray, np.nda
     not drowned in float32 rounding. NumericalStop E-ROM-013 if a product overflows.
     """
     start = np.random.default_rng(seed).standard_normal((matrix.shape[1], rank), dtype=np.float32)
-    with np.errstate(over="ignore", invalid="ignore"):  # told below: what overflows stays so to the end
+    with np.errstate(over="ignore", invalid="ignore"):  # an overflow stays one to the end and is raised below
         columns = _orthonormal(matrix @ start)
         for _ in range(POWER_ITERATIONS):
             rows = _orthonormal(matrix.T @ columns.astype(np.float32))

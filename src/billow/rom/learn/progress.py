@@ -1,4 +1,4 @@
-"""Progress of long work, told from the inside out: of one training, of several in a row, of pieces with names."""
+"""Progress of long work: of one training, of several in a row, of named pieces."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def stages(progress: Progress | None, count: int) -> Iterator[Progress | None]:
 
 
 class Announcer:
-    """Says what is done next, and turns the progress inside that piece into announcements."""
+    """Announces the next piece of work, and turns the progress inside that piece into announcements."""
 
     def __init__(self, announce: Announcement | None, total: int):
         self._announce, self._done, self._total = announce or (lambda done, total, what: None), 0, total

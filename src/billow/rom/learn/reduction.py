@@ -16,12 +16,12 @@ DEFAULT_MEMORY = 4 * 2**30
 """[byte] Snapshots larger than this are read block by block; 1,400 runs of 50 times and 5,000 nodes fit in."""
 
 BLOCK_SHARE = 4
-"""A block is at most this part of the memory: beside it stand the copies that reading and factoring make of it."""
+"""A block is at most this part of the memory: the rest holds the copies that reading and factoring make of it."""
 
 
 @dataclass(frozen=True, eq=False)
 class Reduction:
-    """What networks learn from, and what the bases cannot say.
+    """What networks learn from, and what the bases cannot represent.
 
     bases: of x, y and z; coefficients: [m], (runs, times, components, modes) float32
     design: (runs, parameters) float64; times: [s], (times,); runs: names
@@ -44,7 +44,7 @@ class Reduction:
     pod_cpu_seconds: float
 
     def cut(self, modes: int) -> Reduction:
-        """The same with the first `modes` modes only, as if no more had been asked for.
+        """The same with the first `modes` modes only, as if reduced to that many.
 
         Over the snapshots a basis was made from, coefficients of different modes are uncorrelated (they are the right
         singular vectors of paper equation 2), so what each cut mode leaves outside adds up.

@@ -1,4 +1,4 @@
-"""The next runs to make: where the surrogate is least sure, and nothing near has been simulated."""
+"""The next runs to make: where the surrogate is most uncertain and no run is near."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ POWER = 4
 """Of the uncertainty, as a weight. 12 runs added to 30 of a synthetic bag, z RMSE of 40 unseen runs in mm (mean, 90th
 percentile, worst run; three trainings each): power 1: 2.59, 4.97, 5.84; 2: 2.64, 5.01, 6.29; 4: 2.43, 4.57, 4.67; 8:
 2.78, 5.40, 5.67; four Latin hypercubes of 12 instead: 2.42 to 2.68, 4.72 to 5.48, 5.16 to 6.17. So the gain over more
-of the same is in the tail rather than the mean, and small."""
+runs of the same design is small, and in the tail rather than the mean."""
 
 CANDIDATES = 2_048
 _AT_ONCE = 64
 
 
 def suggest(surrogate: Surrogate, count: int, known: np.ndarray, seed: int = 0) -> np.ndarray:
-    """Designs worth simulating next, most wanted first: (count, parameters), in each parameter's unit.
+    """Designs to simulate next, most useful first: (count, parameters), in each parameter's unit.
 
     known: (runs, parameters), every design made or planned, unseen ones too
 
-    Candidates are a scrambled Sobol sequence over the trained ranges. Each stands for its surroundings with a power of
+    Candidates are a scrambled Sobol sequence over the trained ranges. Each represents its surroundings with a power of
     its uncertainty, the ensemble's spread (root mean square over nodes, times and components), times its distance to
     the nearest design known or chosen. The next design is the candidate that lowers the sum of these most (greedy
-    weighted k-medians). Taking the least sure, or the least sure and farthest, candidate instead ends in corners, from
+    weighted k-medians). Taking the most uncertain candidate, or the most uncertain and farthest, ends in corners, from
     which little of the space is learned. Same surrogate, known designs and seed: same rows.
     Raises InputError E-ROM-021 if count is below 1 or the surrogate has no ensemble.
     """
@@ -42,14 +42,14 @@ def suggest(surrogate: Surrogate, count: int, known: np.ndarray, seed: int = 0) 
         )
     parameters = surrogate.parameters
     unit = qmc.Sobol(len(parameters), rng=seed).random(CANDIDATES)
-    unsure = uncertainty(surrogate, from_unit(unit, parameters))
+    uncertain = uncertainty(surrogate, from_unit(unit, parameters))
     nearest = np.full(len(unit), np.sqrt(len(parameters)))  # the diagonal: nothing is farther
     for point in to_unit(np.reshape(known, (-1, len(parameters))), parameters):
         nearest = np.minimum(nearest, np.linalg.norm(unit - point, axis=1))
     between = cdist(unit, unit)
     chosen = []
     for _ in range(count):
-        best = int((np.maximum(nearest - between, 0.0) @ unsure**POWER).argmax())
+        best = int((np.maximum(nearest - between, 0.0) @ uncertain**POWER).argmax())
         chosen.append(best)
         nearest = np.minimum(nearest, between[best])
     return from_unit(unit[chosen], parameters)

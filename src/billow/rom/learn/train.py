@@ -185,7 +185,7 @@ def _input_scaling(dataset: Dataset, networks: str) -> InputScaling:
     if networks not in ACTIVATIONS:
         raise InputError(
             "E-ROM-008",
-            f"there is no recipe {networks!r}",
+            f"unknown recipe {networks!r}",
             where="recipe",
             why=f"recipes are {' and '.join(ACTIVATIONS)}",
             remedy='use recipe "shared"',

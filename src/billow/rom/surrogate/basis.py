@@ -1,4 +1,4 @@
-"""A reduced basis: a few shapes whose weighted sums stand for all displacements."""
+"""A reduced basis: a few shapes whose weighted sums represent all displacements."""
 
 from __future__ import annotations
 

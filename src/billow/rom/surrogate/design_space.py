@@ -1,4 +1,4 @@
-"""The design space a surrogate was trained on: is a question inside it, and how far from the training designs?"""
+"""The design space of a surrogate: whether a design lies inside, and how far from the training designs."""
 
 from __future__ import annotations
 
@@ -114,15 +114,15 @@ class Standing:
 
     def warnings(self) -> list[str]:
         """Sentences for people; none if the design lies among the trained ones."""
-        told = []
+        sentences = []
         if self.outside:
-            told.append(f"{', '.join(self.outside)} outside the trained range: this answer has no support in the data")
+            sentences.append(f"{', '.join(self.outside)} outside the trained range: no support in the data")
         if self.isolated:
-            told.append(
+            sentences.append(
                 f"the nearest training design is {self.nearest / self.usual:.1f} times as far away as training designs "
                 "are from each other on average, farther than any of them: the answer is less certain than its interval"
             )
-        return told
+        return sentences
 
 
 def standing(design: np.ndarray, designs: np.ndarray, parameters: tuple[Parameter, ...]) -> Standing:

@@ -1,4 +1,4 @@
-"""How far an answer may be off: intervals that hold what the solver would have said, at a stated level.
+"""How far an answer may be off: intervals that contain the value of the solver, at a stated level.
 
 Each predicted value has a scale of its own: the disagreement of the ensemble there and what the basis cannot represent,
 

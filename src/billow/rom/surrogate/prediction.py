@@ -14,7 +14,7 @@ from billow.rom.surrogate.basis import COMPONENTS
 from billow.rom.surrogate.surrogate import Surrogate
 
 LEVEL = 0.9
-"""Of the intervals that are told and written."""
+"""Of the intervals that are printed and written."""
 
 
 def describe_surrogate(surrogate: Surrogate) -> str:
@@ -26,10 +26,10 @@ def describe_surrogate(surrogate: Surrogate) -> str:
 
 
 def write_prediction(surrogate: Surrogate, design: dict, out: Path | None, extrapolate: bool) -> str:
-    """Predict one deployment and say how far it can be trusted; returns lines for the user.
+    """Predict one deployment with its trust; returns lines for the user.
 
     With `out` (.vtkhdf) the deployment is written there, with the half width of its interval at every node if there is
-    one, and what was said of it beside it, as OUT.json.
+    one, and its trust next to it, as OUT.json.
     Raises InputError of `Surrogate.predict`, E-CLI-004 if `out` exists.
     """
     displacement = surrogate.predict(design, extrapolate=extrapolate)
@@ -39,8 +39,8 @@ def write_prediction(surrogate: Surrogate, design: dict, out: Path | None, extra
     trust = trust_of(surrogate, design, widths)
     if out is not None:
         _write(surrogate, displacement, widths, out)
-        said = {"design": design, "largest_height_m": float(top.max()), **trust}
-        write_atomically(out.with_name(out.name + ".json"), json.dumps(said, indent=1, allow_nan=False) + "\n")
+        told = {"design": design, "largest_height_m": float(top.max()), **trust}
+        write_atomically(out.with_name(out.name + ".json"), json.dumps(told, indent=1, allow_nan=False) + "\n")
         summary = f"{out}: {len(displacement)} frames, {summary}"
     return "\n".join([summary, *describe_trust(trust)])
 
@@ -74,7 +74,7 @@ def describe_trust(trust: dict) -> list[str]:
     start, end = (1e3 * time for time in trust["trained_times_s"])
     lines, standing, interval = [], trust["standing"], trust["interval"]
     if standing is None:
-        lines.append("where the design stands among the trained ones is not known: the file does not say")
+        lines.append("where the design lies among the trained ones is not known: the file does not hold them")
     else:
         inside = "outside" if standing["outside_trained_range"] else "inside"
         nearest = standing["distance_to_nearest_training_design"]

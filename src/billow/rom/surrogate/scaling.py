@@ -17,7 +17,7 @@ class InputScaling:
     low, high: [as the parameters], (parameters,) float64, the ranges of the design of experiments
     start, end: [s], first and last trained time
     recipe: "shared": design in [-1, 1], t in [0, 1] with sines and cosines; "paper": design and t in [0, 1]
-    further: number of inputs beside design and time, each about [0, 1] (`force_inputs`)
+    further: number of inputs besides design and time, each about [0, 1] (`force_inputs`)
     """
 
     low: np.ndarray
@@ -48,7 +48,7 @@ class InputScaling:
     def __call__(self, design: np.ndarray, times: np.ndarray, further: np.ndarray | None = None) -> np.ndarray:
         """Every design at every time: (runs, parameters), (times,) -> (runs * times, width) float32.
 
-        further: [-], (runs, times, further), the inputs beside design and time
+        further: [-], (runs, times, further), the inputs besides design and time
         """
         features = np.empty((len(design), len(times), self.width), np.float32)
         known = self.width - self.further
@@ -94,7 +94,7 @@ class OutputScaling:
             at_time = squares.mean(axis=0).max(axis=-1)  # (times, components)
             deviation = np.sqrt(np.maximum(at_time, 1e-4 * overall))[:, :, None]
             deviation = np.broadcast_to(deviation, wide.shape[1:])
-        # An output that never changes stays what it is, whatever the networks say of it.
+        # An output that never changes stays constant, whatever the networks answer.
         deviation = np.maximum(deviation, max(1e-9 * np.abs(wide).max(), 1e-30))
         return cls(times, *(values.reshape(len(times), -1).astype(np.float32) for values in (mean, deviation)))
 

@@ -36,7 +36,7 @@ class Surrogate:
     reference: [m], (nodes, 3) float32, the start shape; triangles: (triangles, 3) int64
     bases: the reduced bases of x, y and z; regression: the networks
     training: how it was made: runs, seed, epochs, seconds, versions
-    forces: what it makes of contact forces of the time before; None if it needs none
+    forces: how contact forces of the previous time become inputs; None if it needs none
     designs: (runs, parameters) float64, what it was trained on; intervals: how far answers may be off, None if not
         calibrated
     """
@@ -97,7 +97,7 @@ class Surrogate:
         The array is a view of (runs, 3, times, nodes) memory: one component of one snapshot is contiguous.
         Raises InputError E-ROM-001 (names, shape or values of the design), E-ROM-002 (a parameter outside its trained
         range), E-ROM-003 (a time outside), E-CPL-002 (forces missing, too many or of another shape). `extrapolate=True`
-        lifts E-ROM-002 and E-ROM-003; nothing vouches for such an answer.
+        lifts E-ROM-002 and E-ROM-003; such an answer has no support in the data.
         """
         rows, times, further, single = self._question(design, times, extrapolate, previous_forces)
         # Copied into the order of the product, which otherwise takes a third longer.
@@ -156,7 +156,7 @@ class Surrogate:
         """How far `predict` may be off: [m], (times, nodes, 3) float32; (runs, times, nodes, 3) for many designs.
 
         The solver's value lies within prediction +- half width for a part `level` of all values of unseen designs from
-        the trained ranges, component by component (`intervals` says how that is found). It is a statement about many
+        the trained ranges, component by component (how: `intervals`). It is a statement about many
         values together: at one moment of one design most values may lie outside.
 
         level: one of `intervals.LEVELS`; other arguments and errors as `predict`. InputError E-ROM-017 if the surrogate

@@ -101,7 +101,7 @@ def surrogate_fields(tensors: dict[str, np.ndarray], record: dict) -> dict:
         raise ValueError(f"recipe {recipe!r}")
     title, training = record["title"], record["training"]
     if not isinstance(title, str) or not isinstance(training, dict) or not isinstance(training.get("runs"), list):
-        raise ValueError("it does not say what it was trained on")
+        raise ValueError("its training runs are missing")
     parameters = tuple(map(parameter_of, record["parameters"]))
     low, high = bounds(parameters)
     if not (low < high).all():
