@@ -76,6 +76,32 @@ def test_a_run_is_a_mesh(tmp_path):
     assert shape.surface.triangles_of("front").tolist() == [0, 1]
 
 
+def test_a_binary_file_whose_points_have_fields_too(files, tmp_path):
+    text = read_mesh(files["start"])
+    nodes, cells = len(text.points), len(text.cells)
+    arrays = [
+        (f"POINTS {nodes} double", text.points, ">f8"),
+        (f"CELLS {cells} {5 * cells}", np.insert(text.cells, 0, 4, axis=1), ">i4"),
+        (f"CELL_TYPES {cells}", np.full(cells, 9), ">i4"),
+        (f"CELL_DATA {cells}\nFIELD FieldData 2\nother 2 {cells} float", np.full((cells, 2), 7.0), ">f4"),
+        (f"part 1 {cells} int", text.part, ">i4"),
+        (f"POINT_DATA {nodes}\nVECTORS velocity float", text.points, ">f4"),
+        ("SCALARS part int 1\nLOOKUP_TABLE default", np.full(nodes, 7), ">i4"),
+    ]
+    path = tmp_path / "binary.vtk"
+    head = b"# vtk DataFile Version 3.0\na bag\nBINARY\nDATASET UNSTRUCTURED_GRID\n"
+    path.write_bytes(head + b"".join(f"{h}\n".encode() + a.astype(kind).tobytes() + b"\n" for h, a, kind in arrays))
+    binary = read_mesh(path)
+    for name in ("points", "cells", "part"):
+        np.testing.assert_array_equal(getattr(binary, name), getattr(text, name))
+
+
+def test_a_file_that_names_more_cells_than_it_lists_ends_at_once(files):
+    start = Path(files["start"])
+    start.write_text(start.read_text().replace("CELLS 72 360\n4 0", "CELLS 999999999999 360\n-1 0"))
+    assert refusal(files).code == "E-GEO-030"
+
+
 @pytest.mark.parametrize(
     ("spoil", "code"),
     [

@@ -6,7 +6,7 @@ import itertools
 from dataclasses import dataclass
 from typing import Annotated, Any
 
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, model_validator
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, create_model, model_validator
 from pydantic_core import PydanticCustomError
 
 from billow.base.units import other_scales, to_si
@@ -86,32 +86,30 @@ def unit_of(field) -> Documented | None:
     return next((m for m in field.metadata if isinstance(m, Documented)), None)
 
 
-def curve(unit: str, low: float, high: float) -> Any:
-    """A piecewise linear curve against time: {time = [s, ...], value = [unit, ...]}."""
-    value_type = quantity(unit, low, high)
-    time_type = quantity("s", 0.0, 10.0)
-
-    class Curve(Strict):
-        time: tuple[time_type, ...]
-        value: tuple[value_type, ...]
-
-        @model_validator(mode="after")
-        def _check(self):
-            require_curve("time", "s", self.time, self.value)
-            return self
-
-    Curve.__name__ = Curve.__qualname__ = f"Curve[{unit}]"
-    return Curve
+AXES = {"time": ("s", quantity("s", 0.0, 10.0)), "pressure": ("Pa", quantity("Pa", -1e6, 1e7))}
+"""What curves run against: its unit, and the type of its points."""
 
 
-def require_curve(axis: str, unit: str, points: tuple[float, ...], value: tuple[float, ...]) -> None:
-    """Refuse a curve of fewer than two points, of lists of different length, or whose axis does not increase."""
-    if len(points) < 2:
-        raise refused(f"a curve needs at least two points; this one has {len(points)}", kind="curve")
-    if len(points) != len(value):
-        raise refused(
-            f"{axis} has {len(points)} points and value has {len(value)}; they must be equally many", kind="curve"
-        )
-    for before, after in itertools.pairwise(points):
-        if after <= before:
-            raise refused(f"{axis}s must increase; {after} {unit} follows {before} {unit}", kind="curve")
+def curve(unit: str, low: float, high: float, axis: str = "time") -> Any:
+    """A piecewise linear curve against time or pressure: {time = [s, ...], value = [unit, ...]}."""
+    axis_unit, axis_type = AXES[axis]
+
+    def check(self):
+        points, value = getattr(self, axis), self.value
+        if len(points) < 2:
+            raise refused(f"a curve needs at least two points; this one has {len(points)}", kind="curve")
+        if len(points) != len(value):
+            reason = f"{axis} has {len(points)} points and value has {len(value)}; they must be equally many"
+            raise refused(reason, kind="curve")
+        for before, after in itertools.pairwise(points):
+            if after <= before:
+                reason = f"{axis}s must increase; {after} {axis_unit} follows {before} {axis_unit}"
+                raise refused(reason, kind="curve")
+        return self
+
+    return create_model(
+        f"Curve[{unit}]" if axis == "time" else f"Curve[{unit}, against {axis}]",
+        __base__=Strict,
+        __validators__={"check": model_validator(mode="after")(check)},
+        **{axis: (tuple[axis_type, ...], ...), "value": (tuple[quantity(unit, low, high), ...], ...)},
+    )

@@ -1,13 +1,12 @@
-"""Reading triangles and quads with their parts from VTKHDF files and from VTK legacy text files.
+"""Reading triangles and quads with their parts from VTKHDF files and from VTK legacy files.
 
-VTKHDF is what Billow writes and what ParaView reads and writes; VTK legacy text is what nearly every other program can
+VTKHDF is what Billow writes and what ParaView reads and writes; VTK legacy is what nearly every other program can
 write. Both are read with checks of every size before anything is read or made, and nothing in a file is executed.
 Formats: docs.vtk.org, "VTKHDF format specification" and "VTK file formats, simple legacy formats".
 """
 
 from __future__ import annotations
 
-import itertools
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,11 +14,10 @@ import h5py
 import numpy as np
 
 from billow.base.errors import InputError
+from billow.geometry.vtk_legacy import QUAD, TRIANGLE, read_legacy
 
 LARGEST_FILE = 2_000_000_000  # bytes; a frame of a million triangles takes 50 MB
 MOST_CELLS = 2_000_000
-TRIANGLE, QUAD = 5, 9
-"""VTK's numbers for kinds of cells."""
 
 SUFFIXES = (".vtkhdf", ".hdf", ".vtk")
 
@@ -102,48 +100,7 @@ def _read_vtkhdf(path: Path, part_field: str, frame: int):
 
 
 def _read_legacy(path: Path, part_field: str, frame: int):
-    """ASCII only; versions up to 4 list each cell with its size, version 5 has offsets."""
-    lines = path.read_text(encoding="ascii", errors="strict").split("\n", 4)
-    if len(lines) < 5 or not lines[0].startswith("# vtk DataFile") or lines[2].strip().upper() != "ASCII":
-        raise ValueError("it is not a VTK legacy file in ASCII")
-    if lines[3].split() not in (["DATASET", "UNSTRUCTURED_GRID"], ["DATASET", "POLYDATA"]):
-        raise ValueError("its dataset is neither UNSTRUCTURED_GRID nor POLYDATA")
-    words = lines[4].split()
-    at = {word: k for k, word in reversed(list(enumerate(words))) if word.isupper() or word == part_field}
-
-    def numbers(start: int, count: int, kind=float) -> np.ndarray:
-        if not 0 <= count <= 20 * MOST_CELLS or start + count > len(words):
-            raise ValueError("it ends too early, or names too many items")
-        return np.array(words[start : start + count], dtype=kind)
-
-    nodes = int(words[at["POINTS"] + 1])
-    points = numbers(at["POINTS"] + 3, 3 * nodes).reshape(nodes, 3)
-    head = at["CELLS"] if "CELLS" in at else at["POLYGONS"]
-    count, size = int(words[head + 1]), int(words[head + 2])
-    if "OFFSETS" in at:
-        offsets = numbers(at["OFFSETS"] + 2, count, np.int64)
-        count -= 1
-        connectivity = numbers(at["CONNECTIVITY"] + 2, size, np.int64)
-    else:
-        listed = numbers(head + 3, size, np.int64).tolist()
-        starts = [0]
-        for _ in range(count):
-            starts.append(starts[-1] + listed[starts[-1]] + 1)
-        connectivity = np.array([v for a, b in itertools.pairwise(starts) for v in listed[a + 1 : b]])
-        offsets = np.array(starts) - np.arange(count + 1)
-    if "CELL_TYPES" in at:
-        types = numbers(at["CELL_TYPES"] + 2, count, np.int64)
-    else:
-        types = np.where(np.diff(offsets) == 3, TRIANGLE, np.where(np.diff(offsets) == 4, QUAD, 7))
-    part = np.zeros(count)
-    if part_field in at and "CELL_DATA" in at and at[part_field] > at["CELL_DATA"]:
-        start = at[part_field] + 1
-        if words[at[part_field] - 1] == "SCALARS":  # SCALARS name type [components] LOOKUP_TABLE table
-            start = next(k for k in range(start, start + 6) if words[k] == "LOOKUP_TABLE") + 2
-        else:  # a field array: name components tuples type
-            start += 3
-        part = numbers(start, count)
-    return points, offsets, connectivity, types, part, {}
+    return *read_legacy(path.read_bytes(), part_field), {}
 
 
 def _require_sound(path: Path, points, offsets, connectivity, types, part, part_field) -> None:

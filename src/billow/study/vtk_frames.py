@@ -1,24 +1,22 @@
 """Points and triangles of one VTK file, without VTK: legacy .vtk, and XML .vtu and .vtp.
 
-Formats as in "VTK File Formats" (docs.vtk.org, version 9): legacy POLYDATA and UNSTRUCTURED_GRID, ASCII or binary,
-cells in the layout before or since version 5; XML with ascii, binary or appended arrays, uncompressed or zlib.
-Quadrilaterals are cut into two triangles; other cells are refused.
+Formats as in "VTK File Formats" (docs.vtk.org, version 9): legacy as in `billow.geometry.vtk_legacy`; XML with ascii,
+binary or appended arrays, uncompressed or zlib. Quadrilaterals are cut into two triangles; other cells are refused.
 """
 
 from __future__ import annotations
 
 import base64
 import binascii
-import re
 import zlib
 from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
 
+from billow.geometry.vtk_legacy import QUAD, TRIANGLE, read_legacy
+
 SUFFIXES = (".vtk", ".vtu", ".vtp")
-_TRIANGLE, _QUAD = 5, 9
-_LEGACY_TYPES = {"float": "f4", "double": "f8", "int": "i4", "vtktypeint32": "i4", "long": "i8", "vtktypeint64": "i8"}
 _XML_TYPES = {
     **{
         f"{kind}{bits}": f"{letter}{bits // 8}"
@@ -37,10 +35,11 @@ def read_vtk(path: Path) -> tuple[np.ndarray, np.ndarray]:
     """
     content = path.read_bytes()
     try:
-        points, offsets, nodes = (_legacy if path.suffix == ".vtk" else _xml)(content)
-        points = np.asarray(points, float).reshape(-1, 3)
+        points, offsets, nodes, types = read_legacy(content)[:4] if path.suffix == ".vtk" else _xml(content)
     except (IndexError, KeyError, AttributeError, TypeError, zlib.error, binascii.Error) as error:
         raise ValueError(f"it is cut short or not the VTK file that its name says ({error})") from error
+    if types is not None and not np.isin(types, (TRIANGLE, QUAD)).all():
+        raise ValueError("it has cells that are neither triangles nor quadrilaterals")
     return points, _triangles(np.asarray(offsets, np.int64), np.asarray(nodes, np.int64))
 
 
@@ -54,81 +53,6 @@ def _triangles(offsets: np.ndarray, nodes: np.ndarray) -> np.ndarray:
     halves = nodes[first[quads, None] + np.array([0, 2, 3])]
     order = np.argsort(np.concatenate([2 * np.arange(len(first)), 2 * np.flatnonzero(quads) + 1]), kind="stable")
     return np.concatenate([whole, halves])[order]
-
-
-class _Legacy:
-    """The words and arrays of a legacy file, one after the other."""
-
-    def __init__(self, content: bytes):
-        lines = content.split(b"\n", 3)
-        self.binary = lines[2].strip().upper() == b"BINARY"
-        self.content, self.place = content, len(content) - len(lines[3])
-
-    def line(self) -> list[str] | None:
-        while self.place < len(self.content):
-            end = self.content.find(b"\n", self.place)
-            end = len(self.content) if end < 0 else end
-            words = self.content[self.place : end].decode("ascii", "replace").split()
-            self.place = end + 1
-            if words:
-                return words
-        return None
-
-    def array(self, count: int, kind: str) -> np.ndarray:
-        dtype = np.dtype(">" + _LEGACY_TYPES[kind.lower()])
-        if self.binary:
-            end = self.place + count * dtype.itemsize
-            if end > len(self.content):
-                raise ValueError("it is cut short")
-            values = np.frombuffer(self.content, dtype, count, self.place)
-            self.place = end
-            return values
-        words = re.compile(rb"\s*(\S+)")
-        values = []
-        for _ in range(count):
-            found = words.match(self.content, self.place)
-            values.append(float(found.group(1)))
-            self.place = found.end()
-        return np.array(values).astype(dtype)
-
-
-def _legacy(content: bytes):
-    file, points, cells, types = _Legacy(content), None, None, None
-    while (words := file.line()) is not None:
-        match words[0].upper():
-            case "DATASET" if words[1].upper() not in ("POLYDATA", "UNSTRUCTURED_GRID"):
-                raise ValueError(f"its dataset is {words[1]}; POLYDATA and UNSTRUCTURED_GRID can be read")
-            case "POINTS":
-                points = file.array(3 * int(words[1]), words[2])
-            case "CELLS" | "POLYGONS":
-                cells = _legacy_cells(file, int(words[1]), int(words[2]))
-            case "CELL_TYPES":
-                types = file.array(int(words[1]), "int")
-            case "POINT_DATA" | "CELL_DATA":
-                break
-    if points is None or cells is None:
-        raise ValueError("it has no points or no cells")
-    if types is not None and not np.isin(types, (_TRIANGLE, _QUAD)).all():
-        raise ValueError("it has cells that are neither triangles nor quadrilaterals")
-    return points, *cells
-
-
-def _legacy_cells(file: _Legacy, count: int, size: int):
-    begin = file.place
-    words = file.line()
-    if words and words[0].upper() == "OFFSETS":  # since version 5: count is that of offsets, size that of node numbers
-        offsets = file.array(count, words[1])
-        words = file.line()
-        return offsets, file.array(size, words[1])
-    file.place = begin
-    rows = file.array(size, "int").astype(np.int64)
-    offsets, nodes, place = [0], [], 0
-    for _ in range(count):
-        corners = int(rows[place])
-        nodes.append(rows[place + 1 : place + 1 + corners])
-        offsets.append(offsets[-1] + corners)
-        place += 1 + corners
-    return offsets, np.concatenate(nodes)
 
 
 def _xml(content: bytes):
@@ -159,9 +83,8 @@ def _xml(content: bytes):
     points = reader.read(piece.find("Points/DataArray"))
     cells = piece.find("Cells") if piece.find("Cells") is not None else piece.find("Polys")
     arrays = {array.get("Name"): reader.read(array) for array in cells.findall("DataArray")}
-    if "types" in arrays and not np.isin(arrays["types"], (_TRIANGLE, _QUAD)).all():
-        raise ValueError("it has cells that are neither triangles nor quadrilaterals")
-    return points, np.concatenate([[0], arrays["offsets"]]), arrays["connectivity"]
+    offsets = np.concatenate([[0], arrays["offsets"]])
+    return np.asarray(points, float).reshape(-1, 3), offsets, arrays["connectivity"], arrays.get("types")
 
 
 class _Arrays:

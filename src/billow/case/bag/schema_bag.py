@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Literal
+from typing import ClassVar, Literal
 
 from billow.case.gas.factor import over_either, over_time
 from billow.case.quantity import Strict, quantity, whole
@@ -142,6 +142,8 @@ class WarpAngle(Strict):
 class PanelBag(Strict):
     """Settings common to bags of two sewn panels."""
 
+    size_key: ClassVar[str]
+    """The key that determines the size of the bag."""
     element_size: quantity("m", 5e-4, 0.2) = 0.010
     """Approximate edge length of the triangles."""
     mouth_radius: quantity("m", 5e-3, 1.0) = 0.05
@@ -160,6 +162,7 @@ class DriverBag(PanelBag):
 
     shape: Literal["driver"] = "driver"
     """driver"""
+    size_key: ClassVar[str] = "bag.diameter"
     diameter: quantity("m", 0.05, 5.0) = 0.70
     """Diameter of the flat panels."""
     reinforcements: tuple[Reinforcement, ...] = ()
@@ -171,11 +174,6 @@ class DriverBag(PanelBag):
         """[m^2], of one flat panel."""
         return 0.25 * math.pi * self.diameter**2
 
-    @property
-    def size_key(self) -> str:
-        """The key that decides how large the bag is."""
-        return "bag.diameter"
-
 
 class SquareBag(PanelBag):
     """Two square panels sewn at the edges, lying flat on the plane z = 0, mouth in the middle of the rear panel
@@ -183,6 +181,7 @@ class SquareBag(PanelBag):
 
     shape: Literal["square"]
     """square"""
+    size_key: ClassVar[str] = "bag.side"
     side: quantity("m", 0.05, 5.0) = 0.60
     """Side of the flat panels."""
     reinforcements: tuple[Reinforcement, ...] = ()
@@ -193,11 +192,6 @@ class SquareBag(PanelBag):
     def panel_area(self) -> float:
         """[m^2], of one flat panel."""
         return self.side**2
-
-    @property
-    def size_key(self) -> str:
-        """The key that decides how large the bag is."""
-        return "bag.side"
 
 
 class Openings(Strict):
@@ -216,6 +210,7 @@ class RectangularBag(PanelBag):
 
     shape: Literal["rectangular"]
     """rectangular"""
+    size_key: ClassVar[str] = "bag.length"
     length: quantity("m", 0.05, 10.0) = 1.20
     """Length of the flat panels, along x."""
     width: quantity("m", 0.05, 5.0) = 0.40
@@ -234,8 +229,3 @@ class RectangularBag(PanelBag):
     def panel_area(self) -> float:
         """[m^2], of one flat panel."""
         return self.length * self.width
-
-    @property
-    def size_key(self) -> str:
-        """The key that decides how large the bag is."""
-        return "bag.length"

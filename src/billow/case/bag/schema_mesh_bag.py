@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import AfterValidator, field_validator
 
@@ -58,11 +58,12 @@ class MeshStrap(StrapCloth):
 
 
 class MeshBag(Strict):
-    """Bag of any shape, read from a mesh of triangles and quads (.vtkhdf, or .vtk in ASCII). Strain is measured against
+    """Bag of any shape, read from a mesh of triangles and quads (.vtkhdf or .vtk). Strain is measured against
     the reference, the pieces of fabric before sewing."""
 
     shape: Literal["mesh"]
     """mesh"""
+    size_key: ClassVar[str] = "bag.unit"
     start: Text
     """File of the start shape; normals point out of the bag. Relative to the case file."""
     reference: Text = ""
@@ -83,11 +84,6 @@ class MeshBag(Strict):
     """Nodes that are fixed, counted from 0."""
     vents: VentFlow = VentFlow()
     straps: tuple[MeshStrap, ...] = ()
-
-    @property
-    def size_key(self) -> str:
-        """The key that decides how large the bag is."""
-        return "bag.unit"
 
     @field_validator("parts")
     @classmethod
