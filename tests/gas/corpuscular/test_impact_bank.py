@@ -28,7 +28,7 @@ def test_hits_are_added_in_order_and_keep_their_impulse():
 
 
 def test_smoothed_pressure_and_mass_flux_settle_at_those_of_the_gas():
-    """p = n m c^2, incident flux n m cbar / 4 of a Maxwell gas; noise 1.13 / sqrt(hits) (physics notes, T16, T19)."""
+    """p = n m c^2, incident flux n m cbar / 4 of a Maxwell gas; noise 1.13 / sqrt(hits) (cases T16, T19)."""
     rng = np.random.default_rng(2)
     triangles, positions, _, _ = box()
     n, c, dt = 40_000, 400.0, 1e-4

@@ -11,14 +11,14 @@ from functools import cached_property
 
 import numpy as np
 
-from billow.base.compiled import scalar
 from billow.geometry.chambers import OUTSIDE, Chambers
 from billow.parts.gas.gas_model import Bag, ChamberTotals, GasTotals
 from billow.parts.gas.supply.ambient import Ambient, InitialGas
 from billow.parts.gas.supply.curve import interpolate
 from billow.parts.gas.supply.inflator import Inflator, InflowTable
 from billow.parts.gas.supply.jets import UPDATE_INTERVAL, JetPattern, Jets, add_jet_force, aim, power_of_last_force
-from billow.parts.gas.supply.mixture import mixture_cp, mixture_enthalpy, mixture_gas_constant
+from billow.parts.gas.supply.mixture import mixture_enthalpy, mixture_gas_constant
+from billow.parts.gas.supply.outflow import jet_speed
 from billow.parts.gas.supply.passages import FABRIC, NO_PASSAGES, Passages
 from billow.parts.gas.uniform.chamber_step import (
     ALL_HEAT,
@@ -271,12 +271,3 @@ class UniformPressure:
 def _replace(pattern: JetPattern, new: JetPattern) -> None:
     """Give a pattern of the state the contents of another."""
     pattern.triangles, pattern.share, pattern.seen, pattern.force = new.triangles, new.share, new.seen, new.force
-
-
-@scalar
-def jet_speed(table, mass_fractions, temperature):
-    """Speed [m/s] of a choked jet from total temperature [K]: sqrt(2 g/(g+1) R T)."""
-    gas_constant = mixture_gas_constant(table, mass_fractions)
-    cp = mixture_cp(table, mass_fractions, temperature)
-    gamma = cp / (cp - gas_constant)
-    return np.sqrt(2.0 * gamma / (gamma + 1.0) * gas_constant * temperature)
