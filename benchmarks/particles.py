@@ -17,11 +17,11 @@ import numpy as np
 from billow.geometry.bag_shapes import round_bag
 from billow.geometry.search_grid import SearchGrid
 from billow.parts.gas.corpuscular import corpuscular
-from billow.parts.gas.corpuscular.audit import audit
 from billow.parts.gas.corpuscular.corpuscular import Corpuscular
-from billow.parts.gas.corpuscular.flight import Flock, fly
+from billow.parts.gas.corpuscular.flight import Flock, Motion, WallResponse, fly
 from billow.parts.gas.corpuscular.impact_bank import Hits, ImpactBank
 from billow.parts.gas.corpuscular.walls import Walls
+from billow.parts.gas.corpuscular.winding_number import audit
 from billow.parts.gas.gas_model import Bag
 from billow.parts.gas.supply.ambient import Ambient
 from billow.parts.gas.supply.species import AIR, SPECIES, thermo_table
@@ -53,11 +53,10 @@ def full_flock(particles: int, rng: np.random.Generator) -> Flock:
     )  # fmt: skip
 
 
-def sort(flock: Flock, grid: SearchGrid) -> None:
-    """Gather every array of the flock in the order of cells."""
-    order = grid.order(flock.position)
-    for name, values in vars(flock).items():
-        setattr(flock, name, values[order])
+def sorted_by_cell(flock: Flock, grid: SearchGrid) -> Flock:
+    """The flock in the order of the cells."""
+    order = np.argsort(grid.cells_of(flock.position), kind="stable")
+    return Flock(*(values[order] for values in flock))
 
 
 def fastest(call, repeats: int = 3) -> float:
@@ -78,7 +77,7 @@ def measure(particles: int, element: float, dt: float, breathing: float, steps: 
     sides = np.zeros(t, np.int32), np.full(t, -1, np.int32)
     walls = Walls.build(triangles, *sides)
     flock, hits, bank = full_flock(n, np.random.default_rng(1)), Hits.empty(n), ImpactBank.empty(t)
-    area, tight = np.full(t, 1e-5), np.zeros(t)
+    area, response = np.full(t, 1e-5), WallResponse(np.zeros(t), np.zeros(t, np.int32), np.empty(0))
     grid, start = SearchGrid.build(triangles, shape, shape), shape
     audit(flock, triangles, start, *sides)
     flights, whole, hit_count = [], [], 0
@@ -86,11 +85,12 @@ def measure(particles: int, element: float, dt: float, breathing: float, steps: 
         end = shape * [1.0, 1.0, 1.0 + breathing / HALF_DEPTH * dt * ((step + 2) % 20)]
         clock = [time.process_time()]
         if step % SORT_EVERY == 0:
-            sort(flock, grid)
+            flock = sorted_by_cell(flock, grid)
         clock.append(time.process_time())
         grid = grid.follow(triangles, start, end)
         clock.append(time.process_time())
-        tally = fly(flock, np.array([MASS]), walls, grid, start, end, dt, tight, 0.0, 1, step + 2, hits, bank)
+        motion = Motion(start, end, dt)
+        tally = fly(flock, np.array([MASS]), walls, grid, motion, response, hits, bank, 1, step + 2)
         clock.append(time.process_time())
         bank.smooth(area, dt, 2e-4)
         clock.append(time.process_time())
@@ -101,7 +101,7 @@ def measure(particles: int, element: float, dt: float, breathing: float, steps: 
             hit_count += tally.hits
     audited = fastest(lambda: audit(flock, triangles, start, *sides))
     rebuild = fastest(lambda: SearchGrid.build(triangles, start, start))
-    flying_bytes = sum(v.nbytes for v in vars(flock).values())
+    flying_bytes = sum(v.nbytes for v in flock)
     hit_bytes = hits.numbers.nbytes + hits.triangle.nbytes
     scale = 1e9 / n
     return {

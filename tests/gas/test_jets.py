@@ -15,8 +15,9 @@ from billow.parts.gas.gas_model import Bag
 from billow.parts.gas.supply.ambient import Ambient
 from billow.parts.gas.supply.inflator import Inflator, JetRing
 from billow.parts.gas.supply.jets import Jets, add_jet_force, aim, power_of_last_force
+from billow.parts.gas.supply.outflow import jet_speed
 from billow.parts.gas.supply.species import SPECIES, thermo_table
-from billow.parts.gas.uniform.uniform_pressure import UniformPressure, jet_speed
+from billow.parts.gas.uniform.uniform_pressure import UniformPressure
 
 COUNT, LEAN = 6, np.radians(45.0)
 RING = JetRing(COUNT, ring_radius=0.04, hole_diameter=0.005, angle=LEAN)

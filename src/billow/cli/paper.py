@@ -41,11 +41,7 @@ def paper(
 ) -> None:
     """Tables 2-5 and Figures 4-12 of the ROM paper from our own runs, as a report and as files.
 
-<<<<<<< HEAD
-    A study may be incomplete: the report says what is missing. An interrupted command continues where it was, because
-=======
     A study may be incomplete: the report lists what is missing. An interrupted command continues where it stopped:
->>>>>>> rom
     every fit is kept, and the paper's networks are saved every 30 s.
     """
     from billow.cli.terminal import steps
@@ -83,11 +79,7 @@ def paper(
         missing.append("The paper's own recipe was not trained (--paper-recipe z).")
     compared = None
     if jets is None:
-<<<<<<< HEAD
         missing.append("The effect of the jet direction in two gas models was not requested (--jets).")
-=======
-        missing.append("The jet direction in two gas models was not compared (--jets).")
->>>>>>> rom
     else:
         compared = compare_jets(*map(Dataset.open, jets), ("uniform pressure", "particles"), jet_parameter)
     console.print(f"report: {write_document(out, results, compared, missing)}", markup=False)
@@ -97,11 +89,7 @@ def _require(folders, jets, recipe, recipe_case) -> None:
     if jets is None and not any(folders.values()):
         why = "none of --locked, --free and --jets names a study"
     elif recipe is not None and recipe not in ("x", "y", "z"):
-<<<<<<< HEAD
         why = f"--paper-recipe {recipe} is not one of x, y and z"
-=======
-        why = f"--paper-recipe {recipe} is not x, y or z"
->>>>>>> rom
     elif recipe is not None and folders.get(recipe_case) is None:
         why = f"--paper-recipe-case {recipe_case} has no study"
     else:

@@ -1,14 +1,14 @@
 """Which triangles can be near a point: a uniform grid whose cells list the triangles within `margin` of them.
 
-The lists stay valid while no node has moved further than the margin, and what is left of the margin (`reach`) spares a
-short flight the look into neighbouring cells. Cells without triangles mean free flight without any test. Coordinates
-are clipped to the grid: outside it there is no triangle within `margin`.
+The lists stay valid until a node has moved further than the margin. What is left of the margin (`reach`) is the
+distance over which a flight needs no neighbouring cells. In cells without triangles no test is needed. Coordinates are
+clipped to the grid: outside it there is no triangle within `margin`.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numba import prange
@@ -22,16 +22,15 @@ CELL_IN_EDGES, MARGIN_IN_CELLS = 0.8, 0.5
 """Edge of a cell in mean triangle edges, and margin in cells (measured: benchmarks/particles.py)."""
 
 SPENT = 0.5
-"""Part of the margin that node motion may use up before the lists are made anew."""
+"""Part of the margin that node motion may use up before the lists are rebuilt."""
 
 
-@dataclass
-class SearchGrid:
+class SearchGrid(NamedTuple):
     """Lists of triangles per cell.
 
-    origin: lower corner [m], (3,). cell: edge [m]. counts: cells per axis, (3,) int64. first: (cells + 1,) int32 into
-    listed: (n,) uint32 triangle indices, ascending within a cell. margin: [m]. built_at: node positions [m],
-    (nodes, 3), from which motion is counted. reach: what is left of the margin [m].
+    origin: lower corner [m], (3,). cell: edge [m]. counts: cells per axis, (3,) int64. The triangles of cell c are
+    listed[first[c] : first[c + 1]], ascending; first: (cells + 1,) int32, listed: (n,) uint32. margin: [m]. built_at:
+    node positions [m], (nodes, 3), from which motion is counted. reach: what is left of the margin [m].
     """
 
     origin: np.ndarray
@@ -45,10 +44,7 @@ class SearchGrid:
 
     @classmethod
     def build(cls, triangles: np.ndarray, start: np.ndarray, end: np.ndarray, least_margin: float = 0.0) -> SearchGrid:
-        """Lists for triangles (n, 3) that move from `start` to `end` [m], (nodes, 3), in the coming step.
-
-        least_margin: [m].
-        """
+        """Lists for triangles (n, 3) that move from `start` to `end` [m], (nodes, 3); least_margin: [m]."""
         sides = end.take(triangles[:, 1], axis=0) - end.take(triangles[:, 0], axis=0)
         edge = math.sqrt(float(np.mean(np.sum(sides**2, axis=1))))
         low, high = np.minimum(start, end).min(axis=0), np.maximum(start, end).max(axis=0)
@@ -65,33 +61,24 @@ class SearchGrid:
         spans = np.empty((n, 6), np.int32)
         _find_spans(n, triangles, start, end, origin, cell, counts, margin, spans)
         first = np.zeros(int(np.prod(counts)) + 1, dtype=np.int32)
-        _count.serial(n, spans, counts, first)
+        _list.serial(n, spans, counts, first[1:], np.empty(0, np.uint32))
         np.cumsum(first, out=first)
         listed = np.empty(int(first[-1]), dtype=np.uint32)
         _list.serial(n, spans, counts, first[:-1].copy(), listed)
         return cls(origin, cell, counts, first, listed, margin, end.copy(), margin)
 
     def follow(self, triangles: np.ndarray, start: np.ndarray, end: np.ndarray) -> SearchGrid:
-        """This grid if it still serves a step from `start` to `end`, else a new one."""
+        """The grid for a step from `start` to `end`: with the same lists if they are still valid, else a new one."""
         spent = largest_move(self.built_at, end)
         if spent > SPENT * self.margin:
             return SearchGrid.build(triangles, start, end)
-        self.reach = self.margin - spent
-        return self
+        return self._replace(reach=self.margin - spent)
 
     def cells_of(self, position: np.ndarray) -> np.ndarray:
-        """Cell index of each particle, (particles,) int32; those off the grid count to its nearest cell."""
+        """Cell index of each point, (points,) int32; points off the grid count to its nearest cell."""
         cells = np.empty(len(position), dtype=np.int32)
         _cells_of(len(position), position, self.origin, self.cell, self.counts, cells)
         return cells
-
-    def order(self, position: np.ndarray) -> np.ndarray:
-        """Stable order of particles by cell, (particles,) int64: gathering every particle array with it makes flight
-        about twice as fast for some steps."""
-        cells = self.cells_of(position)
-        order = np.empty(len(cells), dtype=np.int64)
-        _stable_order.serial(len(cells), cells, len(self.first) - 1, order)
-        return order
 
 
 def largest_move(before: np.ndarray, after: np.ndarray) -> float:
@@ -99,12 +86,12 @@ def largest_move(before: np.ndarray, after: np.ndarray) -> float:
     n = len(after)
     largest = np.empty(-(-n // CHUNK))
     _largest_move(n, before, after, largest)
-    return float(np.sqrt(largest.max()))
+    return math.sqrt(largest.max())
 
 
 @scalar
 def clipped_cell(value, origin, per_cell, count):
-    """Cell along one axis, clipped to the grid; not-a-number goes to cell 0. per_cell: [1/m]."""
+    """Cell along one axis, clipped to the grid; NaN goes to cell 0. per_cell: 1 / cell edge [1/m]."""
     place = (value - origin) * per_cell
     if not place > 0.0:
         return 0
@@ -126,23 +113,15 @@ def _find_spans(n, triangles, start, end, origin, cell, counts, margin, spans_ou
 
 
 @kernel
-def _count(n, spans, counts, first_out):
-    for t in range(n):
-        for x in range(spans[t, 0], spans[t, 1] + 1):
-            for y in range(spans[t, 2], spans[t, 3] + 1):
-                row = (x * counts[1] + y) * counts[2]
-                for z in range(spans[t, 4], spans[t, 5] + 1):
-                    first_out[row + z + 1] += 1
-
-
-@kernel
 def _list(n, spans, counts, next_free, listed_out):
+    """Add each triangle to the cells it touches; into an empty listed_out only count, (cells,) in next_free."""
     for t in range(n):
         for x in range(spans[t, 0], spans[t, 1] + 1):
             for y in range(spans[t, 2], spans[t, 3] + 1):
                 row = (x * counts[1] + y) * counts[2]
                 for z in range(spans[t, 4], spans[t, 5] + 1):
-                    listed_out[next_free[row + z]] = t
+                    if len(listed_out) > 0:
+                        listed_out[next_free[row + z]] = t
                     next_free[row + z] += 1
 
 
@@ -164,15 +143,3 @@ def _cells_of(n, position, origin, cell, counts, cells_out):
         y = clipped_cell(position[p, 1], origin[1], 1.0 / cell, counts[1])
         z = clipped_cell(position[p, 2], origin[2], 1.0 / cell, counts[2])
         cells_out[p] = (x * counts[1] + y) * counts[2] + z
-
-
-@kernel
-def _stable_order(n, cells, cell_count, order_out):
-    next_free = np.zeros(cell_count + 1, dtype=np.int64)
-    for p in range(n):
-        next_free[cells[p] + 1] += 1
-    for c in range(cell_count):
-        next_free[c + 1] += next_free[c]
-    for p in range(n):
-        order_out[next_free[cells[p]]] = p
-        next_free[cells[p]] += 1

@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 
 from billow.geometry.search_grid import SearchGrid
-from billow.parts.gas.corpuscular.flight import Flock, fly
+from billow.parts.gas.corpuscular.flight import Flock, Motion, WallResponse, fly
 from billow.parts.gas.corpuscular.impact_bank import Hits, ImpactBank
 from billow.parts.gas.corpuscular.walls import Walls
 
@@ -60,14 +60,14 @@ def flock_of(position, velocity, chamber=0):
 class Scene:
     """Particles inside moving walls; `advance` flies one step to the nodes' new places."""
 
-    def __init__(self, triangles, positions, flock, behind=None, ahead=None, pass_probability=None, friction=0.0):
+    def __init__(self, triangles, positions, flock, behind=None, ahead=None, pass_probability=None):
         n = len(triangles)
         self.triangles, self.positions, self.flock = triangles, np.array(positions, dtype=float), flock
         self.walls = Walls.build(
             triangles, np.zeros(n) if behind is None else behind, np.full(n, -1) if ahead is None else ahead
         )
-        self.pass_probability = np.zeros(n) if pass_probability is None else pass_probability
-        self.friction = friction
+        pass_probability = np.zeros(n) if pass_probability is None else pass_probability
+        self.response = WallResponse(pass_probability, np.zeros(n, np.int32), np.empty(0))
         self.bank, self.hits = ImpactBank.empty(n), Hits.empty(len(flock.position))
         self.grid, self.step, self.work = None, 0, 0.0
 
@@ -78,8 +78,8 @@ class Scene:
         else:
             self.grid = self.grid.follow(self.triangles, self.positions, end)
         tally = fly(
-            self.flock, np.array([MASS]), self.walls, self.grid, self.positions, end, dt, self.pass_probability,
-            self.friction, 11, self.step, self.hits, self.bank, born,
+            self.flock, np.array([MASS]), self.walls, self.grid, Motion(self.positions, end, dt), self.response,
+            self.hits, self.bank, 11, self.step, born,
         )  # fmt: skip
         self.positions, self.step = end, self.step + 1
         self.work += tally.energy_to_walls

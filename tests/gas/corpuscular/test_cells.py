@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from gas_in_a_box import Box
 from hypothesis import given
 from hypothesis import strategies as st
 
-from billow.parts.gas.corpuscular.cell_fields import cell_fields
 from billow.parts.gas.corpuscular.cells import PARTNERS, Cells, sort_into_cells
 from billow.parts.gas.corpuscular.particles import Particles
 
@@ -88,27 +86,6 @@ def test_a_lump_far_from_the_rest_does_not_ask_for_endless_cells():
     together = scattered(np.full((20, 3), 0.25), 0)
     sort_into_cells(cells, together, 0, 9)
     check(cells, together)
-
-
-def test_fields_of_a_gas_in_motion():
-    """Mean over all cells, weighed by mass: density and velocity of the box; pressure n k T."""
-    box = Box(["N2", "CO2"], [40000, 20000], [600.0, 600.0])
-    box.particles.velocity += [100.0, 0.0, -50.0]
-    sort_into_cells(box.cells, box.particles, 0, 0)
-    fields = cell_fields(box.cells, box.particles, box.kinds)
-    assert fields.count.sum() == box.particles.count
-    assert fields.mass.sum() == pytest.approx(box.mass.sum(), rel=1e-12)
-    assert np.average(fields.velocity, axis=0, weights=fields.mass) == pytest.approx([100.0, 0.0, -50.0], abs=5.0)
-    many = fields.count > 1
-    assert np.average(fields.temperature[many], weights=fields.count[many] - 1) == pytest.approx(600.0, rel=0.01)
-    assert np.isnan(fields.temperature[~many]).all()
-    assert fields.density == pytest.approx(fields.mass / box.cells.size[0] ** 3, rel=1e-12)
-    # Cells wholly in the box, empty ones counting as nothing: 4 sigma of 25,000 particles, and those alone are missing.
-    inner = many & ((fields.centre > 0.05) & (fields.centre < 0.35)).all(axis=1)
-    steps = [box.cells.origin[0, k] + (np.arange(box.cells.shape[0, k]) + 0.5) * box.cells.size[0] for k in range(3)]
-    cells = np.prod([np.sum((x > 0.05) & (x < 0.35)) for x in steps])
-    pressure = 60000 * box.kinds.heat * 600.0 / 0.4**3
-    assert fields.pressure[inner].sum() / cells == pytest.approx(pressure, rel=0.03)
 
 
 def test_particles_can_be_dropped_and_added():

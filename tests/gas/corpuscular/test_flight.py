@@ -62,14 +62,6 @@ def test_a_moving_wall_reflects_in_its_own_frame(w):
     assert moment[1:] == pytest.approx([0.37 + 50.0 * t, 0.41 - 20.0 * t], abs=1e-7)
 
 
-def test_friction_takes_its_part_of_the_tangential_velocity():
-    flock = flock_of([[0.9, 0.37, 0.41]], [[300.0, 50.0, -20.0]])
-    scene = Scene(*CUBE[:2], flock, friction=0.25)
-    tally = scene.advance(5e-4)
-    assert flock.velocity[0] == pytest.approx([-300.0, 37.5, -15.0], rel=1e-12)
-    assert tally.energy_to_walls == pytest.approx(0.5 * MASS * (50.0**2 + 20.0**2) * (1.0 - 0.75**2), rel=1e-10)
-
-
 def test_pressure_is_two_thirds_of_the_energy_density():
     """Kinetic theory, paper equation 8; each wall's mean has deviation 1.13 / sqrt(hits) (docs/theory.md, case T19)."""
     rng = np.random.default_rng(3)
@@ -91,7 +83,7 @@ def test_momentum_and_energy_close():
     triangles, positions, _, _ = CUBE
     flock = random_flock(20_000, rng)
     momentum, energy = MASS * flock.velocity.sum(axis=0), kinetic(flock)
-    scene = Scene(triangles, positions, flock, friction=0.1)
+    scene = Scene(triangles, positions, flock)
     swirl = rng.normal(0.0, 60.0, positions.shape)
     for _ in range(30):
         scene.advance(DT, scene.positions + swirl * DT)
@@ -222,7 +214,7 @@ def test_same_bits_for_any_number_of_threads():
         for threads in (1, before):
             numba.set_num_threads(threads)
             flock = random_flock(20_000, np.random.default_rng(17))
-            scene = Scene(*CUBE[:2], flock, pass_probability=np.full(len(CUBE[0]), 0.1), friction=0.05)
+            scene = Scene(*CUBE[:2], flock, pass_probability=np.full(len(CUBE[0]), 0.1))
             for k in range(6):
                 scene.advance(DT, CUBE[1] * (1.0 + 0.01 * k))
             results.append((flock.position, flock.velocity, flock.chamber, scene.bank.held, scene.bank.struck))

@@ -11,7 +11,7 @@ from flights import Scene, flock_of, inside_points, winding
 from scipy.linalg import expm
 
 from billow.geometry.bag_shapes import round_bag, square_bag
-from billow.parts.gas.corpuscular.audit import audit
+from billow.parts.gas.corpuscular.winding_number import audit
 
 
 def flat_round(rng):

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from billow.geometry.chambers import OUTSIDE
-from billow.parts.gas.corpuscular.balance import thermal_energy
+from billow.parts.gas.corpuscular.energy_settlement import thermal_energy
 from billow.parts.gas.corpuscular.inflow import pending
 from billow.parts.gas.corpuscular.internal_energy import ParticleKinds
 from billow.parts.gas.corpuscular.particles import ParticleSums, sum_particles

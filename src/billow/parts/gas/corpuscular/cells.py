@@ -1,11 +1,11 @@
 """Cells: particles that may collide with each other, sorted side by side.
 
-Each chamber has its own regular grid over the box its particles occupy, so that no cell holds particles of two
-chambers. Two layers of *one* chamber that are folded onto each other within a cell do share it; particles there can
-collide across the fabric between them. The cell size follows the gas: it is corrected at every sort so that the mean
-number of *other* particles a particle finds in its cell stays at PARTNERS; in a flat bag, whose gap is thinner than a
-cell, cells therefore become as wide as they must. The grid is shifted at random at every sort, so that no cell wall is
-always in the same place (Ihle and Kroll, Phys. Rev. E 63, 020201, 2001, for the same reason).
+Each chamber has its own regular grid over the box that its particles occupy, so that no cell holds particles of two
+chambers. Two layers of *one* chamber that are folded onto each other may share a cell; particles there can collide
+across the fabric between them. The cell size follows the gas: every sort corrects it so that the mean number of *other*
+particles in a particle's cell stays at PARTNERS. In a flat bag, whose gap is thinner than a cell, the cells become
+wider accordingly. Every sort shifts the grid at random, so that no cell wall stays in the same place (as Ihle and Kroll
+do, Phys. Rev. E 63, 020201, 2001).
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ from billow.parts.gas.corpuscular.particles import Particles
 from billow.parts.gas.corpuscular.random_numbers import stream, uniform
 
 PARTNERS = 9.0
-"""Other particles a particle finds in its cell, on average."""
+"""Mean number of other particles in a particle's cell."""
 
 ATTEMPTS = 12
-"""Sorts until the cell size fits, when it was off by more than a factor of two in partners (at the start)."""
+"""Most sorts until the cell size fits, if it is off by more than a factor of two in partners (at the start)."""
 
 CELLS_PER_PARTICLE = 2
-"""Most cells of a chamber, in its particles: in a box that is mostly empty the cells stay coarser."""
+"""Largest number of cells of a chamber per particle: in a box that is mostly empty the cells stay coarser."""
 
 SHIFT = 0x5348494654
 """Names the random numbers of the grid's shift."""
@@ -36,10 +36,10 @@ SHIFT = 0x5348494654
 class Cells:
     """Particles by cell: those of cell c are order[start[c]:start[c + 1]].
 
-    size: cell edge [m]; partners: others a particle found in its cell at the last sort [-]; both (chambers,), the only
-    things a sort needs from the one before. origin [m] (chambers, 3) and shape (chambers, 3) int64 of the grids; first:
+    size: cell edge [m]; partners: mean number of other particles in a cell at the last sort [-]; both (chambers,), all
+    that a sort needs from the one before. origin [m] (chambers, 3) and shape (chambers, 3) int64 of the grids; first:
     (chambers + 1,) int64, where each chamber's cells begin; cell index = first + (ix shape_y + iy) shape_z + iz. start:
-    (at least cells + 2,) int32. order, cell: (capacity,) int32; a sort leaves order ascending within each cell.
+    (at least cells + 2,) int32. order, cell: (capacity,) int32; after a sort, order is ascending within each cell.
     """
 
     size: np.ndarray
@@ -144,7 +144,7 @@ def _find_cells(n, position, chamber, size, origin, shape, first, cell_out):
         ix = int((position[i, 0] - origin[k, 0]) * inverse)
         iy = int((position[i, 1] - origin[k, 1]) * inverse)
         iz = int((position[i, 2] - origin[k, 2]) * inverse)
-        # Multiplied here, divided where the shape was found: the last particle may differ by one rounding.
+        # The shape was found by dividing by the size: the last particle may differ by one rounding.
         ix, iy, iz = min(ix, shape[k, 0] - 1), min(iy, shape[k, 1] - 1), min(iz, shape[k, 2] - 1)
         cell_out[i] = first[k] + (ix * shape[k, 1] + iy) * shape[k, 2] + iz
 

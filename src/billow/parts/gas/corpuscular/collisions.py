@@ -1,16 +1,17 @@
-"""Collisions: what makes a gas of particles a gas in local equilibrium.
+"""Collisions bring a gas of particles into local equilibrium.
 
-In each cell particles are paired at random and a pair collides with probability min(1, dt/tau), tau being the time a
+In each cell particles are paired at random, and a pair collides with probability min(1, dt/tau). tau is the time a
 particle needs for its mean free path, FREE_PATH cells, at the mean thermal speed sqrt(8 k T / pi m). This is the
 continuum limit of direct simulation Monte Carlo (Bird, "Molecular Gas Dynamics and the Direct Simulation of Gas Flows",
-1994): only that the path is short compared with the bag matters, not what it is; viscosity is about rho c path / 2.
+1994): the path only has to be short compared with the bag; the viscosity is about rho c path / 2.
 
-A collision scatters isotropically in the pair's centre of mass. Every second one, on average, also shares energy
-between flight and store (Borgnakke and Larsen, J. Comput. Phys. 18, 405, 1975): E_rel + e1 + e2 is split in the
-proportions of Gamma(3/2), Gamma(zeta1/2), Gamma(zeta2/2) draws. 3/2, and not the 2 of hard spheres, because pairs are
-chosen whatever their relative speed. Momentum and energy of each pair are kept to rounding, unequal masses or not.
+A collision scatters isotropically in the pair's centre of mass. Every second one, on average, also exchanges energy
+between flight and internal energy (Borgnakke and Larsen, J. Comput. Phys. 18, 405, 1975): E_rel + e1 + e2 is split in
+the proportions of Gamma(3/2), Gamma(zeta1/2), Gamma(zeta2/2) draws. It is 3/2, and not the 2 of hard spheres, because
+pairs are chosen independently of their relative speed. Momentum and energy of each pair are conserved to rounding, also
+for unequal masses.
 
-What a cell decides by, its rate and its zeta, rests on what collisions do not change: its energy and its masses.
+The rate of a cell and its zeta depend only on what collisions do not change: its energy and its masses.
 """
 
 from __future__ import annotations
@@ -44,25 +45,23 @@ COLLISIONS = 0x434F4C4C
 
 
 def collide(cells: Cells, particles: Particles, kinds: ParticleKinds, dt: float, seed: int, step: int) -> int:
-    """Let particles collide that are in one cell, for dt [s] since the last call; returns the number of collisions.
+    """Collisions within each cell for the dt [s] since the last call; returns their number.
 
-    Changes velocity and internal_energy, and the order within cells. `step` names the random numbers: no two calls of a
-    run may use the same.
+    Changes velocity and internal_energy, and the order within cells. `step` names the random numbers: each call of a
+    run must use another one.
     """
     collided = np.zeros(-(-cells.count // CELLS_PER_CHUNK), np.int64)
     _collide(
-        particles.count, cells.count, cells.first, cells.start, cells.order, cells.size, particles.velocity,
-        particles.internal_energy, particles.species, kinds.table, kinds.mass, kinds.heat, dt, seed, step, collided,
+        particles.count, cells.count, cells.first, cells.start, cells.order, cells.size, particles.arrays(),
+        kinds.table, kinds.mass, kinds.heat, dt, seed, step, collided,
     )  # fmt: skip
     return int(collided.sum())
 
 
 @kernel
-def _collide(
-    n, cells, first, start, order, size, velocity, internal_energy, species, table, mass, heat, dt, seed, step,
-    collided_out,
-):  # fmt: skip
-    """n particles in so many cells."""
+def _collide(n, cells, first, start, order, size, particles, table, mass, heat, dt, seed, step, collided_out):
+    """n: particles, which decide whether it runs in parallel; cells: number of cells."""
+    velocity, internal_energy, species = particles.velocity, particles.internal_energy, particles.species
     chunks = (cells + CELLS_PER_CHUNK - 1) // CELLS_PER_CHUNK
     for chunk in prange(chunks):
         masses, dof = np.empty(len(mass)), np.empty(len(mass))
@@ -75,9 +74,9 @@ def _collide(
                 chamber += 1
             thermal = cell_content(order, begin, end, velocity, internal_energy, species, mass, masses)
             found = cell_temperature(table, masses, heat, thermal, temperature)
-            if not found > 0.0:  # all fly alike and store nothing
+            if not found > 0.0:  # equal velocities and no internal energy
                 continue
-            temperature = found  # the next cell's is near
+            temperature = found  # a good guess for the next cell
             constant = mixture_gas_constant(table, masses) / masses.sum()
             speed = math.sqrt(8.0 / math.pi * constant * temperature)
             probability = min(1.0, dt * speed / (FREE_PATH * size[chamber]))
@@ -156,8 +155,8 @@ def _scatter(velocity, internal_energy, species, mass, dof, i, j, key, event):
 def collision_time(cells: Cells, kinds: ParticleKinds, mass_fractions: np.ndarray, temperature: float) -> float:
     """Shortest time [s] in which particles of any chamber fly their mean free path, at a mean temperature [K].
 
-    Calls of `collide` may lie up to this far apart: longer, and pairs would have to collide more than once.
-    mass_fractions: (species,). Infinite before the first sort.
+    This is the longest interval between calls of `collide`: over a longer one, pairs would have to collide more than
+    once. mass_fractions: (species,). Infinite before the first sort.
     """
     constant = mixture_gas_constant(kinds.table, mass_fractions)
     size = cells.size[cells.size > 0.0].min(initial=np.inf)

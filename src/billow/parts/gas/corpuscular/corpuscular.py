@@ -19,25 +19,24 @@ from billow.base.quality import Criterion, criterion
 from billow.geometry.chambers import OUTSIDE
 from billow.geometry.search_grid import SearchGrid
 from billow.geometry.surface import area_vectors
-from billow.parts.gas.corpuscular.audit import audit, bring_back, house_parked
-from billow.parts.gas.corpuscular.balance import settle, thermal_energy
 from billow.parts.gas.corpuscular.books import close_books, content, sums_of, take_stock, totals
 from billow.parts.gas.corpuscular.cells import Cells, sort_into_cells
 from billow.parts.gas.corpuscular.collisions import collide, collision_time
-from billow.parts.gas.corpuscular.flight import Flock, fly
+from billow.parts.gas.corpuscular.energy_settlement import settle, thermal_energy
+from billow.parts.gas.corpuscular.flight import Flock, Motion, WallResponse, fly
+from billow.parts.gas.corpuscular.gas_fields import Inside, on_faces, read_boxes, read_points
 from billow.parts.gas.corpuscular.heat_loss import lose_heat
 from billow.parts.gas.corpuscular.impact_bank import Hits, ImpactBank
 from billow.parts.gas.corpuscular.inflow import blow, coming, draw_air_in, injectors
 from billow.parts.gas.corpuscular.initial_air import fill_with_air
 from billow.parts.gas.corpuscular.internal_energy import ParticleKinds
-from billow.parts.gas.corpuscular.leaving import pull_out, take_out
 from billow.parts.gas.corpuscular.merging import Remainder, merge, merges_ahead
-from billow.parts.gas.corpuscular.outlets import NO_PASSAGE
+from billow.parts.gas.corpuscular.outlets import NO_PASSAGE, pull_out, take_out
 from billow.parts.gas.corpuscular.particles import Particles
-from billow.parts.gas.corpuscular.readings import Inside, on_faces, read_boxes, read_points
 from billow.parts.gas.corpuscular.setup import Setup
 from billow.parts.gas.corpuscular.state import CorpuscularState
 from billow.parts.gas.corpuscular.wall_load import Patches, WallLoad, wall_speed
+from billow.parts.gas.corpuscular.winding_number import audit, bring_back, recheck_parked
 from billow.parts.gas.gas_model import Bag, Content, GasTotals, SwitchableGas
 from billow.parts.part import MYLAR_VOLUME
 
@@ -227,8 +226,9 @@ class Corpuscular(Setup, SwitchableGas):
             gas.patches = Patches.of(gas.patch)
         speed = wall_speed(gas.patches, triangles, gas.positions, bag.positions, span)
         tally = fly(
-            flock, kinds.mass, self.walls, gas.grid, gas.positions, bag.positions, span, gas.pass_probability, 0.0,
-            self.seed, gas.gas_step, gas.hits, gas.bank, born, self.outlets.passage, speed,
+            flock, kinds.mass, self.walls, gas.grid, Motion(gas.positions, bag.positions, span),
+            WallResponse(gas.pass_probability, self.outlets.passage, speed), gas.hits, gas.bank, self.seed,
+            gas.gas_step, born,
         )  # fmt: skip
         if tally.bad >= 0:
             raise self._lost(gas, tally.bad)
@@ -237,7 +237,7 @@ class Corpuscular(Setup, SwitchableGas):
         gas.energy_at_walls += tally.energy_to_walls
         if tally.parked:
             gas.parked += tally.parked
-            house_parked(flock, *self._surface_now(bag))
+            recheck_parked(flock, *self._surface_now(bag))
         return flock
 
     def _lost(self, gas: CorpuscularState, bad: int) -> NumericalStop:
@@ -255,7 +255,7 @@ class Corpuscular(Setup, SwitchableGas):
         )
 
     def _surface_now(self, bag: Bag) -> tuple[np.ndarray, ...]:
-        """Triangles, positions, and the chambers on both sides, as `depths` takes them."""
+        """Triangles, positions, and the chambers on both sides, as `winding_numbers` takes them."""
         return bag.surface.triangles, bag.positions, self.chambers.behind, self.chambers.ahead
 
     def _audit(self, gas: CorpuscularState, bag: Bag) -> None:

@@ -1,20 +1,20 @@
 """Where a flying point crosses a moving triangulated surface, without gaps at edges, at vertices or between steps.
 
-In space and time a triangle that moves from one place to another sweeps a prism. It is cut into three tetrahedra (in
-four dimensions: three flat pieces), always in the order of the global node numbers i < j < k; 0 and 1 mark the start
-and the end of the step:
+A triangle that moves from one place to another sweeps a prism in space and time. The prism is cut into three tetrahedra
+(in four dimensions: three flat pieces), always in the order of the global node numbers i < j < k; 0 and 1 mark the
+start and the end of the step:
 
     piece 0: i0 j0 k0 k1        piece 1: i0 j0 j1 k1        piece 2: i0 i1 j1 k1
 
-Neighbours cut their common side in the same way, so the whole surface is one gapless manifold in space and time, made
-of flat pieces. Nodes move exactly linearly on it; in between it differs from the linearly moving triangle by at most a
+Neighbours cut their common side in the same way, so the whole surface is one manifold of flat pieces in space and time,
+without gaps. Its nodes move exactly linearly; elsewhere it differs from the linearly moving triangle by at most a
 quarter of the distance its nodes move relative to each other, and not at all at both ends of the step.
 
-A particle is a straight line in space and time. Seen along that line it is one point, and so is every corner; the
-particle crosses a piece if that point lies in the piece's tetrahedron: four 3 x 3 determinants and no cubic equation.
-Determinants of a common face are computed from the same numbers in the same order by both neighbours, and every test
-is widened by their rounding error, so no line slips between two pieces. The end of a step is the start of the next, so
-no line slips through between two steps.
+The path of a particle is a straight line in space and time. Seen along that line it is one point, and so is every
+corner. The particle crosses a piece if that point lies in the piece's tetrahedron: four 3 x 3 determinants and no cubic
+equation. Both neighbours of a common face compute its determinants from the same numbers in the same order, and every
+test is widened by the rounding error, so no line slips between two pieces. The end of a step is the start of the next,
+so no line slips through between two steps.
 
 The same cut of swept elements into simplices is standard in space-time finite elements (Behr, "Simplex space-time
 meshes in finite element simulations", Int. J. Numer. Meth. Fluids 57, 2008).
@@ -25,12 +25,13 @@ from __future__ import annotations
 import math
 
 from billow.base.compiled import scalar
+from billow.geometry.triangle import cross, sides
 
 OUTWARD, INWARD, BOTH = 1, 2, 3
 """Directions of a crossing: from behind a triangle to ahead of it (along its normal), and back; BOTH is their sum."""
 
 NEVER = 2.0
-"""Fraction of the step returned when nothing is crossed."""
+"""Fraction of the step that is returned if nothing is crossed."""
 
 _ROUNDING = 5e-15
 """Bound of the rounding error of a determinant in units of (largest entry)^3: six products, each rounded five times."""
@@ -49,7 +50,7 @@ def _inside(d0, d1, d2, d3, sense, directions, rounding):
     """
     volume = d0 + d1 + d2 + d3
     if abs(volume) <= 4.0 * rounding:
-        return False  # the particle keeps pace with the piece
+        return False  # the particle moves along with the piece
     outward = sense * volume > 0.0
     if (outward and not directions & 1) or (not outward and not directions & 2):
         return False
@@ -64,8 +65,8 @@ def crossing(nodes, orientation, t, start, end, x0, y0, z0, x1, y1, z1, directio
     """First crossing of triangle t by the line from (x0, y0, z0) at the start of a step to (x1, y1, z1) at its end.
 
     nodes: (triangles, 3), ascending node numbers of each triangle. orientation: (triangles,), +1 if the ascending order
-    turns as the triangle does, else -1. start, end: node positions [m], (nodes, 3). directions: sum of OUTWARD, INWARD.
-    after: fraction of the step; earlier crossings do not count.
+    has the sense of the triangle, else -1. start, end: node positions [m], (nodes, 3). directions: OUTWARD, INWARD or
+    BOTH. after: fraction of the step; earlier crossings do not count.
 
     Returns (fraction of the step or NEVER, OUTWARD or INWARD, piece, weight of node i, of j, of k); the weights sum to
     one.
@@ -124,32 +125,22 @@ def crossing(nodes, orientation, t, start, end, x0, y0, z0, x1, y1, z1, directio
 
 
 @scalar
-def _unit_cross(ax, ay, az, bx, by, bz, turn):
-    nx, ny, nz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
-    scale = turn / math.sqrt(nx * nx + ny * ny + nz * nz)
-    return scale * nx, scale * ny, scale * nz
-
-
-@scalar
 def piece_normal(nodes, orientation, t, piece, start, end):
     """Unit normal of a piece (on the triangle's outer side) and how far it moves along it in the step [m].
 
     Returns (nx, ny, nz, travel).
     """
     i, j, k = nodes[t, 0], nodes[t, 1], nodes[t, 2]
-    if piece == 0:
-        ax, ay, az = start[j, 0] - start[i, 0], start[j, 1] - start[i, 1], start[j, 2] - start[i, 2]
-        bx, by, bz = start[k, 0] - start[i, 0], start[k, 1] - start[i, 1], start[k, 2] - start[i, 2]
-        mover = k
-    elif piece == 1:
-        ax, ay, az = start[j, 0] - start[i, 0], start[j, 1] - start[i, 1], start[j, 2] - start[i, 2]
-        bx, by, bz = end[k, 0] - end[j, 0], end[k, 1] - end[j, 1], end[k, 2] - end[j, 2]
-        mover = j
+    mover = k if piece == 0 else (j if piece == 1 else i)
+    if piece == 2:
+        ax, ay, az, bx, by, bz = sides(end, i, j, k)
     else:
-        ax, ay, az = end[j, 0] - end[i, 0], end[j, 1] - end[i, 1], end[j, 2] - end[i, 2]
-        bx, by, bz = end[k, 0] - end[i, 0], end[k, 1] - end[i, 1], end[k, 2] - end[i, 2]
-        mover = i
-    nx, ny, nz = _unit_cross(ax, ay, az, bx, by, bz, orientation[t])
+        ax, ay, az, bx, by, bz = sides(start, i, j, k)
+        if piece == 1:
+            bx, by, bz = end[k, 0] - end[j, 0], end[k, 1] - end[j, 1], end[k, 2] - end[j, 2]
+    nx, ny, nz = cross(ax, ay, az, bx, by, bz)
+    scale = orientation[t] / math.sqrt(nx * nx + ny * ny + nz * nz)
+    nx, ny, nz = scale * nx, scale * ny, scale * nz
     travel = (
         nx * (end[mover, 0] - start[mover, 0])
         + ny * (end[mover, 1] - start[mover, 1])

@@ -1,73 +1,74 @@
-"""Particles fly straight and bounce off walls that move; none gets lost.
+"""Particles fly straight and bounce off moving walls; none gets lost.
 
-Walls are triangles between chambers. A particle knows its chamber, and only triangles that bound it count, crossed
-from the chamber's side: `crossing` finds the first of them without gaps. There the particle passes (vents, openings,
-porous fabric: with the triangle's probability) or is reflected in the frame of the wall, v_n' = 2 w_n - v_n.
+Walls are triangles between chambers. A particle knows its chamber. Only triangles that bound this chamber count, and
+only if they are crossed from its side: `crossing` finds the first of them without gaps. There the particle passes
+(vents, openings, porous fabric: with the triangle's probability), or it is reflected in the frame of the wall,
+v_n' = 2 w_n - v_n.
 
 A reflected particle does not start again on the wall, where rounding would decide which side it is on, but STANDOFF
-(or half its path, if that is less) before it: a place it has just flown through, hence inside with respect to every
-wall nearby, also in the corner where two walls meet at no angle. After MOST_HITS hits in one step (deep in a closing
-fold) it is put beside the wall it hit last, where that stands at the end of the step; that costs it time, not energy.
+before it (or half its path, if that is shorter). It has just flown through that place, so it is inside of every wall
+nearby, also in a sharp corner between two walls. After MOST_HITS hits in one step (deep in a closing fold) the particle
+is put beside the wall it hit last, where that wall is at the end of the step. This costs it flight time, but no energy.
 
-Fabric that crumples lies in itself here and there: elements wrinkle, and their edges pass through each other. Where
-two portions of a bag overlap, its surface goes round a place twice. A particle that comes in through fabric from
-outside is in such an overlap; it counts how many layers it has come in through (`overlap`), and goes out through as
-many unhindered before it is reflected again. What it counts is how often the surface goes round the place it is at,
-less one, whatever the surface does: nobody leaves the bag. Without the count an overlap is a valve, fills, and bursts.
+Crumpled fabric intersects itself in places: elements wrinkle, and their edges pass through each other. Where two parts
+of a bag overlap, the surface winds around a point twice. A particle that comes in through fabric from outside is in
+such an overlap. It counts how many layers it has come in through (`overlap`), and flies out through as many before it
+is reflected again. The count is the winding number of the surface at its position, less one, whatever the surface does,
+so no particle leaves the bag. Without the count an overlap acts as a valve: it fills and bursts.
 
-The end of the path and the end of the walls' motion are the numbers that the next step starts from. Therefore
-`start` of a step must be `end` of the last one, bit for bit.
+The end of the path and the end of the walls' motion are the numbers with which the next step starts. Therefore `start`
+of a step must be `end` of the last one, bit for bit.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numba import prange
 
 from billow.base.compiled import CHUNK, kernel
 from billow.geometry.search_grid import SearchGrid, clipped_cell
+from billow.parts.gas.corpuscular.beside_wall import beside_wall
 from billow.parts.gas.corpuscular.crossing import BOTH, INWARD, NEVER, OUTWARD, crossing, piece_normal
 from billow.parts.gas.corpuscular.impact_bank import HITS_PER_CHUNK, Hits, ImpactBank
 from billow.parts.gas.corpuscular.random_numbers import stream, uniform
-from billow.parts.gas.corpuscular.sight import beside_wall
-from billow.parts.gas.corpuscular.walls import SWEPT_NUMBERS, Walls, may_cross, sweep, wall_velocity
+from billow.parts.gas.corpuscular.walls import SWEPT_NUMBERS, Walls, may_cross, sweep
 
 STANDOFF = 1e-9
 """Distance [m] from a wall at which a reflected particle starts again."""
 
 MOST_HITS = 32
-"""Hits per particle and step after which it is parked; a fold of angle a takes up to pi/a."""
+"""Hits per particle and step after which it is put beside a wall; a fold of angle a takes up to pi/a."""
 
 UNCOUNTED = -1
-"""Overlap of a particle that was put beside a wall: fabric may have come over that place meanwhile."""
+"""Overlap of a particle that was put beside a wall: fabric may have moved over that place."""
 
 MOST_LOOKS = 100_000
-"""Pieces into which the search may cut a path; only meaningless velocities need so many."""
+"""Most pieces into which the search cuts a path; only meaningless velocities need so many."""
 
 LEAST_REBOUND = 0.1
-"""Speed at which a particle must leave a wall as that really moves, in the speed it came with, to bounce off the speed
-of its patch instead."""
+"""A particle bounces off the speed of its patch only if it then leaves the wall, as that really moves, with at least
+this share of the speed it came with."""
 
 _TIE = 1e-9
 """Fractions of a step closer than this count as simultaneous."""
 
 _LATER = 1e-15
-"""Fraction of a step by which the next fabric to be gone through must come later than the last."""
+"""Fraction of a step by which the next layer of fabric to pass must come later than the last."""
 
 PASSING = 0x5EED_0001
-"""Purpose constant of the random numbers that decide whether a particle passes a triangle."""
+"""Names the random numbers that decide whether a particle passes a triangle."""
 
 
-@dataclass
-class Flock:
-    """What flies; arrays of equal length, changed in place by `fly`.
+class Flock(NamedTuple):
+    """The flying particles: arrays of equal length, changed in place by `fly`.
 
     position: [m], (particles, 3). velocity: [m/s], (particles, 3). species: (particles,) int32. identity: (particles,)
-    int64, names the particle in random numbers for ever. chamber: (particles,) int32, OUTSIDE once it has left.
-    exit: (particles,) int32, the last opening it passed, -1 if none. overlap: (particles,) int32, layers of fabric
-    it has come in through from outside and not gone out through again; UNCOUNTED after it was put beside a wall.
+    int64, names the particle in random numbers. chamber: (particles,) int32, OUTSIDE once it has left. exit:
+    (particles,) int32, the last opening it passed, -1 if none. overlap: (particles,) int32, layers of fabric through
+    which it has come in from outside and not gone out again; UNCOUNTED after it was put beside a wall.
     """
 
     position: np.ndarray
@@ -79,14 +80,35 @@ class Flock:
     overlap: np.ndarray
 
 
+class Motion(NamedTuple):
+    """A gas step of dt [s], in which the nodes move linearly from start to end [m], (nodes, 3)."""
+
+    start: np.ndarray
+    end: np.ndarray
+    dt: float
+
+
+class WallResponse(NamedTuple):
+    """What a hit on each triangle does, (triangles,).
+
+    pass_probability: 0 for tight fabric, 1 for an opening. passage: int32, the passage a triangle belongs to, if it can
+    be passed. speed: of the wall along its normal, as its patch feels it [m/s]; particles bounce off this speed where
+    that takes them away from the wall. If `speed` is empty they bounce off the wall as it really moves.
+    """
+
+    pass_probability: np.ndarray
+    passage: np.ndarray
+    speed: np.ndarray
+
+
 @dataclass(frozen=True)
 class FlightTally:
     """What happened in a step.
 
     energy_to_walls: [J], kinetic energy the particles lost in hits. hits: reflections and passages. passed: passages;
     through: mass that went through each passage from behind to ahead, less what came back [kg], (passages,). parked:
-    particles that had MOST_HITS hits and were put beside a wall. bad: index of the first particle whose place
-    is not a number, -1 if none.
+    particles that had MOST_HITS hits and were put beside a wall. bad: index of the first particle whose position is not
+    finite, -1 if none.
     """
 
     energy_to_walls: float
@@ -97,61 +119,63 @@ class FlightTally:
     bad: int
 
 
-def fly(
-    flock: Flock, particle_mass: np.ndarray, walls: Walls, grid: SearchGrid, start: np.ndarray, end: np.ndarray,
-    dt: float, pass_probability: np.ndarray, friction: float, seed: int, step: int, hits: Hits, bank: ImpactBank,
-    born: np.ndarray | None = None, passage: np.ndarray | None = None, wall_speed: np.ndarray | None = None,
-) -> FlightTally:  # fmt: skip
-    """Fly all particles through a gas step of dt [s] while nodes move linearly from start to end [m], (nodes, 3).
+class _Sums(NamedTuple):
+    """By chunk of particles: the next one to fly; energy to the walls [J]; hits, passages, parked and the first bad
+    particle, (chunks, 4); mass through each passage [kg], (chunks, passages)."""
 
-    particle_mass: [kg] of one particle of each species, (species,). grid: must have followed this motion.
-    pass_probability: (triangles,), 0 for tight fabric, 1 for an opening. friction: part of the tangential velocity
-    relative to the wall that a hit takes, 0 to 1. seed, step: name the random numbers. hits: room for this many
-    particles. born: fraction of the step at which each particle starts from its position, (particles,); all at the
-    start of the step if not given. passage: (triangles,), which passage each triangle that can be passed belongs to;
-    all to one if not given. wall_speed: of each triangle along its normal, as what pushes on it feels it [m/s],
-    (triangles,), off which particles bounce where that takes them away from the wall; as the wall moves if not given.
-    Changes flock and bank.
+    next_particle: np.ndarray
+    energy: np.ndarray
+    counts: np.ndarray
+    through: np.ndarray
+
+
+def fly(
+    flock: Flock, particle_mass: np.ndarray, walls: Walls, grid: SearchGrid, motion: Motion, response: WallResponse,
+    hits: Hits, bank: ImpactBank, seed: int, step: int, born: np.ndarray | None = None,
+) -> FlightTally:  # fmt: skip
+    """Fly all particles through a gas step; changes flock and bank.
+
+    particle_mass: [kg] of one particle of each species, (species,). grid: must have followed this motion. hits: room
+    for this many particles. seed, step: name the random numbers. born: fraction of the step at which each particle
+    starts from its position, (particles,); the start of the step if not given.
     """
     n = len(flock.position)
     chunks = -(-n // CHUNK)
     swept = np.empty((len(walls.nodes), SWEPT_NUMBERS))
-    sweep(len(walls.nodes), walls.nodes, walls.orientation, start, end, swept)
-    next_particle = np.arange(0, n, CHUNK, dtype=np.int64)
-    sums, counts = np.zeros(chunks), np.zeros((chunks, 4), dtype=np.int64)
-    counts[:, 3] = n
-    passage = np.zeros(len(walls.nodes), np.int32) if passage is None else passage
-    through = np.zeros((chunks, 1 + max(0, int(passage.max(initial=0)))))
+    sweep(len(walls.nodes), walls.nodes, walls.orientation, motion.start, motion.end, swept)
+    sums = _Sums(
+        np.arange(0, n, CHUNK, dtype=np.int64), np.zeros(chunks), np.zeros((chunks, 4), dtype=np.int64),
+        np.zeros((chunks, 1 + max(0, int(response.passage.max(initial=0))))),
+    )  # fmt: skip
+    sums.counts[:, 3] = n
+    born = np.empty(0) if born is None else born
     while True:
-        _fly(
-            n, flock.position, flock.velocity, flock.species, flock.identity, flock.chamber, flock.exit, flock.overlap,
-            particle_mass, walls.nodes, walls.corner, walls.orientation, walls.behind, walls.ahead, swept, start, end,
-            dt, grid.first, grid.listed, grid.origin, grid.cell, grid.counts, grid.reach, pass_probability, friction,
-            seed + PASSING, step, np.empty(0) if born is None else born, next_particle, hits.count, hits.triangle,
-            hits.numbers, sums, counts, passage, through, np.empty(0) if wall_speed is None else wall_speed,
-        )  # fmt: skip
+        _fly(n, flock, particle_mass, walls, swept, grid, motion, response, seed + PASSING, step, born, hits, sums)
         bank.collect(hits)
-        if (next_particle >= np.minimum(np.arange(1, chunks + 1) * CHUNK, n)).all():
+        if (sums.next_particle >= np.minimum(np.arange(1, chunks + 1) * CHUNK, n)).all():
             break
-    total = counts.sum(axis=0)
-    bad = int(counts[:, 3].min(initial=n))
+    total = sums.counts.sum(axis=0)
+    bad = int(sums.counts[:, 3].min(initial=n))
     return FlightTally(
-        float(sums.sum()), int(total[0]), int(total[1]), through.sum(axis=0), int(total[2]), bad if bad < n else -1
-    )
+        float(sums.energy.sum()), int(total[0]), int(total[1]), sums.through.sum(axis=0), int(total[2]),
+        bad if bad < n else -1,
+    )  # fmt: skip
 
 
 @kernel
-def _fly(
-    n, position, velocity, species, identity, chamber, exit_out, overlap, particle_mass, nodes, corner, orientation,
-    behind, ahead, swept, start, end, dt, first, listed, origin, cell, counts, reach, pass_probability, friction, seed,
-    step, born, next_particle, hit_count, hit_triangle, hit_numbers, energy_out, tally_out, passage, through_out,
-    wall_speed,
-):  # fmt: skip
+def _fly(n, flock, particle_mass, walls, swept, grid, motion, response, seed, step, born, hits, sums):
+    position, velocity, species, identity, chamber, exit_out, overlap = flock
+    nodes, corner, orientation, behind, ahead = walls
+    start, end, dt = motion
+    pass_probability, passage, wall_speed = response
+    first, listed, counts = grid.first, grid.listed, grid.counts
+    hit_count, hit_triangle, hit_numbers = hits
+    next_particle, energy_out, tally_out, through_out = sums
     chunks = (n + CHUNK - 1) // CHUNK
     rate = 1.0 / dt
-    ox, oy, oz, per_cell = origin[0], origin[1], origin[2], 1.0 / cell
+    ox, oy, oz, per_cell = grid.origin[0], grid.origin[1], grid.origin[2], 1.0 / grid.cell
     nx_cells, ny_cells, nz_cells = counts[0], counts[1], counts[2]
-    looks_per_metre = 0.5 / reach
+    looks_per_metre = 0.5 / grid.reach
     none = np.uint32(len(nodes))
     for chunk in prange(chunks):
         recorded, energy = 0, 0.0
@@ -173,8 +197,8 @@ def _fly(
             x1, y1, z1 = px + vx * left, py + vy * left, pz + vz * left
             struck, skip, since, lap = 0, none, now - _TIE, overlap[p]
             while True:
-                # First crossing on the way from (px, py, pz) to (x1, y1, z1), looked for in pieces of the way that the
-                # lists of one cell cover. Written out here: a call with this many arrays costs as much as the search.
+                # First crossing on the path from (px, py, pz) to (x1, y1, z1), searched in pieces that the lists of one
+                # cell cover. Written out here: a call with this many arrays costs as much as the search.
                 fraction, t, way, piece, wi, wj, wk = NEVER, none, 0, 0, 0.0, 0.0, 0.0
                 way_x, way_y, way_z = x1 - px, y1 - py, z1 - pz
                 extent = max(abs(way_x), abs(way_y), abs(way_z)) * looks_per_metre
@@ -190,8 +214,8 @@ def _fly(
                     place = np.uint64((cell_x * ny_cells + cell_y) * nz_cells + cell_z)
                     for entry in range(first[place], first[place + np.uint64(1)]):
                         s = listed[np.uint64(entry)]
-                        # The piece's box against that of the triangle, both doubled. One maximum: as three conditions
-                        # joined by "or" they compile to branches nobody can predict, a third of the flight.
+                        # The piece's box against that of the triangle, both doubled. One maximum: three conditions
+                        # joined by "or" compile to branches that no processor predicts, a third of the flight.
                         if (
                             max(
                                 abs(2.0 * mx - swept[s, 0]) - swept[s, 3] - room_x,
@@ -210,14 +234,14 @@ def _fly(
                         )
                         out = OUTWARD if behind[s] == home else INWARD
                         if when <= now and which != out:
-                            # Rounding where it has just been reflected: it has not come from the other side.
+                            # Rounding near the last reflection: it cannot have come from the other side.
                             when, which, cut, a, b, c = crossing(
                                 nodes, orientation, s, start, end, x0, y0, z0, x1, y1, z1, out, since
                             )
                         # Ties go to the lower index, so that the order of the lists does not matter.
                         if when < fraction or (when == fraction and when < NEVER and s < t):
                             fraction, t, way, piece, wi, wj, wk = when, s, which, cut, a, b, c
-                    # What later pieces hold is later, but for ties.
+                    # Crossings in later pieces are later, except for ties.
                     if fraction + _TIE < now + (1.0 - now) * (look + 1) * part:
                         break
                 if fraction == NEVER:
@@ -227,7 +251,7 @@ def _fly(
                 approach = vx * nx + vy * ny + vz * nz - travel * rate
                 outward = way == OUTWARD
                 if outward != (approach > 0.0):
-                    approach = -approach  # it is rounding error, and of the wrong sign
+                    approach = -approach  # a rounding error of the wrong sign
                 if behind[t] != ahead[t]:
                     comes_in = outward != (behind[t] == home)
                     if comes_in or lap > 0:
@@ -236,10 +260,7 @@ def _fly(
                         px, py, pz = x0 + vx * (now * dt), y0 + vy * (now * dt), z0 + vz * (now * dt)
                         continue
                 if struck == MOST_HITS:
-                    x1, y1, z1 = beside_wall(
-                        t, wi, wj, wk, home, nodes, orientation, behind, ahead, end, first, listed, origin, cell,
-                        counts, reach,
-                    )  # fmt: skip
+                    x1, y1, z1 = beside_wall(t, wi, wj, wk, home, walls, end, grid)
                     tally_out[chunk, 2] += 1
                     lap = UNCOUNTED
                     break
@@ -263,13 +284,6 @@ def _fly(
                     now = fraction - min(gap, 0.5 * (fraction - now))
                     px, py, pz = x0 + vx * (now * dt), y0 + vy * (now * dt), z0 + vz * (now * dt)
                     jx, jy, jz = 2.0 * approach * nx, 2.0 * approach * ny, 2.0 * approach * nz
-                    if friction > 0.0:
-                        ux, uy, uz = wall_velocity(nodes, t, wi, wj, wk, start, end, rate)
-                        rx, ry, rz = vx - ux, vy - uy, vz - uz
-                        normal = rx * nx + ry * ny + rz * nz
-                        jx += friction * (rx - normal * nx)
-                        jy += friction * (ry - normal * ny)
-                        jz += friction * (rz - normal * nz)
                     energy += mass * (jx * (vx - 0.5 * jx) + jy * (vy - 0.5 * jy) + jz * (vz - 0.5 * jz))
                     vx -= jx
                     vy -= jy

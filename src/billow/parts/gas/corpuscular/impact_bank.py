@@ -1,18 +1,18 @@
-"""What particles give to the fabric: their impulses, kept per corner until the fabric takes them; local pressure.
+"""The impulses of particles on the fabric, held per corner until the fabric takes them, and the local pressure.
 
-One particle stands for many molecules and hits a light node like a bullet. Its impulse therefore goes into a bank, on
-the corners of the triangle it hit, from where wall_load.py hands it on as a steady force. Gas and bank together keep
-their momentum to rounding.
+One particle stands for many molecules and would hit a light node like a bullet. Its impulse therefore goes into a bank,
+on the corners of the triangle it hits, and wall_load.py passes it on as a steady force. The momentum of gas and bank
+together is constant to rounding.
 
-What strikes a triangle, smoothed over time, is the local pressure 2 sum(m u)/(A t), twice the incident normal momentum
-flux, and the incident mass flux. Both count particles that pass through a vent too, so that they describe the gas and
-not the wall.
+The hits on a triangle, smoothed over time, give the local pressure 2 sum(m u)/(A t), twice the incident normal momentum
+flux, and the incident mass flux. Particles that pass through a vent count too: both describe the gas, not the wall.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numba import prange
@@ -26,8 +26,7 @@ HIT_NUMBERS = 7
 """Numbers of a hit: impulse on the wall x, y, z [N s]; weights of corners 0 and 1; incident 2 m u [N s]; mass [kg]."""
 
 
-@dataclass
-class Hits:
+class Hits(NamedTuple):
     """Hits of one pass of the flight kernel, per chunk of particles, in the order of the particles.
 
     count: (chunks,) int64. triangle: (chunks, HITS_PER_CHUNK) int32, t if struck from behind, ~t if from ahead.
@@ -51,7 +50,7 @@ class Hits:
 
 @dataclass
 class ImpactBank:
-    """Impulses on their way to the fabric, and what strikes each side of each triangle.
+    """Impulses not yet passed on to the fabric, and what strikes each side of each triangle.
 
     held: [N s], (triangles, 3, 3), impulse at each corner. struck: (triangles, 2, 2), since the last `smooth`: side (0
     behind, 1 ahead) by incident impulse 2 m u [N s] and mass [kg]. pressure: [Pa], (triangles, 2), absolute pressure of
@@ -71,11 +70,11 @@ class ImpactBank:
         )
 
     def collect(self, hits: Hits) -> None:
-        """Take all hits, chunk after chunk; the order of additions depends on the particles' order only."""
+        """Take all hits, chunk after chunk; the order of additions depends only on the order of the particles."""
         _collect.serial(len(hits.count), hits.count, hits.triangle, hits.numbers, self.held, self.struck)
 
     def smooth(self, area: np.ndarray, dt: float, time_constant: float) -> None:
-        """Take what struck in the last gas step dt [s] into the running means of pressure and mass flux.
+        """Add what struck in the last gas step dt [s] to the running means of pressure and mass flux.
 
         area: [m^2], (triangles,). time_constant: of the exponential mean [s].
         """
@@ -89,20 +88,12 @@ def _collect(n, count, triangle, numbers, held, struck):
             t, side = triangle[chunk, h], 0
             if t < 0:
                 t, side = ~t, 1
-            jx, jy, jz = numbers[chunk, h, 0], numbers[chunk, h, 1], numbers[chunk, h, 2]
-            first, second = numbers[chunk, h, 3], numbers[chunk, h, 4]
-            # The third corner takes what is left, so that the three add up to the impulse.
-            ax, ay, az = first * jx, first * jy, first * jz
-            bx, by, bz = second * jx, second * jy, second * jz
-            held[t, 0, 0] += ax
-            held[t, 0, 1] += ay
-            held[t, 0, 2] += az
-            held[t, 1, 0] += bx
-            held[t, 1, 1] += by
-            held[t, 1, 2] += bz
-            held[t, 2, 0] += jx - ax - bx
-            held[t, 2, 1] += jy - ay - by
-            held[t, 2, 2] += jz - az - bz
+            for axis in range(3):
+                impulse = numbers[chunk, h, axis]
+                first, second = numbers[chunk, h, 3] * impulse, numbers[chunk, h, 4] * impulse
+                held[t, 0, axis] += first
+                held[t, 1, axis] += second
+                held[t, 2, axis] += impulse - first - second  # the rest, so that the three add up to the impulse
             struck[t, side, 0] += numbers[chunk, h, 5]
             struck[t, side, 1] += numbers[chunk, h, 6]
         count[chunk] = 0

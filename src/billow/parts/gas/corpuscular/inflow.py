@@ -1,34 +1,44 @@
-"""Particles that come in: newborns from the inflators, and air drawn in through passages."""
+"""Particles that come in: new ones from the inflators, and ambient air drawn in where the pressure outside is
+higher."""
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 
 from billow.base.compiled import scalar
 from billow.geometry.chambers import OUTSIDE
-from billow.parts.gas.corpuscular.drawn_in import draw_in
+from billow.geometry.surface import area_vectors
 from billow.parts.gas.corpuscular.injection import Injector, Nozzles
-from billow.parts.gas.corpuscular.internal_energy import ParticleKinds
-from billow.parts.gas.corpuscular.random_numbers import stream, uniform
+from billow.parts.gas.corpuscular.internal_energy import ParticleKinds, degrees_of_freedom
+from billow.parts.gas.corpuscular.particles import Particles
+from billow.parts.gas.corpuscular.random_numbers import gamma, normal, stream, uniform
 from billow.parts.gas.corpuscular.setup import Setup
 from billow.parts.gas.corpuscular.state import CorpuscularState
 from billow.parts.gas.gas_model import Bag
 from billow.parts.gas.supply.mixture import mixture_enthalpy
 
-FAINTEST = 1e-6
-"""Pressure [Pa] a jet blows against, at least: into a vacuum it is choked."""
+LEAST_BACK_PRESSURE = 1e-6
+"""Least pressure [Pa] against which a jet blows: into a vacuum it is choked."""
 
 BIRTH_TIME = 0x4249_5254
-"""Names the random numbers that say when in a step a particle is born."""
+"""Names the random numbers of the time within a step at which a particle is born."""
+
+DRAWN_IN = 0x4452_4157
+"""Names the random numbers of air drawn in."""
+
+INSET = 1e-6
+"""Height [m] of new particles above the triangle through which air is drawn in."""
 
 
 def coming(setup: Setup, gas: CorpuscularState, kinds: ParticleKinds, time: float) -> float:
-    """Particles that inflators blow, and passages draw in, up to `time` [s]."""
+    """Number of particles that inflators blow in, and passages draw in, up to `time` [s]."""
     return float(((pending(setup, gas, kinds, time) + gas.owed.sum(axis=0)) / kinds.mass).sum())
 
 
 def pending(setup: Setup, gas: CorpuscularState, kinds: ParticleKinds, time: float) -> np.ndarray:
-    """Delivered by inflators up to `time` [s], but no particle yet [kg], (species,)."""
+    """Mass that inflators have delivered up to `time` [s] and that is not in any particle yet [kg], (species,)."""
     waiting = np.zeros(len(kinds.mass))
     for source, delivery in zip(setup.sources, gas.deliveries, strict=True):
         inflator = source.inflator
@@ -37,17 +47,17 @@ def pending(setup: Setup, gas: CorpuscularState, kinds: ParticleKinds, time: flo
 
 
 def blow(setup: Setup, gas: CorpuscularState, kinds: ParticleKinds, bag: Bag, span: float) -> np.ndarray | None:
-    """Newborn particles from the inflators; returns at which fraction of the step each particle starts to fly."""
+    """Add new particles from the inflators; returns at which fraction of the step each particle starts to fly."""
     first = gas.particles.count
     ready = injectors(setup, kinds, gas.positions)
     for source, injector, delivery in zip(setup.sources, ready, gas.deliveries, strict=True):
         mouth, one = source.jets.mouth_nodes, gas.particles.count
         offered = delivery.offered
         start, end = gas.positions[mouth].mean(axis=0), bag.positions[mouth].mean(axis=0)
+        pressure = max(float(gas.pressure[source.inflator.chamber]), LEAST_BACK_PRESSURE)
         birth = injector.blow(
-            delivery, gas.particles, gas.gas_time, span, start, (end - start) / span,
-            max(float(gas.pressure[source.inflator.chamber]), FAINTEST), 0.0, setup.seed,
-        )  # fmt: skip
+            delivery, gas.particles, gas.gas_time, span, start, (end - start) / span, pressure, setup.seed
+        )
         gas.enthalpy_in += delivery.offered - offered + birth.carried_energy
         gas.impulse += birth.impulse
         when = _birth_times(gas, one, setup.seed)
@@ -58,7 +68,7 @@ def blow(setup: Setup, gas: CorpuscularState, kinds: ParticleKinds, bag: Bag, sp
 
 
 def injectors(setup: Setup, kinds: ParticleKinds, positions: np.ndarray) -> list[Injector]:
-    """Of each source, as its mouth lies now; positions: [m], (nodes, 3)."""
+    """The injector of each source at the present place of its mouth; positions: [m], (nodes, 3)."""
     made = []
     for source in setup.sources:
         holes, frames, (axis, _, _) = source.jets.nozzles(positions)
@@ -73,14 +83,20 @@ def injectors(setup: Setup, kinds: ParticleKinds, positions: np.ndarray) -> list
 
 
 def _birth_times(gas: CorpuscularState, first: int, seed: int) -> np.ndarray:
-    """Fractions of the step at which the particles from `first` on are born, (newborns,)."""
+    """Fractions of the step at which the particles from `first` on are born, (new particles,)."""
     times = np.empty(gas.particles.count - first)
     _draw_uniform(gas.particles.identity[first : gas.particles.count], seed + BIRTH_TIME, times)
     return times
 
 
+@scalar
+def _draw_uniform(identity, seed, drawn_out):
+    for p in range(len(identity)):
+        drawn_out[p] = uniform(stream(seed, 0, identity[p]), 0)
+
+
 def draw_air_in(setup: Setup, gas: CorpuscularState, kinds: ParticleKinds, bag: Bag) -> None:
-    """Air from outside, where that has the higher pressure."""
+    """Add the particles of air that passages have drawn in."""
     ambient = setup.ambient
     for k, row in enumerate(setup.passages.rows):
         number = np.floor(gas.owed[k] / kinds.mass).astype(np.int64)
@@ -88,10 +104,10 @@ def draw_air_in(setup: Setup, gas: CorpuscularState, kinds: ParticleKinds, bag: 
             continue
         mass = number * kinds.mass
         chamber, inward = (row.behind, -1.0) if row.ahead == OUTSIDE else (row.ahead, 1.0)
+        triangles = bag.surface.triangles[row.triangles]
         energy, impulse = draw_in(
-            gas.particles, kinds, number, ambient.temperature, chamber, bag.surface.triangles[row.triangles],
-            bag.positions, inward, setup.seed,
-        )  # fmt: skip
+            gas.particles, kinds, number, ambient.temperature, chamber, triangles, bag.positions, inward, setup.seed
+        )
         enthalpy = mixture_enthalpy(setup.table, mass, ambient.temperature)
         gas.owed[k] -= mass
         gas.drawn += mass
@@ -100,7 +116,45 @@ def draw_air_in(setup: Setup, gas: CorpuscularState, kinds: ParticleKinds, bag: 
         gas.impulse += impulse
 
 
+def draw_in(
+    particles: Particles, kinds: ParticleKinds, number: np.ndarray, temperature: float, chamber: int,
+    triangles: np.ndarray, positions: np.ndarray, inward: float, seed: int,
+) -> tuple[float, np.ndarray]:  # fmt: skip
+    """Add particles, number (species,) int64, of air at temperature [K] through triangles (n, 3).
+
+    positions [m] (nodes, 3). inward: -1 if the chamber lies behind the triangles, +1 if ahead. Their velocities are
+    those of molecules that cross a plane. Returns their energy [J] and momentum [N s] (3,).
+    """
+    new = particles.add(int(number.sum()))
+    new.species[:] = np.repeat(np.arange(len(number)), number)
+    new.chamber[:] = chamber
+    normals = area_vectors(triangles, positions)
+    area = np.linalg.norm(normals, axis=1)
+    _place(
+        new, positions[triangles], np.cumsum(area) / area.sum(), inward * normals / area[:, None], kinds.table,
+        kinds.mass, kinds.heat, temperature, seed,
+    )  # fmt: skip
+    each = kinds.mass[new.species]
+    energy = 0.5 * each @ np.sum(new.velocity**2, axis=1) + new.internal_energy.sum()
+    return float(energy), each @ new.velocity
+
+
 @scalar
-def _draw_uniform(identity, seed, drawn_out):
-    for p in range(len(identity)):
-        drawn_out[p] = uniform(stream(seed, 0, identity[p]), 0)
+def _place(new, corners, share, normals, table, mass, heat, temperature, seed):
+    """Positions, velocities and internal energies of new particles; share: running sum of the triangles' areas."""
+    for p in range(len(new.identity)):
+        key, kind = stream(seed + DRAWN_IN, 0, new.identity[p]), new.species[p]
+        t = min(np.searchsorted(share, uniform(key, 0)), len(share) - 1)
+        u, v = uniform(key, 1), uniform(key, 2)
+        if u + v > 1.0:
+            u, v = 1.0 - u, 1.0 - v
+        sigma = math.sqrt(heat * temperature / mass[kind])
+        across = sigma * math.sqrt(-2.0 * math.log(uniform(key, 3)))  # speeds of molecules that cross a plane
+        n = normals[t]
+        random = np.array([sigma * normal(key, 4), sigma * normal(key, 5), sigma * normal(key, 6)])
+        along = random[0] * n[0] + random[1] * n[1] + random[2] * n[2]
+        for k in range(3):
+            side = u * (corners[t, 1, k] - corners[t, 0, k]) + v * (corners[t, 2, k] - corners[t, 0, k])
+            new.position[p, k] = corners[t, 0, k] + side + INSET * n[k]
+            new.velocity[p, k] = random[k] + (across - along) * n[k]
+        new.internal_energy[p] = heat * temperature * gamma(key, 7, 0.5 * degrees_of_freedom(table[kind], temperature))

@@ -1,4 +1,4 @@
-"""Ambient air in the start shape: even by volume, Maxwell's velocities, no net momentum, exact energy."""
+"""The initial gas in the start shape: even by volume, Maxwell velocities, no net momentum, exact energy."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ INITIAL_AIR = 0x41495220
 
 
 def air_count(kinds: ParticleKinds, pressure: float, temperature: float, volumes: np.ndarray) -> np.ndarray:
-    """Particles in volumes [m^3] (chambers,) at pressure [Pa] and temperature [K], to the nearest whole one: int64."""
+    """Number of particles, int64, in volumes [m^3] (chambers,) at a pressure [Pa] and temperature [K], rounded."""
     return np.rint(pressure * volumes / (kinds.heat * temperature)).astype(np.int64)
 
 
@@ -27,30 +27,21 @@ def fill_with_air(
 ) -> None:  # fmt: skip
     """Add the air of each chamber at rest: mass_fractions (species,), pressure [Pa], temperature [K].
 
-    volumes [m^3] (chambers,); surface as `points_inside` takes it. The air of a chamber has exactly the energy that
-    temperature asks of its particles, and no momentum; its mass is right to half a particle.
+    volumes [m^3] (chambers,); surface as in `points_inside`. The air of a chamber has no momentum, and exactly the
+    energy of its particles at that temperature; its mass is right to half a particle.
     """
     number = air_count(kinds, pressure, temperature, volumes)
     points, chamber, _ = points_inside(triangles, positions, behind, ahead, number, seed)
-    count = len(points)
-    particles.make_room(count)
-    first, last = particles.count, particles.count + count
-    particles.position[first:last] = points
-    particles.chamber[first:last] = chamber
-    particles.identity[first:last] = particles.next_identity + np.arange(count)
+    new = particles.add(len(points))
+    new.position[:], new.chamber[:] = points, chamber
     share = mass_fractions / kinds.mass
-    _stir(
-        chamber, particles.identity[first:last], kinds.table, kinds.mass, kinds.heat, share / share.sum(), temperature,
-        seed, particles.species[first:last], particles.velocity[first:last], particles.internal_energy[first:last],
-    )  # fmt: skip
-    particles.count, particles.next_identity = last, particles.next_identity + count
+    _stir(new, kinds.table, kinds.mass, kinds.heat, share / share.sum(), temperature, seed)
 
 
 @scalar
-def _stir(
-    chamber, identity, table, mass, heat, mole_fractions, temperature, seed, species_out, velocity_out, energy_out
-):
-    """Species, velocities and stores of particles that are listed chamber by chamber."""
+def _stir(new, table, mass, heat, mole_fractions, temperature, seed):
+    """Species, velocities and internal energies of new particles that are listed chamber by chamber."""
+    species, velocity, energy, chamber = new.species, new.velocity, new.internal_energy, new.chamber
     begin, total = 0, len(chamber)
     while begin < total:
         end = begin
@@ -62,30 +53,29 @@ def _stir(
         for i in range(begin, end):
             kind = 0
             for k in range(len(mass)):  # the most overdue species
-                if (i + 1 - begin) * mole_fractions[k] - given[k] > (i + 1 - begin) * mole_fractions[kind] - given[
-                    kind
-                ]:
+                due = (i + 1 - begin) * mole_fractions[k] - given[k]
+                if due > (i + 1 - begin) * mole_fractions[kind] - given[kind]:
                     kind = k
             given[kind] += 1.0
-            species_out[i] = kind
-            key = stream(seed + INITIAL_AIR, 0, identity[i])
+            species[i] = kind
+            key = stream(seed + INITIAL_AIR, 0, new.identity[i])
             dof = degrees_of_freedom(table[kind], temperature)
-            energy_out[i] = gamma(key, 3, 0.5 * dof)
-            stored += energy_out[i]
+            energy[i] = gamma(key, 3, 0.5 * dof)
+            stored += energy[i]
             owed += 0.5 * dof
             weight += mass[kind]
             for axis in range(3):
-                velocity_out[i, axis] = math.sqrt(heat * temperature / mass[kind]) * normal(key, axis)
-                momentum[axis] += mass[kind] * velocity_out[i, axis]
+                velocity[i, axis] = math.sqrt(heat * temperature / mass[kind]) * normal(key, axis)
+                momentum[axis] += mass[kind] * velocity[i, axis]
         for i in range(begin, end):
             for axis in range(3):
-                velocity_out[i, axis] -= momentum[axis] / weight
-                flight += 0.5 * mass[species_out[i]] * velocity_out[i, axis] ** 2
-        # A single particle cannot both rest and fly: its energy of flight is stored.
+                velocity[i, axis] -= momentum[axis] / weight
+                flight += 0.5 * mass[species[i]] * velocity[i, axis] ** 2
+        # A single particle cannot fly without momentum: its energy of flight goes into its internal energy.
         faster = math.sqrt(1.5 * (end - begin) * heat * temperature / flight) if flight > 0.0 else 0.0
         if flight == 0.0:
             owed += 1.5 * (end - begin)
         for i in range(begin, end):
-            velocity_out[i] *= faster
-            energy_out[i] *= owed * heat * temperature / stored if stored > 0.0 else 0.0
+            velocity[i] *= faster
+            energy[i] *= owed * heat * temperature / stored if stored > 0.0 else 0.0
         begin = end

@@ -1,23 +1,23 @@
 """Injection: inflators blow particles into the bag through nozzles.
 
-What has been delivered is the closed form of the inflator's curve; a particle is born whenever a whole one has come
-together, and what is not yet a particle is pending. The species of the next particle is the one most overdue, and so is
-its nozzle, so that masses are exact in the long run, for each nozzle too.
+The mass delivered is the closed form of the inflator's curve. A particle is born whenever the mass of a whole one has
+been delivered; what is not yet in a particle is pending. The next particle belongs to the species that is most overdue,
+and to its nozzle that is most overdue, so that masses are exact in the long run, also for each nozzle.
 
-A newborn has the drift u along its jet, u = min(choked speed, mdot/(rho A)), and thermal motion and store of the
-temperature at which e(T) = h(T_in) - u^2/2. It is the *enthalpy* at the total temperature T_in that comes in: drift and
-a Maxwell distribution at T_in would lack the flow work R T. Each step's batch is scaled to that energy exactly; what a
-batch cannot take (a single particle that was drawn too fast) is carried to the next.
+A new particle has the drift u along its jet, u = min(choked speed, mdot/(rho A)), and the thermal motion and internal
+energy of the temperature at which e(T) = h(T_in) - u^2/2. What comes in is the *enthalpy* at the total temperature
+T_in: drift and a Maxwell distribution at T_in would lack the flow work R T. Each step's batch is scaled to that energy
+exactly. What a batch cannot take (a single particle that was drawn too fast) is carried to the next.
 
-A nozzle blows one way only. The thermal motion along the jet is folded, v = |s + xi| sigma with s such that the mean is
-still u, so that the thrust is mdot u as far as a one-sided distribution can have that mean (u > 0.8 sigma; a choked jet
-has u = sigma).
+A nozzle blows one way only. The thermal motion along the jet is folded, v = |s + xi| sigma, with s such that the mean
+is still u. The thrust is then mdot u, as far as a one-sided distribution can have that mean (u > 0.8 sigma; a choked
+jet has u = sigma).
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -26,14 +26,15 @@ from billow.parts.gas.corpuscular.internal_energy import ParticleKinds, degrees_
 from billow.parts.gas.corpuscular.particles import Particles
 from billow.parts.gas.corpuscular.random_numbers import gamma, normal, stream, uniform
 from billow.parts.gas.supply.curve import interpolate
-from billow.parts.gas.supply.inflator import Inflator, delivered_mass, jet_speed
+from billow.parts.gas.supply.inflator import Inflator
 from billow.parts.gas.supply.mixture import mixture_enthalpy, mixture_gas_constant, mixture_temperature
+from billow.parts.gas.supply.outflow import jet_speed
 
 INJECTION = 0x494E4A45
 """Names the random numbers of injection."""
 
 INSET = 1e-5
-"""Height [m] of newborns over the plane of the mouth: inside the bag, and below any gap."""
+"""Height [m] of new particles above the plane of the mouth: inside the bag, and below any gap."""
 
 GENTLEST, STRONGEST = 0.5, 2.0
 """Bounds of the factor on thermal speed that makes a batch exact."""
@@ -41,12 +42,12 @@ GENTLEST, STRONGEST = 0.5, 2.0
 
 @dataclass(frozen=True)
 class Nozzles:
-    """Holes of one inflator, in a mouth as it stands now.
+    """Holes of one inflator, in the present position of its mouth.
 
-    offset: of each hole from the mouth's centre [m] and direction: of its jet, unit vectors, both before any spin,
-    (nozzles, 3); chamber: it blows into, (nozzles,) int32; radius: of the hole [m]; half_angle: of the cone in which
-    jets leave, cosine-weighted [rad]; normal: of the mouth, unit vector into the bag, (3,); spin: rate [rad/s] at which
-    offsets and directions turn about the normal.
+    offset: of each hole from the mouth's centre [m], and direction: of its jet, unit vectors, both before any spin,
+    (nozzles, 3); chamber: into which it blows, (nozzles,) int32; radius: of a hole [m]; half_angle: of the cone in
+    which a jet leaves, cosine-weighted [rad]; normal: of the mouth, unit vector into the bag, (3,); spin: rate [rad/s]
+    at which offsets and directions turn about the normal.
     """
 
     offset: np.ndarray
@@ -65,11 +66,11 @@ class Nozzles:
 
 @dataclass
 class Delivery:
-    """What one inflator has given so far.
+    """What one inflator has delivered so far.
 
-    born: (nozzles, species), in particles of today: halved when every two are merged, and exact, since a float holds
-    halves and quarters; offered: enthalpy delivered [J]; energy: taken by particles [J], measured at the mouth; the
-    difference is pending.
+    born: (nozzles, species), number of present particles: halved when particles are merged in pairs, and exact, since a
+    float holds halves and quarters. offered: enthalpy delivered [J]. energy: taken by particles [J], relative to the
+    mouth; the difference is pending.
     """
 
     born: np.ndarray
@@ -77,19 +78,19 @@ class Delivery:
     energy: float = 0.0
 
     def mass(self, kinds: ParticleKinds) -> np.ndarray:
-        """In particles [kg], (species,)."""
+        """Mass in particles [kg], (species,)."""
         return self.born.sum(axis=0) * kinds.mass
 
     @property
     def pending_energy(self) -> float:
-        """Delivered, but in no particle yet [J]; may be negative by a fraction of a particle's energy."""
+        """Delivered, but not in any particle yet [J]; may be negative by a fraction of a particle's energy."""
         return self.offered - self.energy
 
 
 @dataclass(frozen=True)
 class Birth:
-    """One step's newborns, particles.count - count to particles.count: mass [kg] (species,); energy [J] at the mouth;
-    carried_energy [J], what they have on top of it because the mouth moves; impulse [N s] (3,), their momentum."""
+    """The new particles of one step, `count` of them, the last ones: mass [kg] (species,); energy [J] relative to the
+    mouth; carried_energy [J], what the motion of the mouth adds to it; impulse [N s] (3,), their momentum."""
 
     count: int
     mass: np.ndarray
@@ -105,32 +106,22 @@ class Injector:
     kinds: ParticleKinds
     inflator: Inflator
     nozzles: Nozzles
-    cumulative: np.ndarray = field(init=False)
-
-    def __post_init__(self):
-        object.__setattr__(self, "cumulative", self.inflator.cumulative)
 
     def start(self) -> Delivery:
         """Nothing delivered yet."""
         return Delivery(np.zeros((len(self.nozzles.offset), len(self.kinds.mass))))
 
-    def pending_mass(self, delivery: Delivery, time: float) -> np.ndarray:
-        """Delivered up to time [s], but in no particle yet [kg], (species,); the sum is below one particle's mass."""
-        return self.inflator.delivered(time) * self.inflator.mass_fractions - delivery.mass(self.kinds)
-
     def blow(
         self, delivery: Delivery, particles: Particles, time: float, dt: float, mouth: np.ndarray,
-        mouth_velocity: np.ndarray, pressure: float, clearance: float, seed: int,
+        mouth_velocity: np.ndarray, pressure: float, seed: int,
     ) -> Birth:  # fmt: skip
         """Add what comes in from time to time + dt [s].
 
-        mouth: centre at the end of the step [m] (3,), mouth_velocity [m/s] (3,); pressure [Pa] around the nozzles;
-        clearance [m]: newborns are spread along their way by up to this, within which there must be no fabric.
+        mouth: centre at the end of the step [m] (3,), mouth_velocity [m/s] (3,); pressure [Pa] around the nozzles.
         """
         inflator, nozzles, kinds = self.inflator, self.nozzles, self.kinds
-        curve = (inflator.flow_time, inflator.mass_flow, self.cumulative)
-        after = delivered_mass(*curve, time + dt)
-        arrived = after - delivered_mass(*curve, time)
+        after = inflator.delivered(time + dt)
+        arrived = after - inflator.delivered(time)
         fractions = inflator.mass_fractions
         temperature = interpolate(inflator.temperature_time, inflator.temperature, time + 0.5 * dt)
         enthalpy = mixture_enthalpy(kinds.table, fractions, temperature)
@@ -143,39 +134,32 @@ class Injector:
         density = pressure / (constant * temperature)
         drift = min(jet_speed(kinds.table, fractions, temperature), arrived / (dt * density * nozzles.area))
         warmth = mixture_temperature(kinds.table, fractions, enthalpy - 0.5 * drift * drift, temperature)
-        excess = (
-            delivery.offered - delivery.energy - _enthalpy(kinds, due - delivery.born.sum(axis=0), temperature)
-        )  # carried from earlier batches
+        # What earlier batches could not take.
+        excess = delivery.offered - delivery.energy - _enthalpy(kinds, due - delivery.born.sum(axis=0), temperature)
         born = delivery.born.copy()
-        nozzle = np.empty(count, np.int64)
-        particles.make_room(count)
-        first, last = particles.count, particles.count + count
-        _choose(due, born, nozzle, particles.species[first:last])
-        particles.chamber[first:last] = nozzles.chamber[nozzle]
-        particles.identity[first:last] = particles.next_identity + np.arange(count)
+        new, nozzle = particles.add(count), np.empty(count, np.int64)
+        _choose(due, born, nozzle, new.species)
+        new.chamber[:] = nozzles.chamber[nozzle]
         number = (born - delivery.born).sum(axis=0)
-        energy = _animate(
-            particles.position[first:last], particles.velocity[first:last], particles.internal_energy[first:last],
-            particles.species[first:last], particles.identity[first:last], nozzle, kinds.table, kinds.mass, kinds.heat,
-            turned(nozzles.offset, nozzles.normal, nozzles.spin * (time + dt)) + mouth,
-            turned(nozzles.direction, nozzles.normal, nozzles.spin * (time + dt)),
-            nozzles.normal, nozzles.radius, math.sin(nozzles.half_angle) ** 2, drift, warmth,
-            _enthalpy(kinds, number, temperature) + excess, dt, clearance, seed,
+        angle = nozzles.spin * (time + dt)
+        energy = _set_in_motion(
+            new, nozzle, turned(nozzles.direction, nozzles.normal, angle), math.sin(nozzles.half_angle) ** 2,
+            kinds.table, kinds.mass, kinds.heat, drift, warmth, _enthalpy(kinds, number, temperature) + excess, seed,
         )  # fmt: skip
+        holes = turned(nozzles.offset, nozzles.normal, angle) + mouth
+        _place(new, nozzle, holes, nozzles.normal, nozzles.radius, seed)
         mass = number * kinds.mass
         delivery.born = born
         delivery.energy += energy
-        particles.count, particles.next_identity = last, particles.next_identity + count
-        each = kinds.mass[particles.species[first:last]]
-        impulse = each @ particles.velocity[first:last]
+        impulse = kinds.mass[new.species] @ new.velocity
         carried = float(mouth_velocity @ impulse + 0.5 * mass.sum() * mouth_velocity @ mouth_velocity)
-        particles.velocity[first:last] += mouth_velocity
+        new.velocity[:] += mouth_velocity
         return Birth(count, mass, energy, carried, impulse + mass.sum() * mouth_velocity)
 
 
 @scalar
 def turned(vectors, axis, angle):
-    """Vectors (n, 3) turned by angle [rad] about a unit axis through the origin (Rodrigues' formula)."""
+    """Vectors (n, 3) turned by an angle [rad] about a unit axis through the origin (Rodrigues' formula)."""
     result = np.empty_like(vectors)
     cosine, sine = math.cos(angle), math.sin(angle)
     for i in range(len(vectors)):
@@ -194,7 +178,7 @@ def _enthalpy(kinds: ParticleKinds, number: np.ndarray, temperature: float) -> f
 
 @scalar
 def _choose(due, born, nozzle_out, species_out):
-    """Species and nozzle of each newborn: the most overdue species, and of that the most overdue nozzle."""
+    """Species and nozzle of each new particle: the most overdue species, and the nozzle most overdue for it."""
     nozzles, kinds = born.shape
     for p in range(len(nozzle_out)):
         chosen, most = 0, -np.inf
@@ -226,14 +210,13 @@ def folded_shift(mean):
 
 
 @scalar
-def _animate(
-    position, velocity, internal_energy, species, identity, nozzle, table, mass, heat, hole, direction, normal_, radius,
-    sine_square, drift, warmth, energy, dt, clearance, seed,
-):  # fmt: skip
-    """Place newborns and set them in motion; returns their energy [J], `energy` if the scaling stays in bounds.
+def _set_in_motion(new, nozzle, direction, sine_square, table, mass, heat, drift, warmth, energy, seed):
+    """Velocities and internal energies of new particles; returns their energy [J], `energy` if scaling allows.
 
-    The velocity of each is steady + q * thermal, its store q^2 times the one drawn; q from the energy of all.
+    direction: of each jet, (nozzles, 3). warmth: temperature [K] of the thermal motion. The velocity of each particle
+    is steady + q * thermal, its internal energy q^2 times the one drawn; q follows from the energy of all.
     """
+    velocity, internal_energy, species, identity = new.velocity, new.internal_energy, new.species, new.identity
     count = len(species)
     steady = np.empty((count, 3))
     square, linear, constant = 0.0, 0.0, -energy
@@ -261,23 +244,23 @@ def _animate(
     discriminant = linear * linear - 4.0 * square * constant
     if discriminant > 0.0:
         factor = min(max((math.sqrt(discriminant) - linear) / (2.0 * square), GENTLEST), STRONGEST)
-    total = energy + constant + factor * (linear + factor * square)
-    first, second = _perpendicular(normal_)
     for p in range(count):
-        key = stream(seed + INJECTION, 0, identity[p])
         internal_energy[p] *= factor * factor
-        out, turn = radius * math.sqrt(uniform(key, 6)), 2.0 * math.pi * uniform(key, 7)
-        rise, speed = 0.0, 0.0
         for k in range(3):
             velocity[p, k] = steady[p, k] + factor * velocity[p, k]
-            rise += velocity[p, k] * normal_[k]
-            speed += velocity[p, k] * velocity[p, k]
-        # Back towards the mouth there is no room.
-        way = min(dt * uniform(key, 8), clearance / math.sqrt(speed)) if rise > 0.0 and speed > 0.0 else 0.0
+    return energy + constant + factor * (linear + factor * square)
+
+
+@scalar
+def _place(new, nozzle, holes, normal_, radius, seed):
+    """Positions of new particles: evenly over the discs of their holes, centres [m] (nozzles, 3)."""
+    first, second = _perpendicular(normal_)
+    for p in range(len(nozzle)):
+        key = stream(seed + INJECTION, 0, new.identity[p])
+        out, turn = radius * math.sqrt(uniform(key, 6)), 2.0 * math.pi * uniform(key, 7)
         for k in range(3):
             aside = out * (math.cos(turn) * first[k] + math.sin(turn) * second[k])
-            position[p, k] = hole[nozzle[p], k] + INSET * normal_[k] + aside + way * velocity[p, k]
-    return total
+            new.position[p, k] = holes[nozzle[p], k] + INSET * normal_[k] + aside
 
 
 @scalar

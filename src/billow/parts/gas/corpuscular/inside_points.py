@@ -1,12 +1,12 @@
 """Points spread evenly by volume inside a closed surface, however thin, folded or divided it is.
 
-Parallel columns are cut with all triangles; where a column is inside follows from counting the surfaces it passes, with
-their sign. Points are then dealt out along the inside lengths of all columns at equal distances with jitter, which is
-even by volume. Nothing depends on how thin the bag is: columns run along its thinnest extent, and every column over a
-flat bag is inside for the bag's gap.
+Parallel columns are cut by all triangles. Where a column is inside follows from counting the surfaces it passes, with
+their sign. Points are then placed along the inside lengths of all columns at equal distances with jitter, which is even
+by volume. Thin bags are no special case: columns run along the thinnest extent, and every column over a flat bag is
+inside over the bag's gap.
 
 Whether a column meets a triangle is decided by the sides of its three edges, each evaluated from the edge's lower to
-its higher node: neighbouring triangles get the same answer, so that no column slips between them or meets both.
+its higher node. Neighbouring triangles get the same answer, so that no column slips between them or meets both.
 """
 
 from __future__ import annotations
@@ -28,18 +28,15 @@ INSIDE_POINTS = 0x494E5349
 def points_inside(
     triangles: np.ndarray, positions: np.ndarray, behind: np.ndarray, ahead: np.ndarray, number: np.ndarray, seed: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """So many points in each chamber: number (chambers,) int64.
+    """Points in each chamber, as many as `number` (chambers,) int64 says.
 
     triangles (n, 3), positions [m] (nodes, 3). behind, ahead: (n,) int32, chamber on the inner side of each triangle
     (against its normal) and on its outer side, -1 outside the bag. Returns points [m] (number.sum(), 3), chamber by
-    chamber; their chambers (number.sum(),) int32; and volumes [m^3] (chambers,) as the columns found them, for
-    comparison with Gauss' theorem. A chamber no column found (it has no volume) gets no points.
+    chamber; their chambers (number.sum(),) int32; and volumes [m^3] (chambers,) as found by the columns, for comparison
+    with Gauss' theorem. A chamber without volume, which no column meets, gets no points.
     """
-    low, high = positions.min(axis=0), positions.max(axis=0)
-    thin = int(np.argmin(high - low))
-    order = np.array([(thin + 1) % 3, (thin + 2) % 3, thin])  # cyclic: keeps the sense of orientation
-    turned = np.ascontiguousarray((positions - low)[:, order])
-    width, depth = (high - low)[order[:2]]
+    turned, order, low = thin_axis_last(positions)
+    width, depth = np.ptp(turned, axis=0)[:2]
     columns = max(FEWEST_COLUMNS, COLUMNS_PER_POINT * int(number.sum()))
     edge = math.sqrt(max(width * depth, 1e-300) / columns)
     shape = np.array([max(1, math.ceil(width / edge)), max(1, math.ceil(depth / edge))])
@@ -53,9 +50,18 @@ def points_inside(
     return back + low, chamber, length * pitch[0] * pitch[1]
 
 
+def thin_axis_last(positions: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Positions [m] (nodes, 3) from their lowest corner, axes in cyclic order so that the thinnest extent comes last;
+    that order of the axes (3,), and the lowest corner [m] (3,)."""
+    low = positions.min(axis=0)
+    thin = int(np.argmin(np.ptp(positions, axis=0)))
+    order = np.array([(thin + 1) % 3, (thin + 2) % 3, thin])  # cyclic: keeps the sense of orientation
+    return np.ascontiguousarray((positions - low)[:, order]), order, low
+
+
 @scalar
 def _column(index, shape, pitch, seed):
-    """Where a column stands [m]: at a random place in its field."""
+    """Position of a column [m]: random within its field."""
     key = stream(seed + INSIDE_POINTS, 0, index)
     return (
         (index // shape[1] + uniform(key, 0)) * pitch[0],
@@ -65,10 +71,11 @@ def _column(index, shape, pitch, seed):
 
 @scalar
 def _left_of(positions, a, b, x, y):
-    """Twice the area of (x, y) and edge a-b, positive left of it; evaluated from the lower to the higher node.
+    """Twice the area of (x, y) and edge a-b, positive if the point is on the left, and whether it is; evaluated from
+    the lower to the higher node.
 
-    A point on the line counts as if it were a little further along x, and still less along y: at a node, too, it then
-    lies in one of the triangles around it (Edelsbrunner and Muecke, "Simulation of simplicity", 1990).
+    A point on the line counts as if it were shifted a little along x, and still less along y. A point at a node then
+    lies in exactly one of the triangles around it (Edelsbrunner and Muecke, "Simulation of simplicity", 1990).
     """
     low, high = min(a, b), max(a, b)
     ax, ay = positions[low, 0], positions[low, 1]
@@ -80,7 +87,7 @@ def _left_of(positions, a, b, x, y):
 
 @scalar
 def meet(a, b, c, positions, x, y):
-    """Whether a column passes triangle a-b-c: 1 along its normal, -1 against it, 0 not; and at what height [m]."""
+    """Whether a column passes triangle a-b-c: 1 along its normal, -1 against it, 0 if not; and at what height [m]."""
     area_a, left_a = _left_of(positions, b, c, x, y)
     area_b, left_b = _left_of(positions, c, a, x, y)
     area_c, left_c = _left_of(positions, a, b, x, y)
@@ -95,7 +102,7 @@ def meet(a, b, c, positions, x, y):
 
 @scalar
 def _cut(triangles, positions, behind, ahead, shape, pitch, seed):
-    """What each column passes, from below: start (columns + 1,), height [m], chambers left and entered."""
+    """The triangles each column passes, from below: start (columns + 1,), height [m], chambers left and entered."""
     columns = shape[0] * shape[1]
     start, filled = np.zeros(columns + 1, np.int64), np.zeros(columns, np.int64)
     height, left, entered = np.empty(0), np.empty(0, np.int32), np.empty(0, np.int32)
@@ -130,14 +137,14 @@ def _cut(triangles, positions, behind, ahead, shape, pitch, seed):
 
 
 @scalar
-def _pass(depth, left, entered):
-    """Book one crossing in depth, how deep a place is in each chamber; returns the chamber it now is in, or -1."""
+def _pass(winding, left, entered):
+    """Update the winding number of each chamber after one crossing; returns the chamber the column is now in, or -1."""
     if left >= 0:
-        depth[left] -= 1
+        winding[left] -= 1
     if entered >= 0:
-        depth[entered] += 1
-    for k in range(len(depth)):
-        if depth[k] > 0:
+        winding[entered] += 1
+    for k in range(len(winding)):
+        if winding[k] > 0:
             return k
     return -1
 
@@ -145,11 +152,11 @@ def _pass(depth, left, entered):
 @scalar
 def _inside_length(start, height, left, entered, chambers):
     """Length of all columns within each chamber [m]."""
-    length, depth = np.zeros(chambers), np.zeros(chambers, np.int64)
+    length, winding = np.zeros(chambers), np.zeros(chambers, np.int64)
     for column in range(len(start) - 1):
-        depth[:] = 0
+        winding[:] = 0
         for at in range(start[column], start[column + 1] - 1):
-            k = _pass(depth, left[at], entered[at])
+            k = _pass(winding, left[at], entered[at])
             if k >= 0:
                 length[k] += height[at + 1] - height[at]
     return length
@@ -157,18 +164,17 @@ def _inside_length(start, height, left, entered, chambers):
 
 @scalar
 def _deal(start, height, left, entered, shape, pitch, length, number, seed):
-    """Points at jittered equal distances along the inside lengths of all columns."""
+    """Points at equal distances with jitter along the inside lengths of all columns."""
     chambers = len(number)
     first = np.zeros(chambers + 1, np.int64)
     for k in range(chambers):
         first[k + 1] = first[k] + number[k]
     points, chamber = np.empty((first[chambers], 3)), np.empty(first[chambers], np.int32)
-    gone, dealt, depth = np.zeros(chambers), np.zeros(chambers, np.int64), np.zeros(chambers, np.int64)
-    columns = len(start) - 1
-    for column in range(columns):
-        depth[:] = 0
+    gone, dealt, winding = np.zeros(chambers), np.zeros(chambers, np.int64), np.zeros(chambers, np.int64)
+    for column in range(len(start) - 1):
+        winding[:] = 0
         for at in range(start[column], start[column + 1] - 1):
-            k = _pass(depth, left[at], entered[at])
+            k = _pass(winding, left[at], entered[at])
             if k < 0:
                 continue
             here = height[at + 1] - height[at]

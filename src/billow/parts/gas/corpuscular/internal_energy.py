@@ -1,8 +1,8 @@
-"""What a particle stands for, and what it stores besides its flight.
+"""The molecules that a particle represents, and its internal energy.
 
-Every particle stands for the same number of molecules, whatever its species, so that a pair collision between particles
-is a pair collision between molecules: it conserves momentum and energy exactly and gives every species the same
-temperature by itself. The internal degrees of freedom of a molecule follow from its *integral* energy,
+Every particle represents the same number of molecules, whatever its species, so that a pair collision between particles
+is a pair collision between molecules: it conserves momentum and energy exactly and brings all species to the same
+temperature. The internal degrees of freedom of a molecule follow from its *integral* energy,
 
     zeta(T) = 2 e(T) / (R T) - 3,   not below zero,
 
@@ -25,14 +25,14 @@ AVOGADRO = 6.02214076e23  # 1/mol, SI definition
 BOLTZMANN = MOLAR_GAS_CONSTANT / AVOGADRO  # J/K
 
 SPREAD = 0.1
-"""Relative step for derivatives by temperature: about the fluctuation they are meant for."""
+"""Relative step for derivatives by temperature: about the size of the fluctuation that they describe."""
 
 
 @dataclass(frozen=True)
 class ParticleKinds:
     """One kind of particle per species.
 
-    table: (species, 16), species.thermo_table. molecules: that one particle stands for [-]. mass: of one particle of
+    table: (species, 16), species.thermo_table. molecules: that one particle represents [-]. mass: of one particle of
     each species [kg], (species,). heat: k times molecules [J/K]: a particle's mean kinetic energy is 3/2 heat T.
     """
 
@@ -48,7 +48,7 @@ class ParticleKinds:
 
     @classmethod
     def sharing(cls, table: np.ndarray, masses: np.ndarray, particles: int) -> ParticleKinds:
-        """So many particles for all the gas there will be: masses [kg] (species,), injected and ambient together."""
+        """Kinds for a total number of particles; masses [kg] (species,) of all the gas, initial and injected."""
         moles = float(np.sum(masses * table[:, 0])) / MOLAR_GAS_CONSTANT
         return cls(table, moles * AVOGADRO / particles)
 
@@ -61,15 +61,15 @@ def degrees_of_freedom(row, temperature):
 
 @scalar
 def cell_temperature(table, masses, heat, energy, guess):
-    """Temperature [K] of the masses [kg] (species,) of a cell that hold thermal energy [J], the mean motion taken off.
+    """Temperature [K] of a cell with masses [kg] (species,) and thermal energy [J], without that of the mean motion.
 
-    sum(m_i e_i(T)) - 3/2 heat T = energy: n particles measured against their own mean velocity fly in 3 (n - 1)
-    directions. Energy and masses of a cell do not change as its particles collide, and neither does this temperature;
-    whatever rests on it leaves collisions in detailed balance. (n/(n - 1) times the energy of flight does not, and held
-    a gas of two internal degrees of freedom 0.13 % too cold in flight.)
+    sum(m_i e_i(T)) - 3/2 heat T = energy: relative to their own mean velocity, n particles have 3 (n - 1) degrees of
+    freedom of flight. Collisions change neither energy nor masses of a cell, hence not this temperature, and whatever
+    depends on it keeps collisions in detailed balance. (n/(n - 1) times the energy of flight would not: it kept a gas
+    of two internal degrees of freedom 0.13 % too cold in flight.)
 
-    Newton, ended after the first change below 1e-3 T: it converges quadratically, so 1e-6 is left, while ten particles
-    know their temperature to 15 %. guess [K]: of a similar gas. nan if there is no energy.
+    Newton's method, ended after the first change below 1e-3 T. It converges quadratically, so the error is 1e-6, while
+    ten particles give their temperature to 15 %. guess [K]: of a similar gas. nan if there is no energy.
     """
     if not energy > 0.0:
         return np.nan
@@ -91,9 +91,10 @@ def cell_temperature(table, masses, heat, energy, guess):
 def cell_degrees_of_freedom(table, masses, heat, energy, temperature, dof_out):
     """Degrees of freedom zeta_i [-] (species,) for collisions in a cell; energy [J], temperature [K]: cell_temperature.
 
-    Not zeta_i(T): the temperature of ten particles fluctuates, zeta is curved in energy, and the mean over many cells
-    would store 0.5 % too much (CO2, 650 K). To second order in the fluctuation, with F = energy/(heat T) half the
-    degrees of freedom of the cell and C/heat = F + T F' its heat capacity, energies vary by heat T sqrt(F), hence
+    Not zeta_i(T): the temperature of ten particles fluctuates, zeta is curved in energy, and the mean internal energy
+    over many cells would be 0.5 % too high (CO2, 650 K). F = energy/(heat T) is half the number of degrees of freedom
+    of the cell, C/heat = F + T F' its heat capacity, and energies vary by heat T sqrt(F). To second order in this
+    fluctuation,
 
         zeta_i = zeta_i(T) - F^2 (heat/C)^3 (T zeta_i' + T^2 zeta_i''/2)
 

@@ -1,19 +1,20 @@
-"""Merging: of every two neighbours one stays and stands for the molecules of both.
+"""Merging: of every two neighbours one is kept and represents the molecules of both.
 
-The gas of a folded bag before the inflator fires is a few milligrams. It starts with as many particles as there may be,
-so that few molecules hit the fabric at a time; whenever there would be more, all particles of the bag are merged at
-once. All stand for the same number of molecules before and after (LS-DYNA paper, section 4.3).
+The gas of a folded bag before the inflator fires is a few milligrams. It starts with the largest allowed number of
+particles, so that few molecules hit the fabric at a time. Whenever there would be more particles, all particles of the
+bag are merged in pairs at once. They all represent the same number of molecules before and after (LS-DYNA paper,
+section 4.3).
 
-Neighbours of one species and chamber, side by side in the order of the cells, are paired, and chance says which of the
-two stays where it is. That is a fair sample of the gas, of the fast and the slow, of jets and of what they blow into; a
-mean of the two velocities would be neither. What the sample has too much or too little is put right in groups of at
-least GROUP of them, with W, F, U their mean velocity, flight energy about it and store, and V, F0, U0 those of all
-particles that were there:
+Neighbours of one species and chamber, side by side in the order of the cells, form a pair, and it is random which of
+the two is kept, unchanged. That is a fair sample of the gas, of fast and slow particles, of jets and of what they blow
+into; a mean of both velocities would not be. The kept particles are then corrected in groups of at least GROUP of them.
+With W, F, U their mean velocity, energy of flight about it and internal energy, and V, F0, U0 those of all particles
+before,
 
     v = V + sqrt(F0/F) (w - W),    e = U0/U e_w.
 
-So masses, momentum, energy of flight and store of a group are what they were, to rounding. The one left over of an odd
-number counts as a pair or goes, whichever makes less of a `Remainder`; what it lacks to a pair, or had, is kept there.
+So masses, momentum, energy of flight and internal energy of a group do not change, to rounding. The last particle of an
+odd number either counts as a pair or is dropped, whichever leaves the smaller `Remainder`, which keeps the difference.
 """
 
 from __future__ import annotations
@@ -31,11 +32,11 @@ from billow.parts.gas.corpuscular.particles import Particles
 from billow.parts.gas.corpuscular.random_numbers import stream, uniform
 
 GROUP = 128
-"""Merged particles, at least, that share one correction, unless there are fewer of their kind. The factor on their
-velocities is 1 within sqrt(2/(3 GROUP)) or so: flows that differ within a group are not torn apart."""
+"""Fewest merged particles that share one correction, unless there are fewer of their kind. The factor on their
+velocities is 1 to within about sqrt(2/(3 GROUP)): different flows within a group are hardly changed."""
 
 MOST_MERGES = 10
-"""In a run that draws in no air; a bag that starts all but empty is not filled with ever lighter particles."""
+"""Most merges of a run that draws in no air: a bag that starts almost empty does not get ever lighter particles."""
 
 MERGING = 0x4D45_5247
 """Names the random numbers of merging."""
@@ -43,9 +44,9 @@ MERGING = 0x4D45_5247
 
 @dataclass
 class Remainder:
-    """Gas that merging left over: in the bag, but in no particle; negative where a particle was made too much.
+    """Gas in the bag that merging left in no particle; negative where the particles hold too much.
 
-    number: in particles of today, between -1/2 and 1/2 (chambers, species), sums of powers of two and therefore exact;
+    number: of present particles, between -1/2 and 1/2 (chambers, species), sums of powers of two and therefore exact;
     momentum [N s] (3,); energy [J].
     """
 
@@ -64,22 +65,22 @@ class Remainder:
 
 
 def merges_ahead(table: np.ndarray, at_start: np.ndarray, in_all: np.ndarray) -> int:
-    """Merges that leave as many particles of all the gas there will be as there are of the gas at the start, or more.
+    """Number of merges until all the gas has arrived, so that the run starts with at least half of the allowed
+    particles.
 
-    table: (species, 16), species.thermo_table; masses [kg] (species,) at the start and in all. With 2^merges as many
-    particles for all gas as there may be, the start has between half of those and all.
+    table: (species, 16), species.thermo_table. at_start, in_all: masses [kg] (species,) at the start, and of all gas.
     """
-    growth = float(in_all @ table[:, 0]) / max(float(at_start @ table[:, 0]), 1e-300)  # m R goes with molecules
+    growth = float(in_all @ table[:, 0]) / max(float(at_start @ table[:, 0]), 1e-300)  # m R counts molecules
     return min(MOST_MERGES, int(math.log2(max(growth, 1.0))))
 
 
 def merge(
     particles: Particles, kinds: ParticleKinds, cells: Cells, remainder: Remainder, seed: int, merges: int
 ) -> np.ndarray:
-    """Make one particle of every two; from then on each stands for twice kinds.molecules.
+    """Make one particle of every two; from then on each represents twice kinds.molecules.
 
-    cells: as just sorted. merges: before this one; names the random numbers. Returns energy [J] (chambers,) that nobody
-    could take up: a particle that is the only one of its kind cannot fly against itself.
+    cells: just sorted. merges: how many were made before; names the random numbers. Returns the energy [J] (chambers,)
+    that could not be placed: a single particle of its kind has no motion relative to itself.
     """
     n, (chambers, species) = particles.count, remainder.number.shape
     kind = particles.chamber[:n].astype(np.int64) * species + particles.species[:n]
@@ -96,7 +97,7 @@ def merge(
             _book(remainder, particles, kinds.mass[k % species], members[-1], len(members) - 2 * stay)
         one.append(members[0 : 2 * stay : 2])
         other.append(members[1 : 2 * stay : 2])
-        if len(other[-1]) < stay:  # the odd one for both
+        if len(other[-1]) < stay:  # the odd one twice
             other.append(members[-1:])
         groups = max(1, stay // GROUP)
         start.extend(start[-1] + np.arange(1, groups + 1) * stay // groups)
@@ -105,31 +106,29 @@ def merge(
     kept, velocity, internal_energy = np.empty(stays, np.int32), np.empty((stays, 3)), np.empty(stays)
     left = np.empty(len(home))
     _merge_groups(
-        len(home), np.array(start), np.concatenate(one), np.concatenate(other), particles.velocity,
-        particles.internal_energy, particles.identity, seed, merges, kept, velocity, internal_energy, left,
+        len(home), np.array(start), np.concatenate(one), np.concatenate(other), particles.arrays(), seed, merges, kept,
+        velocity, internal_energy, left,
     )  # fmt: skip
-    for array in particles.arrays():
-        array[:stays] = array[kept]
-    particles.velocity[:stays], particles.internal_energy[:stays] = velocity, internal_energy
+    particles.reorder(kept)
     particles.count = stays
-    cells.partners *= 0.5  # the next sort finds half as many in a cell, and makes it wider
+    particles.velocity[:stays], particles.internal_energy[:stays] = velocity, internal_energy
+    cells.partners *= 0.5  # half as many are in a cell now, so the next sort makes it larger
     home = np.array(home)
     return np.bincount(home // species, left * kinds.mass[home % species], chambers)
 
 
 def _book(remainder: Remainder, particles: Particles, mass: float, who: int, sign: int) -> None:
-    """What one particle of a mass [kg] has, to the remainder (sign 1) or from it (-1)."""
+    """Add momentum and energy of one particle of a mass [kg] to the remainder (sign 1), or subtract them (-1)."""
     velocity = particles.velocity[who]
     remainder.momentum += sign * mass * velocity
     remainder.energy += sign * float(0.5 * mass * velocity @ velocity + particles.internal_energy[who])
 
 
 @kernel
-def _merge_groups(
-    n, start, one, other, velocity, internal_energy, identity, seed, merges, kept_out, velocity_out, energy_out,
-    left_out,
-):  # fmt: skip
-    """Of pair p one[p] or other[p] stays; n groups of pairs, start[g] to start[g + 1]. left_out: over mass [J/kg]."""
+def _merge_groups(n, start, one, other, particles, seed, merges, kept_out, velocity_out, energy_out, left_out):
+    """Keep one[p] or other[p] of each pair p; n groups of pairs, start[g] to start[g + 1]. left_out: per mass
+    [J/kg]."""
+    velocity, internal_energy, identity = particles.velocity, particles.internal_energy, particles.identity
     for group in prange(n):
         begin, end = start[group], start[group + 1]
         vx, vy, vz, wx, wy, wz, store, drawn = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0

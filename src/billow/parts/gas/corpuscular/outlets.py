@@ -1,27 +1,28 @@
-"""Outlets: how likely a particle is to pass a vent or porous fabric, so that the mass flow is that of the law.
+"""Outlets: how likely a particle is to pass a vent or porous fabric, so that the mass flow is that of the law; and the
+particles that leave the bag.
 
-A hole that lets every particle pass would lose gas like a vacuum: nothing comes back from outside. The mass flow of
-each passage is therefore the one its law gives for the gas beside it (supply/passages.py, the same objects as for
-uniform pressure), and a particle that strikes it passes with probability
+A hole that lets every particle pass would lose gas as into a vacuum: nothing comes back from outside. The mass flow of
+each passage is therefore the one that its law gives for the gas beside it (supply/passages.py, as for uniform
+pressure), and a particle that strikes it passes with probability
 
-    P = min(1, (flow + short / window) / incident mass flow),
+    P = min(1, (flow + short / window) / incident mass flow).
 
-with what struck the passage lately, within the window, and what it is short of. That keeps the sum of what leaves at
-that of the law: the mean of 1/incident is more than 1/mean, by 1/hits. The gas before it is that of the chamber. Where
-a jet presses on the fabric around a vent, by more than the noise of so many hits, its pressure counts instead: that on
-the vent itself would not do, because gas that streams out strikes it harder the more it streams, and so would drive
-itself.
+The incident flow is that of the last `window` seconds, and `short` the mass that should have left but has not. This
+term keeps the total mass that leaves equal to that of the law: otherwise the mean of 1/incident, which exceeds 1/mean
+by 1/hits, would bias it. The gas beside the passage is that of the chamber. If a jet presses on the fabric around a
+vent, by more than the noise of so many hits, the pressure there counts instead. The pressure on the vent itself cannot
+be used: gas that streams out strikes it harder the faster it streams, and would drive itself.
 
-At most everything passes that strikes a hole. From gas at rest that is p/sqrt(2 pi R T), 0.583 of what a choked hole of
-discharge coefficient 1 lets out (air). Real gas streams towards the hole from a few diameters away; particles do so as
-far as their mean free path is smaller than the hole. What is still missing is taken from the particles nearest to it.
+At most everything passes that strikes a hole. For gas at rest that is p/sqrt(2 pi R T), 0.583 of the flow through a
+choked hole of discharge coefficient 1 (air). Real gas flows towards the hole from a few diameters away; particles do so
+as far as their mean free path is smaller than the hole. The rest is taken from the particles nearest to the hole.
 
-Molecules that strike a hole have less energy than the enthalpy that outflow takes along, by k T/2 if the gas is at rest
-and the less the faster it streams.
+Molecules that strike a hole have less energy than the enthalpy of the outflow, by k T/2 if the gas is at rest, and less
+so the faster it streams.
 
-Of fabric between two chambers gas strikes both sides; the net flow is then
-P (incident from behind - incident from ahead), so P = flow / (incident upstream (1 - p_down/p_up)). An opening is a
-hole: whatever reaches it passes. Where the surroundings have the higher pressure, air is drawn in.
+Fabric between two chambers is struck on both sides. The net flow is P (incident from behind - incident from ahead), so
+P = flow / (incident upstream (1 - p_down/p_up)). An opening is a hole: whatever reaches it passes. If the pressure
+outside is higher, air is drawn in.
 """
 
 from __future__ import annotations
@@ -32,8 +33,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from billow.geometry.chambers import OUTSIDE
+from billow.geometry.surface import area_vectors
+from billow.parts.gas.corpuscular.flight import Flock
+from billow.parts.gas.corpuscular.internal_energy import ParticleKinds
+from billow.parts.gas.corpuscular.state import CorpuscularState
+from billow.parts.gas.gas_model import Bag
 from billow.parts.gas.supply.ambient import Ambient
-from billow.parts.gas.supply.mixture import mixture_gamma, mixture_gas_constant
+from billow.parts.gas.supply.mixture import mixture_gamma, mixture_gas_constant, species_enthalpy
 from billow.parts.gas.supply.outflow import conductance
 from billow.parts.gas.supply.passages import OPENING, VENT, Passages, effective_area
 
@@ -42,14 +48,17 @@ NO_PASSAGE = -1
 HITS_NOISE = 1.13
 """Relative noise of a pressure from one hit."""
 
+LARGEST_PULL = 0.02
+"""Share of a chamber's particles that a vent may take in a gas step, besides those that strike it."""
+
 CERTAIN = 5.0
 """Standard deviations above a chamber's pressure at which a vent feels a jet."""
 
 
 @dataclass(frozen=True)
 class Outlets:
-    """Passages as particles meet them. passage: (triangles,) int32, whose each triangle is, or NO_PASSAGE. around: of
-    each passage, the triangles (n,) int64 that touch it, if it is a vent."""
+    """Passages as particles meet them. passage: (triangles,) int32, the passage each triangle belongs to, or
+    NO_PASSAGE. around: of each vent, the triangles (n,) int64 that touch it; none for other passages."""
 
     table: np.ndarray
     passages: Passages
@@ -74,12 +83,12 @@ class Outlets:
         wall_pressure: np.ndarray, mass_flux: np.ndarray, chamber_pressure: np.ndarray, masses: np.ndarray,
         temperature: np.ndarray, particle_mass: np.ndarray, window: float, time: float, dt: float,
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:  # fmt: skip
-        """Set pass_probability (triangles,) for the coming step; opens passages in is_open (passages,).
+        """Set pass_probability (triangles,) for the next step; opens passages in is_open (passages,).
 
-        short: of what the law let out up to now, the mass that has not left yet [kg], or less than none if too much has
-        (passages,). areas: Passages.measure. triangle_area [m^2] (triangles,). wall_pressure [Pa] and mass_flux
-        [kg/m^2/s], (triangles, 2): smoothed, of the gas behind and ahead, over a window [s]. Of the chambers: pressure
-        [Pa], temperature [K], mean mass of a particle [kg] (chambers,), masses [kg] (chambers, species).
+        short: mass [kg] that should have left by the law and has not, negative if too much has left, (passages,).
+        areas: Passages.measure. triangle_area [m^2] (triangles,). wall_pressure [Pa] and mass_flux [kg/m^2/s],
+        (triangles, 2): of the gas behind and ahead, smoothed over a window [s]. Of the chambers: pressure [Pa],
+        temperature [K], mean mass of a particle [kg] (chambers,), masses [kg] (chambers, species).
 
         Returns mass [kg] to be drawn in, blocked area [m^2] and mass flow to the surroundings [kg/s], all (passages,).
         """
@@ -99,7 +108,7 @@ class Outlets:
                 hits = window * float(triangle_area[near] @ mass_flux[near, 0]) / particle_mass[row.behind]
                 if hits > 1.0:
                     felt = float(triangle_area[near] @ wall_pressure[near, 0]) / float(triangle_area[near].sum())
-                    if felt > behind * (1.0 + CERTAIN * HITS_NOISE / np.sqrt(hits)):
+                    if felt > behind * (1.0 + CERTAIN * HITS_NOISE / math.sqrt(hits)):
                         behind = felt
             if row.ahead != OUTSIDE:
                 ahead = chamber_pressure[row.ahead]
@@ -133,9 +142,9 @@ class Outlets:
         self, triangle_area: np.ndarray, wall_pressure: np.ndarray, mass_flux: np.ndarray, masses: np.ndarray,
         temperature: np.ndarray,
     ) -> np.ndarray:  # fmt: skip
-        """What a molecule that leaves has less than outflow takes along, in k T of its chamber, (passages,).
+        """Energy that a leaving molecule lacks compared with outflow, in k T of its chamber, (passages,).
 
-        Arguments as `regulate`.
+        Arguments as in `regulate`.
         """
         missing = np.full(len(self.passages.rows), 0.5)
         for k, row in enumerate(self.passages.rows):
@@ -157,12 +166,12 @@ class Outlets:
 
 
 def _missing_at(speed: float) -> float:
-    """Missing heat [k T] of a gas whose molecules strike a hole at this mean speed along its normal, over sqrt(R T).
+    """Missing energy [k T] of a gas whose molecules strike a hole at this mean normal speed, in units of sqrt(R T).
 
-    With phi and Phi the normal density and distribution, gas that drifts at s sqrt(R T) strikes with the moments of v
-    over v > 0, m1 = s Phi + phi, m2 = (s^2 + 1) Phi + s phi, m3 = (s^3 + 3 s) Phi + (s^2 + 2) phi (Bird, Molecular Gas
-    Dynamics, 1994, section 4.2). Their mean speed is m2/m1, their energy m3/(2 m1) + 1 k T and the store; outflow takes
-    5/2 + s^2/2 and the store.
+    Gas that drifts at s sqrt(R T) strikes the hole with the moments of v over v > 0, m1 = s Phi + phi, m2 = (s^2 + 1)
+    Phi + s phi, m3 = (s^3 + 3 s) Phi + (s^2 + 2) phi, with phi and Phi the normal density and distribution (Bird,
+    Molecular Gas Dynamics, 1994, section 4.2). The mean speed of these molecules is m2/m1, their energy m3/(2 m1) + 1 k
+    T and the internal energy; outflow takes 5/2 + s^2/2 k T and the internal energy.
     """
     low, high = 0.0, 10.0
     for _ in range(40):
@@ -177,3 +186,58 @@ def _missing_at(speed: float) -> float:
             high = drift
     third = (drift**3 + 3.0 * drift) * below + (drift * drift + 2.0) * density
     return 1.5 + 0.5 * drift * drift - 0.5 * third / first
+
+
+def pull_out(
+    gas: CorpuscularState, kinds: ParticleKinds, outlets: Outlets, passages: Passages, bag: Bag, flock: Flock,
+    span: float,
+) -> np.ndarray:  # fmt: skip
+    """Compare what has left with what should have; where too few particles strike a vent, let the nearest ones leave.
+
+    Returns which particles those are, (particles,) bool.
+    """
+    pulled = np.zeros(len(flock.chamber), np.bool_)
+    out = np.flatnonzero(flock.chamber == OUTSIDE)
+    where, mass = outlets.passage[flock.exit[out]], kinds.mass[flock.species[out]]
+    gas.short += gas.wanted * span - np.bincount(where, mass, len(gas.short))
+    gas.short[gas.wanted == 0.0] = 0.0
+    for k, row in enumerate(passages.rows):
+        if row.kind != VENT or gas.wanted[k] == 0.0 or gas.pass_probability[row.triangles[0]] < 1.0:
+            continue
+        home = max(row.behind, row.ahead)  # OUTSIDE is -1
+        inside = np.flatnonzero(flock.chamber == home)
+        mean = kinds.mass[flock.species[inside]].sum() / max(len(inside), 1)
+        number = int(min(gas.short[k] / max(mean, 1e-300), LARGEST_PULL * len(inside)))
+        if number <= 0:
+            continue
+        vent = bag.positions[bag.surface.triangles[row.triangles]].mean(axis=(0, 1))
+        away = np.sum((flock.position[inside] - vent) ** 2, axis=1)
+        nearest = inside[np.sort(np.argpartition(away, number - 1)[:number])]
+        flock.chamber[nearest], flock.exit[nearest], pulled[nearest] = OUTSIDE, row.triangles[0], True
+        gas.short[k] -= kinds.mass[flock.species[nearest]].sum()
+    return pulled
+
+
+def take_out(
+    gas: CorpuscularState, kinds: ParticleKinds, outlets: Outlets, passages: Passages, bag: Bag, flock: Flock,
+    pulled: np.ndarray,
+) -> None:  # fmt: skip
+    """Book and remove the particles that left the bag."""
+    out = np.flatnonzero(flock.chamber == OUTSIDE)
+    if not len(out):
+        return
+    where, species = outlets.passage[flock.exit[out]], flock.species[out]
+    mass, velocity = kinds.mass[species], flock.velocity[out]
+    np.add.at(gas.left, (where, species), mass)
+    energy = 0.5 * mass * np.sum(velocity**2, axis=1) + gas.particles.internal_energy[out]
+    # Outflow takes its enthalpy along; the gas that stays pays what the particles lack.
+    home = np.array([max(row.behind, row.ahead) for row in passages.rows])[where]  # OUTSIDE is -1
+    area = np.linalg.norm(area_vectors(bag.surface.triangles, bag.positions), axis=1)
+    missing = outlets.missing_heat(area, gas.bank.pressure, gas.bank.mass_flux, gas.masses, gas.temperature)[where]
+    enthalpy = np.array([[species_enthalpy(row, t) for row in kinds.table] for t in gas.temperature])
+    lacks = np.where(pulled[out], mass * enthalpy[home, species] - energy, missing * kinds.heat * gas.temperature[home])
+    debt = np.bincount(home, lacks, len(gas.pool))
+    gas.pool -= debt
+    gas.enthalpy_out += float(energy.sum() + debt.sum())
+    gas.impulse -= mass @ velocity
+    gas.particles.keep(flock.chamber != OUTSIDE)

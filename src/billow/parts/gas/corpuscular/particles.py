@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numba import prange
@@ -10,14 +11,26 @@ from numba import prange
 from billow.base.compiled import CHUNK, kernel
 
 
+class ParticleArrays(NamedTuple):
+    """Views of some particles, as kernels take them; fields as in `Particles`."""
+
+    position: np.ndarray
+    velocity: np.ndarray
+    internal_energy: np.ndarray
+    species: np.ndarray
+    chamber: np.ndarray
+    identity: np.ndarray
+    overlap: np.ndarray
+
+
 @dataclass
 class Particles:
     """Arrays with room for `capacity` particles, of which the first `count` exist.
 
     position [m] (capacity, 3); velocity [m/s] (capacity, 3); internal_energy [J] (capacity,); species (capacity,)
-    int32; chamber (capacity,) int32; identity (capacity,) int64, never given twice: it names a particle's random
-    numbers; overlap (capacity,) int32: how many more times than once its chamber's surface goes round it (flight.py),
-    0 for those to come. 76 bytes a particle.
+    int32; chamber (capacity,) int32; identity (capacity,) int64, never used twice: it names a particle's random
+    numbers; overlap (capacity,) int32: how many times more than once its chamber's surface winds around the particle
+    (flight.py), 0 for new particles. 76 bytes a particle.
     """
 
     count: int
@@ -42,25 +55,27 @@ class Particles:
     def capacity(self) -> int:
         return len(self.species)
 
-    def arrays(self) -> tuple[np.ndarray, ...]:
-        """Everything known of each particle, in the order of the class."""
-        return (
-            self.position, self.velocity, self.internal_energy, self.species, self.chamber, self.identity, self.overlap,
-        )  # fmt: skip
+    def arrays(self, first: int = 0) -> ParticleArrays:
+        """Views of the particles from `first` on."""
+        return ParticleArrays(*(getattr(self, name)[first : self.count] for name in ParticleArrays._fields))
 
     def make_room(self, more: int) -> None:
         """Room for so many more particles; the arrays move when they have to grow."""
         needed = self.count + more
+        if needed > self.capacity:
+            grown = Particles.room_for(max(needed, self.capacity + self.capacity // 4))
+            for name in ParticleArrays._fields:
+                getattr(grown, name)[: self.count] = getattr(self, name)[: self.count]
+                setattr(self, name, getattr(grown, name))
         self.overlap[self.count : needed] = 0
-        if needed <= self.capacity:
-            return
-        capacity = max(needed, self.capacity + self.capacity // 4)
-        grown = Particles.room_for(capacity)
-        for new, old in zip(grown.arrays(), self.arrays(), strict=True):
-            new[: self.count] = old[: self.count]
-        (
-            self.position, self.velocity, self.internal_energy, self.species, self.chamber, self.identity, self.overlap,
-        ) = grown.arrays()  # fmt: skip
+
+    def add(self, number: int) -> ParticleArrays:
+        """New particles with new identities; returns their arrays, which the caller fills in."""
+        self.make_room(number)
+        first, self.count = self.count, self.count + number
+        self.identity[first : self.count] = self.next_identity + np.arange(number)
+        self.next_identity += number
+        return self.arrays(first)
 
     def keep(self, wanted: np.ndarray) -> None:
         """Drop all others; the order of those that stay is kept. wanted: (count,) bool."""
@@ -86,23 +101,24 @@ class ParticleSums:
 
     @property
     def energy(self) -> float:
-        """All energy [J]."""
+        """Total energy [J]."""
         return float(self.flight_energy.sum() + self.internal_energy.sum())
 
 
 def sum_particles(particles: Particles, mass: np.ndarray, chambers: int) -> ParticleSums:
     """Sums over all particles, the same bits for any number of threads; mass of a particle [kg] (species,)."""
-    n = particles.count
-    chunks = -(-n // CHUNK)
+    chunks = -(-particles.count // CHUNK)
     number = np.zeros((chunks, chambers, len(mass)), np.int64)
     amounts = np.zeros((chunks, chambers, 5))
-    _sum(n, particles.velocity, particles.internal_energy, particles.species, particles.chamber, mass, number, amounts)
+    _sum(particles.count, particles.arrays(), mass, number, amounts)
     total = amounts.sum(axis=0)
     return ParticleSums(number.sum(axis=0), total[:, :3].copy(), total[:, 3].copy(), total[:, 4].copy())
 
 
 @kernel
-def _sum(n, velocity, internal_energy, species, chamber, mass, number_out, amounts_out):
+def _sum(n, particles, mass, number_out, amounts_out):
+    velocity, species = particles.velocity, particles.species
+    internal_energy, chamber = particles.internal_energy, particles.chamber
     chunks = (n + CHUNK - 1) // CHUNK
     for chunk in prange(chunks):
         for i in range(chunk * CHUNK, min(n, (chunk + 1) * CHUNK)):

@@ -1,14 +1,14 @@
 """Random numbers that depend on names, not on history: (seed, step, particle, event) in, number out.
 
-There is no generator to carry along. Each draw hashes its own name, so the bits are the same for any number of
-threads, in any order, and after a restart. Usage inside a kernel:
+There is no generator with a state. Each draw hashes its own name, so the bits are the same for any number of threads,
+in any order, and after a restart. Usage inside a kernel:
 
     key = stream(seed, step, particle)      # once per particle and step
     u = uniform(key, 0)                     # event 0, 1, 2, ...: independent numbers
     w = normal(key, 1)
 
-Events of different purposes (wall hits, collisions, injection) must not share numbers within a step; each purpose adds
-its own constant to the seed (`seed + np.uint64(PURPOSE)`).
+Different purposes (wall hits, collisions, injection) must not share numbers within a step: each adds its own constant
+to the seed (`seed + PURPOSE`).
 
 The hash is the finalizer of SplitMix64 (Steele, Lea, Flood: "Fast splittable pseudorandom number generators", OOPSLA
 2014, with the constants of Stafford's variant 13), applied once per part of the name.
@@ -93,7 +93,7 @@ def gamma(key, event, shape):
         u = _open_unit(_bits(key, event, draw + 2))
         draw += 3
         v = (1.0 + c * x) ** 3
-        if v > 0.0 and u < 1.0 - 0.0331 * x**4:  # their squeeze: true whenever the exact test below is, and cheap
+        if v > 0.0 and u < 1.0 - 0.0331 * x**4:  # a cheap test; whenever it is true, so is the exact one below
             break
         if v > 0.0 and math.log(u) < 0.5 * x * x + d - d * v + d * math.log(v):
             break

@@ -1,52 +1,57 @@
-"""What pushes on the fabric: the particles' impulses, patch by patch, and the ambient pressure from outside.
+"""The load on the fabric: the particles' impulses, patch by patch, and the ambient pressure from outside.
 
-One particle stands for many molecules and would hit a light node like a bullet: left alone, nodes and particles share
-energy evenly until the fabric shivers at a hundred metres a second. Spreading impulses over *time* does not help a
-slack node, and makes the gas a spring that answers late, which feeds every oscillation: a lag t adds k t/2 of negative
-damping. Impulses are therefore spread over *space*: all that struck a patch of fabric in a gas step pushes on the whole
-patch, evenly, until the next gas step. What the patch got along the normals of its triangles is its pressure; the rest
-(jets along the fabric, curvature) is shared out by area. Particles bounce off the patch as this load feels it
-(`wall_speed`), not off each triangle: what a triangle does against its neighbours neither heats nor cools the gas, and
-what particles lose is what the patch gets.
+One particle represents many molecules and would hit a light node like a bullet: nodes and particles would share energy
+evenly, until the fabric vibrates at a hundred metres a second. Spreading impulses over *time* does not help a slack
+node, and makes the gas a spring that answers late, which feeds every oscillation: a lag t adds k t/2 of negative
+damping. Impulses are therefore spread over *space*: everything that strikes a patch of fabric in a gas step pushes
+evenly on the whole patch until the next gas step. The part along the normals of its triangles becomes the pressure of
+the patch; the rest (jets along the fabric, curvature) is distributed by area. Particles bounce off the patch as this
+load moves with it (`wall_speed`), not off each triangle: motion of the triangles of a patch relative to each other
+neither heats nor cools the gas, and the patch gets what the particles lose.
 
-A patch takes k T/2 of spurious energy for each of its motions, a particle of a diatomic gas holds five times that: with
-N particles beside each patch it is 1/(5 N) of the energy of the gas there. Patches are therefore smaller where more gas
-is: squares of the flat cut are quartered as long as each quarter gets its PARTICLES_PER_PATCH (each: a sliver at the
-rim, light and seldom hit, would be shot out of the bag).
+A patch takes k T/2 of spurious energy for each of its motions, and a particle of a diatomic gas holds five times that:
+with N particles beside each patch it is 1/(5 N) of the energy of the gas there. Patches are therefore smaller where
+there is more gas: squares of the flat cut are quartered as long as each quarter has its PARTICLES_PER_PATCH (each: a
+light sliver at the rim that is seldom hit would be shot out of the bag).
 
-The structure takes half of F dt in the step that ends where F is evaluated and half in the next one. Exactly that is
-taken from what a patch holds, so that the momentum of gas, patches and structure together is constant to rounding for
-any steps; what the length of a gas step leaves over goes into the next push. Work is booked the same way: half of each
-of two forces over the motion between them.
+The structure takes half of F dt in the step that ends where F is evaluated, and half in the next one. Exactly that is
+taken from what a patch holds, so the momentum of gas, patches and structure together is constant to rounding for any
+steps. What is left at the end of a gas step goes into the next load. Work is booked in the same way: half of each of
+two forces over the motion between them.
 
-A push is the mean of a gas step that is over. For the breathing of a whole chamber, whose gas is a stiff spring as long
-as the bag is flat, that would still be late; the chamber's pressure is therefore led along the adiabat from the middle
-of that gas step to the present volume. It is a loan: what patches hold goes down by as much, and the particles, who
-feel the walls move, pay it back.
+The load is the mean of the last gas step. That would still be late for a whole chamber, whose gas is a stiff spring as
+long as the bag is flat. The chamber's pressure is therefore extrapolated along the adiabat from the middle of that gas
+step to the present volume. This is a loan: what the patches hold decreases by as much, and the particles, which feel
+the walls move, pay it back.
 
-Ambient pressure acts on the outside of fabric, not of holes. What the particles do to a hole, the surroundings bear.
+Ambient pressure acts on the outside of fabric, not of holes. The surroundings take what the particles do to a hole.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 from numba import prange
 
-from billow.base.compiled import CHUNK, kernel
+from billow.base.compiled import CHUNK, kernel, scalar
+from billow.geometry.triangle import cross, sides
 
 PARTICLES_PER_PATCH = 150
-"""At least, beside each patch, unless it is a whole part."""
+"""Fewest particles beside a patch, unless the patch is a whole part."""
 
 BLEED = 0.2e-3
-"""Time constant [s] with which what is left over is given."""
+"""Time constant [s] with which impulses that are left over are given to the fabric."""
 
 
 @dataclass(frozen=True)
 class Patches:
-    """start: (patches + 1,) int64 and members: (triangles,) int64, the triangles of each patch; patch: (triangles,)
-    int32, the patch of each triangle."""
+    """Groups of triangles that share a load.
+
+    start: (patches + 1,) int64 and members: (triangles,) int64, the triangles of each patch; patch: (triangles,)
+    int32, the patch of each triangle.
+    """
 
     start: np.ndarray
     members: np.ndarray
@@ -67,16 +72,17 @@ class Patches:
 
 @dataclass(frozen=True)
 class Squares:
-    """Ever smaller squares of the flat cut, from whole parts down to two edges of the mesh, each within one part.
+    """Squares of the flat cut in levels, from whole parts down to two mesh edges, each within one part.
 
-    levels: (levels, triangles) int64, the square of each triangle; each square is a quarter of one of the level before.
+    levels: (levels, triangles) int64, the square of each triangle; each square is a quarter of one of the level above.
     """
 
     levels: np.ndarray
 
     @classmethod
     def of(cls, flat: np.ndarray, part: np.ndarray, edge: float) -> Squares:
-        """flat: middle of each triangle in its flat piece [m], (triangles, 2); part: (triangles,); edge: mean, [m]."""
+        """flat: middle of each triangle in the flat cut [m], (triangles, 2); part: (triangles,); edge: mean edge
+        [m]."""
         place = flat - flat.min(axis=0)
         side = float(place.max()) * (1.0 + 1e-9)
         levels, across = [], 1
@@ -87,7 +93,8 @@ class Squares:
         return cls(np.array(levels))
 
     def patches(self, beside: np.ndarray) -> np.ndarray:
-        """Patch of each triangle, (triangles,) int64, for so many particles beside each triangle, (triangles,)."""
+        """Patch of each triangle, (triangles,) int64; beside: number of particles beside each triangle,
+        (triangles,)."""
         patch, offset = self.levels[0].copy(), int(self.levels[0].max()) + 1
         splits = np.ones(len(patch), np.bool_)
         for coarse, fine in zip(self.levels[:-1], self.levels[1:], strict=True):
@@ -103,10 +110,10 @@ class Squares:
 
 @dataclass
 class WallLoad:
-    """held: impulse each triangle's patch has got and not given yet [N s], (triangles, 3). force: on each triangle
-    until the next gas step, before: with the lead, in the last step [N], (triangles, 3). given: impulse that structure
-    and surroundings have taken so far [N s], (3,); work: done by the particles, and ambient_work: the part of it
-    against the ambient pressure, so far [J]."""
+    """held: impulse received and not given to the fabric yet [N s], (triangles, 3). force: on each triangle until the
+    next gas step, before: in the last step, with the lead [N], (triangles, 3). given: impulse that structure and
+    surroundings have taken so far [N s], (3,). work: done by the particles so far, and ambient_work: the part of it
+    against the ambient pressure [J]."""
 
     held: np.ndarray
     force: np.ndarray
@@ -127,7 +134,7 @@ class WallLoad:
         return cls(np.zeros_like(force), force, force.copy(), np.zeros(3))
 
     def renew(self, patches: Patches, impulse: np.ndarray, normals: np.ndarray, span: float) -> None:
-        """Take the impulses [N s] (triangles, 3, 3) of a gas step of `span` [s]; they are set to zero.
+        """Take the impulses [N s] (triangles, 3, 3) of a gas step of `span` [s], which are then set to zero.
 
         normals: area vectors [m^2], (triangles, 3), of the present surface.
         """
@@ -143,9 +150,9 @@ class WallLoad:
         """Add the forces of a step of dt [s] to corner_force [N] (triangles, 3, 3).
 
         solid: (triangles,) bool, false for holes. ambient: pressure on each triangle against its normal [Pa],
-        (triangles,). lead: pressure on each triangle along its normal [Pa], (triangles,), on top of what was struck.
-        positions [m] at the end of the step, velocities [m/s] at its middle. Returns the energy [J] that what is still
-        held would bring at these velocities.
+        (triangles,). lead: additional pressure on each triangle along its normal [Pa], (triangles,). positions [m] at
+        the end of the step, velocities [m/s] at its middle. Returns the work [J] that the impulses still held would do
+        at these velocities.
         """
         n = len(triangles)
         sums = np.empty((-(-n // CHUNK), 6))
@@ -172,7 +179,7 @@ def _renew(n, start, members, impulse, normals, rate, bleed, held, force_out):
                 impulse[t, c, 0], impulse[t, c, 1], impulse[t, c, 2] = 0.0, 0.0, 0.0
             gx, gy, gz = gx + x, gy + y, gz + z
             hx, hy, hz = hx + held[t, 0], hy + held[t, 1], hz + held[t, 2]
-            own = np.sqrt(normals[t, 0] ** 2 + normals[t, 1] ** 2 + normals[t, 2] ** 2)
+            own = math.sqrt(normals[t, 0] ** 2 + normals[t, 1] ** 2 + normals[t, 2] ** 2)
             if own > 0.0:
                 pressure += rate * (x * normals[t, 0] + y * normals[t, 1] + z * normals[t, 2]) / own
             nx, ny, nz = nx + normals[t, 0], ny + normals[t, 1], nz + normals[t, 2]
@@ -182,80 +189,69 @@ def _renew(n, start, members, impulse, normals, rate, bleed, held, force_out):
         pressure = pressure / area if area > 0.0 else 0.0
         fx, fy, fz = fx - pressure * nx, fy - pressure * ny, fz - pressure * nz
         last = members[start[p + 1] - 1]
+        # The last triangle holds what rounding leaves, so that nothing is lost.
+        hx, hy, hz = gx, gy, gz
         for m in range(start[p], start[p + 1]):
             t = members[m]
-            own = np.sqrt(normals[t, 0] ** 2 + normals[t, 1] ** 2 + normals[t, 2] ** 2)
+            own = math.sqrt(normals[t, 0] ** 2 + normals[t, 1] ** 2 + normals[t, 2] ** 2)
             share = own / area if area > 0.0 else 1.0 / (start[p + 1] - start[p])
             force_out[t, 0] = pressure * normals[t, 0] + share * fx
             force_out[t, 1] = pressure * normals[t, 1] + share * fy
             force_out[t, 2] = pressure * normals[t, 2] + share * fz
             if t != last:
                 held[t, 0], held[t, 1], held[t, 2] = share * gx, share * gy, share * gz
-        # The last takes what rounding leaves, so that nothing is lost.
-        hx, hy, hz = gx, gy, gz
-        for m in range(start[p], start[p + 1] - 1):
-            t = members[m]
-            hx, hy, hz = hx - held[t, 0], hy - held[t, 1], hz - held[t, 2]
+                hx, hy, hz = hx - held[t, 0], hy - held[t, 1], hz - held[t, 2]
         held[last, 0], held[last, 1], held[last, 2] = hx, hy, hz
 
 
 def wall_speed(patches: Patches, triangles: np.ndarray, start: np.ndarray, end: np.ndarray, span: float) -> np.ndarray:
-    """Speed of each triangle along its normal [m/s], (triangles,), as its patch feels what pushes on it.
+    """Speed of each triangle along its normal [m/s], (triangles,), as the load of its patch feels it.
 
     start, end: node positions [m], (nodes, 3), of a gas step of `span` [s].
     """
     speed = np.empty(len(triangles))
-    _wall_speed(patches.count, patches.start, patches.members, triangles, start, end, 1.0 / span, speed)
+    middle = 0.5 * (start + end)
+    _wall_speed(patches.count, patches.start, patches.members, triangles, start, end, middle, 1.0 / span, speed)
     return speed
 
 
 @kernel
-def _wall_speed(n, start, members, triangles, before, after, rate, speed_out):
+def _wall_speed(n, start, members, triangles, before, after, middle, rate, speed_out):
     for p in prange(n):
         vx, vy, vz, nx, ny, nz, area, flux = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-        for turn in range(2):
-            if turn == 1 and area > 0.0:
-                vx, vy, vz, flux = vx / area, vy / area, vz / area, flux / area
-                flux -= (nx * vx + ny * vy + nz * vz) / area
-            for m in range(start[p], start[p + 1]):
-                t = members[m]
-                a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
-                ax, ay, az = (
-                    0.5 * (before[a, 0] + after[a, 0]), 0.5 * (before[a, 1] + after[a, 1]),
-                    0.5 * (before[a, 2] + after[a, 2]),
-                )  # fmt: skip
-                ux, uy, uz = (
-                    0.5 * (before[b, 0] + after[b, 0]) - ax, 0.5 * (before[b, 1] + after[b, 1]) - ay,
-                    0.5 * (before[b, 2] + after[b, 2]) - az,
-                )  # fmt: skip
-                wx, wy, wz = (
-                    0.5 * (before[c, 0] + after[c, 0]) - ax, 0.5 * (before[c, 1] + after[c, 1]) - ay,
-                    0.5 * (before[c, 2] + after[c, 2]) - az,
-                )  # fmt: skip
-                mx, my, mz = 0.5 * (uy * wz - uz * wy), 0.5 * (uz * wx - ux * wz), 0.5 * (ux * wy - uy * wx)
-                own = np.sqrt(mx * mx + my * my + mz * mz)
-                if turn == 0:
-                    sx = (
-                        rate
-                        * (after[a, 0] + after[b, 0] + after[c, 0] - before[a, 0] - before[b, 0] - before[c, 0])
-                        / 3.0
-                    )
-                    sy = (
-                        rate
-                        * (after[a, 1] + after[b, 1] + after[c, 1] - before[a, 1] - before[b, 1] - before[c, 1])
-                        / 3.0
-                    )
-                    sz = (
-                        rate
-                        * (after[a, 2] + after[b, 2] + after[c, 2] - before[a, 2] - before[b, 2] - before[c, 2])
-                        / 3.0
-                    )
-                    vx, vy, vz = vx + own * sx, vy + own * sy, vz + own * sz
-                    nx, ny, nz = nx + mx, ny + my, nz + mz
-                    area += own
-                    flux += mx * sx + my * sy + mz * sz
-                else:
-                    speed_out[t] = flux + (mx * vx + my * vy + mz * vz) / own if own > 0.0 else flux
+        for m in range(start[p], start[p + 1]):
+            a, b, c = triangles[members[m], 0], triangles[members[m], 1], triangles[members[m], 2]
+            mx, my, mz = _area_vector(middle, a, b, c)
+            own = math.sqrt(mx * mx + my * my + mz * mz)
+            sx, sy = _mean_velocity(before, after, a, b, c, rate, 0), _mean_velocity(before, after, a, b, c, rate, 1)
+            sz = _mean_velocity(before, after, a, b, c, rate, 2)
+            vx, vy, vz = vx + own * sx, vy + own * sy, vz + own * sz
+            nx, ny, nz = nx + mx, ny + my, nz + mz
+            area += own
+            flux += mx * sx + my * sy + mz * sz
+        if area > 0.0:
+            vx, vy, vz, flux = vx / area, vy / area, vz / area, flux / area
+            flux -= (nx * vx + ny * vy + nz * vz) / area
+        for m in range(start[p], start[p + 1]):
+            t = members[m]
+            mx, my, mz = _area_vector(middle, triangles[t, 0], triangles[t, 1], triangles[t, 2])
+            own = math.sqrt(mx * mx + my * my + mz * mz)
+            speed_out[t] = flux + (mx * vx + my * vy + mz * vz) / own if own > 0.0 else flux
+
+
+@scalar
+def _mean_velocity(before, after, a, b, c, rate, axis):
+    """Mean velocity [m/s] of three nodes along an axis."""
+    moved = after[a, axis] + after[b, axis] + after[c, axis] - before[a, axis] - before[b, axis] - before[c, axis]
+    return rate * moved / 3.0
+
+
+@scalar
+def _area_vector(positions, a, b, c):
+    """Normal times area [m^2] of the triangle of nodes a, b, c."""
+    ux, uy, uz, wx, wy, wz = sides(positions, a, b, c)
+    nx, ny, nz = cross(ux, uy, uz, wx, wy, wz)
+    return 0.5 * nx, 0.5 * ny, 0.5 * nz
 
 
 @kernel
@@ -271,40 +267,31 @@ def _push(
             vx = (velocities[a, 0] + velocities[b, 0] + velocities[c, 0]) / 3.0
             vy = (velocities[a, 1] + velocities[b, 1] + velocities[c, 1]) / 3.0
             vz = (velocities[a, 2] + velocities[b, 2] + velocities[c, 2]) / 3.0
-            ux, uy, uz = (
-                positions[b, 0] - positions[a, 0], positions[b, 1] - positions[a, 1], positions[b, 2] - positions[a, 2],
-            )  # fmt: skip
-            wx, wy, wz = (
-                positions[c, 0] - positions[a, 0], positions[c, 1] - positions[a, 1], positions[c, 2] - positions[a, 2],
-            )  # fmt: skip
-            nx, ny, nz = 0.5 * (uy * wz - uz * wy), 0.5 * (uz * wx - ux * wz), 0.5 * (ux * wy - uy * wx)
+            ux, uy, uz, wx, wy, wz = sides(positions, a, b, c)
+            nx, ny, nz = cross(ux, uy, uz, wx, wy, wz)
+            nx, ny, nz = 0.5 * nx, 0.5 * ny, 0.5 * nz
             fx, fy, fz = force[i, 0] + lead[i] * nx, force[i, 1] + lead[i] * ny, force[i, 2] + lead[i] * nz
             x, y, z = half * (before[i, 0] + fx), half * (before[i, 1] + fy), half * (before[i, 2] + fz)
             before[i, 0], before[i, 1], before[i, 2] = fx, fy, fz
-            gx += x
-            gy += y
-            gz += z
-            work += x * vx + y * vy + z * vz
-            held[i, 0] -= x
-            held[i, 1] -= y
-            held[i, 2] -= z
+            gx, gy, gz = gx + x, gy + y, gz + z
+            given = x * vx + y * vy + z * vz
+            work += given
+            held[i, 0], held[i, 1], held[i, 2] = held[i, 0] - x, held[i, 1] - y, held[i, 2] - z
             waiting += held[i, 0] * vx + held[i, 1] * vy + held[i, 2] * vz
             if not solid[i]:
-                against += x * vx + y * vy + z * vz
+                against += given
                 continue
             outside = ambient[i]
             if outside != 0.0:
                 fx, fy, fz = fx - outside * nx, fy - outside * ny, fz - outside * nz
-                # Where it was at the beginning of the step: half of that force acted over this motion, too.
-                ux -= dt * (velocities[b, 0] - velocities[a, 0])
-                uy -= dt * (velocities[b, 1] - velocities[a, 1])
-                uz -= dt * (velocities[b, 2] - velocities[a, 2])
-                wx -= dt * (velocities[c, 0] - velocities[a, 0])
-                wy -= dt * (velocities[c, 1] - velocities[a, 1])
-                wz -= dt * (velocities[c, 2] - velocities[a, 2])
-                against += half * outside * (nx + 0.5 * (uy * wz - uz * wy)) * vx
-                against += half * outside * (ny + 0.5 * (uz * wx - ux * wz)) * vy
-                against += half * outside * (nz + 0.5 * (ux * wy - uy * wx)) * vz
+                # At the beginning of the step: half of the force there acted over this motion, too.
+                dux, duy, duz, dwx, dwy, dwz = sides(velocities, a, b, c)
+                bx, by, bz = cross(
+                    ux - dt * dux, uy - dt * duy, uz - dt * duz, wx - dt * dwx, wy - dt * dwy, wz - dt * dwz
+                )
+                against += half * outside * (nx + 0.5 * bx) * vx
+                against += half * outside * (ny + 0.5 * by) * vy
+                against += half * outside * (nz + 0.5 * bz) * vz
             fx, fy, fz = fx / 3.0, fy / 3.0, fz / 3.0
             for k in range(3):
                 corner_force[i, k, 0] += fx

@@ -1,34 +1,34 @@
-"""Walls as the flight sees them: triangles between chambers, and the room each of them takes in a step."""
+"""Walls as the flight sees them: triangles between chambers, and the space each of them sweeps in a step."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numba import prange
 
 from billow.base.compiled import kernel, scalar
+from billow.geometry.triangle import cross, sides
 
 SWEPT_NUMBERS = 23
 """Numbers per triangle that `sweep` fills in."""
 
 FLATTEST = 1e-6
-"""Twice a triangle's area over its longest edge squared, below which its weights drown in rounding error."""
+"""Twice a triangle's area over its longest edge squared, below which rounding errors dominate its weights."""
 
 WEIGHT_SLACK = 1e-6
-"""Of the tests against edges; rounding errors stay below 1e-6 of it for coordinates of metres and edges of millimetres
-at `FLATTEST`."""
+"""Slack of the tests against edges; rounding errors stay below 1e-6 of it for coordinates of metres and edges of
+millimetres at `FLATTEST`."""
 
 
-@dataclass(frozen=True)
-class Walls:
+class Walls(NamedTuple):
     """Triangles between chambers, as the flight needs them.
 
     nodes: (triangles, 3) uint32, each triangle's nodes in ascending order. corner: (triangles, 3) uint8, which corner
-    of the triangle each of them is. orientation: (triangles,), +1 if the ascending order turns as the triangle does,
-    else -1. behind, ahead: (triangles,) int32, chamber on the inner side and on the outer side (along the normal);
-    OUTSIDE (-1) where there is none (geometry/chambers.py).
+    of the triangle each of them is. orientation: (triangles,), +1 if the ascending order has the sense of the triangle,
+    else -1. behind, ahead: (triangles,) int32, chamber on the inner side and on the outer side (along the normal), or
+    OUTSIDE (-1).
     """
 
     nodes: np.ndarray
@@ -56,7 +56,7 @@ class Walls:
 def sweep(n, nodes, orientation, start, end, swept_out):
     """Per triangle, what `may_cross` needs: low + high and high - low of the box of its motion (x y z each); unit
     normal at the start, height of its plane, lowest and highest end of a corner above that plane; gradient and offset
-    of the weights of its first two nodes at the start, lowest end of any corner in all three."""
+    of the weights of its first two nodes at the start, lowest value of the three weights at the end of any corner."""
     for t in prange(n):
         i, j, k = nodes[t, 0], nodes[t, 1], nodes[t, 2]
         for axis in range(3):
@@ -64,11 +64,10 @@ def sweep(n, nodes, orientation, start, end, swept_out):
             d, e, f = end[i, axis], end[j, axis], end[k, axis]
             low, high = min(a, b, c, d, e, f), max(a, b, c, d, e, f)
             swept_out[t, axis], swept_out[t, 3 + axis] = low + high, high - low
-        ux, uy, uz = start[j, 0] - start[i, 0], start[j, 1] - start[i, 1], start[j, 2] - start[i, 2]
-        wx, wy, wz = start[k, 0] - start[i, 0], start[k, 1] - start[i, 1], start[k, 2] - start[i, 2]
-        nx, ny, nz = uy * wz - uz * wy, uz * wx - ux * wz, ux * wy - uy * wx
+        ux, uy, uz, wx, wy, wz = sides(start, i, j, k)
+        nx, ny, nz = cross(ux, uy, uz, wx, wy, wz)
         length = math.sqrt(nx * nx + ny * ny + nz * nz)
-        scale = orientation[t] / length if length > 0.0 else 0.0  # without a plane nothing is rejected by it
+        scale = orientation[t] / length if length > 0.0 else 0.0  # without a plane nothing is rejected
         nx, ny, nz = scale * nx, scale * ny, scale * nz
         height = nx * start[i, 0] + ny * start[i, 1] + nz * start[i, 2]
         a = nx * end[i, 0] + ny * end[i, 1] + nz * end[i, 2]
@@ -76,7 +75,7 @@ def sweep(n, nodes, orientation, start, end, swept_out):
         c = nx * end[k, 0] + ny * end[k, 1] + nz * end[k, 2]
         swept_out[t, 6], swept_out[t, 7], swept_out[t, 8], swept_out[t, 9] = nx, ny, nz, height
         swept_out[t, 10], swept_out[t, 11] = min(a, b, c), max(a, b, c)
-        # Gradients of the weights of j and of i: the edge opposite, turned by a right angle in the plane.
+        # Gradients of the weights of j, k and i: the opposite edge, turned by a right angle in the plane.
         longest = max(ux * ux + uy * uy + uz * uz, wx * wx + wy * wy + wz * wz)
         turn = orientation[t] / length if length > FLATTEST * longest else 0.0
         jx, jy, jz = turn * (wy * nz - wz * ny), turn * (wz * nx - wx * nz), turn * (wx * ny - wy * nx)
@@ -99,9 +98,9 @@ def may_cross(swept, t, x0, y0, z0, x1, y1, z1, standoff):
     """Whether the line from (x0, y0, z0) at the start of a step to (x1, y1, z1) at its end may cross triangle t.
 
     Never false where `crossing` finds something: at any time the triangle lies in the hull of its corners, these lie
-    between lines in time from their extremes at the start to those at the end, and tests have slack: standoff [m] in
-    height, WEIGHT_SLACK in weights. First the time between the planes of the lowest and of the highest corner, then
-    the three edges at the ends of that time.
+    between the lines in time from their extremes at the start to those at the end, and the tests have slack: standoff
+    [m] in height, WEIGHT_SLACK in weights. First comes the time between the planes of the lowest and of the highest
+    corner, then the three edges at both ends of that time.
     """
     nx, ny, nz, height = swept[t, 6], swept[t, 7], swept[t, 8], swept[t, 9]
     before = nx * x0 + ny * y0 + nz * z0 - height
@@ -125,7 +124,7 @@ def may_cross(swept, t, x0, y0, z0, x1, y1, z1, standoff):
     a0, a1 = ax * x0 + ay * y0 + az * z0 + a, ax * x1 + ay * y1 + az * z1 + a
     b0, b1 = bx * x0 + by * y0 + bz * z0 + b, bx * x1 + by * y1 + bz * z1 + b
     c0, c1 = 1.0 - a0 - b0, 1.0 - a1 - b1
-    # Growth of each weight in the step, above that of the lowest corner (which has none at the start).
+    # Growth of each weight in the step relative to that of the lowest corner, whose weight is zero at the start.
     a1, b1, c1 = a1 - swept[t, 20] - a0, b1 - swept[t, 21] - b0, c1 - swept[t, 22] - c0
     return (
         min(
@@ -134,15 +133,4 @@ def may_cross(swept, t, x0, y0, z0, x1, y1, z1, standoff):
             max(c0 + early * c1, c0 + late * c1),
         )
         >= -WEIGHT_SLACK
-    )
-
-
-@scalar
-def wall_velocity(nodes, t, wi, wj, wk, start, end, rate):
-    """Velocity [m/s] of the place with weights wi, wj, wk on triangle t; rate: 1 / duration of the step [1/s]."""
-    i, j, k = nodes[t, 0], nodes[t, 1], nodes[t, 2]
-    return (
-        rate * (wi * (end[i, 0] - start[i, 0]) + wj * (end[j, 0] - start[j, 0]) + wk * (end[k, 0] - start[k, 0])),
-        rate * (wi * (end[i, 1] - start[i, 1]) + wj * (end[j, 1] - start[j, 1]) + wk * (end[k, 1] - start[k, 1])),
-        rate * (wi * (end[i, 2] - start[i, 2]) + wj * (end[j, 2] - start[j, 2]) + wk * (end[k, 2] - start[k, 2])),
     )

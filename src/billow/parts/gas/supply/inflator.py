@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -12,7 +11,6 @@ import numpy as np
 
 from billow.base.compiled import scalar
 from billow.parts.gas.supply.curve import Curve, CurveTable
-from billow.parts.gas.supply.mixture import mixture_cp, mixture_gas_constant
 
 
 @dataclass(frozen=True)
@@ -96,12 +94,3 @@ def delivered_mass(flow_time, mass_flow, cumulative, time):
     span = time - flow_time[k]
     slope = (mass_flow[k + 1] - mass_flow[k]) / (flow_time[k + 1] - flow_time[k])
     return cumulative[k] + span * (mass_flow[k] + 0.5 * slope * span)
-
-
-@scalar
-def jet_speed(table, mass_fractions, temperature):
-    """Speed [m/s] of a choked jet from total temperature [K]: sqrt(2 g/(g+1) R T)."""
-    gas_constant = mixture_gas_constant(table, mass_fractions)
-    cp = mixture_cp(table, mass_fractions, temperature)
-    gamma = cp / (cp - gas_constant)
-    return math.sqrt(2.0 * gamma / (gamma + 1.0) * gas_constant * temperature)

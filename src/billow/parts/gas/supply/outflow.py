@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 
 from billow.base.compiled import scalar
+from billow.parts.gas.supply.mixture import mixture_gamma, mixture_gas_constant
 
 LINEAR_BELOW = 50.0
 """Pressure difference [Pa] below which flow is linear in it."""
@@ -41,6 +42,14 @@ def orifice_flux(upstream, downstream, gamma, gas_constant_times_temperature):
     ratio = max(downstream / upstream, critical)
     shape = ratio ** (2.0 / gamma) - ratio ** ((gamma + 1.0) / gamma)
     return slope * upstream * math.sqrt(2.0 * gamma / ((gamma - 1.0) * gas_constant_times_temperature) * shape)
+
+
+@scalar
+def jet_speed(table, mass_fractions, temperature):
+    """Speed [m/s] of a choked jet from a total temperature [K]: sqrt(2 g/(g+1) R T)."""
+    gamma = mixture_gamma(table, mass_fractions, temperature)
+    gas_constant = mixture_gas_constant(table, mass_fractions)
+    return math.sqrt(2.0 * gamma / (gamma + 1.0) * gas_constant * temperature)
 
 
 @scalar

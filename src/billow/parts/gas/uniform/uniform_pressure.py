@@ -13,9 +13,10 @@ import numpy as np
 
 from billow.parts.gas.gas_model import Bag, ChamberTotals, GasModel, GasTotals
 from billow.parts.gas.supply.curve import interpolate
-from billow.parts.gas.supply.inflator import InflowTable, jet_speed
+from billow.parts.gas.supply.inflator import InflowTable
 from billow.parts.gas.supply.jets import UPDATE_INTERVAL, JetPattern, add_jet_force, aim, power_of_last_force
 from billow.parts.gas.supply.mixture import mixture_enthalpy, mixture_gas_constant
+from billow.parts.gas.supply.outflow import jet_speed
 from billow.parts.gas.supply.supply import Source, Supply
 from billow.parts.gas.uniform.chamber_step import (
     ALL_HEAT,

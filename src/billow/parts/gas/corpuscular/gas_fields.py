@@ -1,73 +1,73 @@
-"""What users see of the gas: in boxes, on faces of the fabric, and at points.
+"""Gas fields for the user: in cells and boxes, on faces of the fabric, and at points. The physics does not use them.
 
-The ten particles of a collision cell know their pressure to 32 %. Readings therefore gather about a hundred particles,
-whose pressure is uncertain by 10 %, in boxes as long as the bag is thick where it is flat. Gathering in space says as
-much as averaging over time does, follows a bag that moves, and leaves nothing behind that a checkpoint would have to
-save. The volume that counts is the part of a box inside the bag.
+The ten particles of a collision cell give its pressure to 32 %. The fields therefore average over about a hundred
+particles, whose pressure is uncertain by 10 %, in boxes as long as the bag is thick where it is flat. Averaging in
+space gives as much accuracy as averaging over time, follows a moving bag, and needs nothing stored in a checkpoint.
+Only the volume of a box inside the bag counts.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
+from numba import prange
 from scipy.spatial import cKDTree
 
+from billow.base.compiled import kernel
 from billow.geometry.chambers import OUTSIDE, Chambers
-from billow.parts.gas.corpuscular.cell_fields import CellFields, cell_fields
-from billow.parts.gas.corpuscular.cells import Cells
 from billow.parts.gas.corpuscular.collisions import cell_content
-from billow.parts.gas.corpuscular.depth import depths
 from billow.parts.gas.corpuscular.internal_energy import ParticleKinds, cell_temperature
 from billow.parts.gas.corpuscular.particles import Particles
+from billow.parts.gas.corpuscular.winding_number import winding_numbers
 from billow.parts.gas.supply.ambient import Ambient
 from billow.parts.gas.supply.mixture import mixture_gas_constant
 
 IN_A_BOX = 100
-"""Particles in a box, about: 10 % of noise in pressure, 5 % in temperature."""
+"""Mean number of particles in a box: 10 % of noise in pressure, 5 % in temperature."""
 
 BOXES_PER_PARTICLE = 0.1
-"""Most boxes of a chamber, in its particles: about a bag that is crumpled up, most of them are empty."""
+"""Largest number of boxes of a chamber per particle: around a crumpled bag most boxes are empty."""
 
 BOXES_AT_ONCE = 2000
-"""Whose lattices are looked at together, which takes 100 bytes a point."""
+"""Boxes whose lattices are tested together, which takes 100 bytes a point."""
 
 LATTICE = 4
-"""Points along each edge of a box that fabric cuts; they find out how much of it is inside the bag."""
+"""Lattice points along each edge of a box that fabric cuts; they measure how much of the box is inside the bag."""
 
 ON_A_FACE = 10
-"""Fewest particles of a box that speaks for a face, if there is such a box."""
+"""Fewest particles of a box that gives the fields on a face, if there is such a box."""
 
 IN_A_SPHERE = 400
-"""Particles that tell a sensor's reading, the nearest: 5 % of noise in pressure."""
+"""Nearest particles that give the reading of a sensor: 5 % of noise in pressure."""
 
 POINTS_IN_A_SPHERE = 1000
-"""Points that find out how much of that sphere is inside the bag: 3 % where fabric halves it."""
+"""Points that measure how much of that sphere is inside the bag: to 3 % where fabric halves it."""
 
 
 @dataclass(frozen=True)
 class Boxes:
-    """The gas in boxes along the axes, each chamber with its own; only boxes with gas.
+    """The gas in boxes parallel to the axes, each chamber with its own grid; only boxes with gas.
 
-    fields: cell_fields, with pressure and density of the part inside the bag. size: edge lengths [m], (n, 3).
+    centre, size: [m] (n, 3); chamber (n,) int32; count of particles (n,) int64; velocity, mean over mass [m/s] (n, 3);
+    temperature [K] (n,), nan for a single particle; density [kg/m^3] and pressure [Pa] (n,), of the part of the box
+    inside the bag.
     """
 
-    fields: CellFields
+    centre: np.ndarray
     size: np.ndarray
+    chamber: np.ndarray
+    count: np.ndarray
+    velocity: np.ndarray
+    temperature: np.ndarray
+    density: np.ndarray
+    pressure: np.ndarray
 
     def arrays(self) -> dict[str, np.ndarray]:
-        """What a picture needs: centre and size [m], (n, 3), and the fields by name."""
-        f = self.fields
-        return {
-            "centre": f.centre,
-            "size": self.size,
-            "pressure": f.pressure,
-            "temperature": f.temperature,
-            "density": f.density,
-            "velocity": f.velocity,
-            "particles": f.count.astype(float),
-        }
+        """Centre and size [m], (n, 3), and the fields by name."""
+        names = "centre", "size", "pressure", "temperature", "density", "velocity"
+        return {name: getattr(self, name) for name in names} | {"particles": self.count.astype(float)}
 
 
 @dataclass(frozen=True)
@@ -79,61 +79,69 @@ class Inside:
     chambers: Chambers
 
     def outside(self, points: np.ndarray, chamber: np.ndarray) -> np.ndarray:
-        """Whether points [m] (n, 3) are not in the chambers (n,) they are said to be in, (n,) bool."""
-        return depths(points, chamber, self.triangles, self.positions, self.chambers.behind, self.chambers.ahead) < 1
+        """Whether points [m] (n, 3) are outside the chambers (n,) given for them, (n,) bool."""
+        sides = self.chambers.behind, self.chambers.ahead
+        return winding_numbers(points, chamber, self.triangles, self.positions, *sides) < 1
 
 
 def read_boxes(particles: Particles, kinds: ParticleKinds, bag: Inside) -> Boxes:
     """The gas in boxes of about IN_A_BOX particles."""
-    n, chambers = particles.count, bag.chambers
+    n, chambers = particles.count, bag.chambers.count
     position, chamber = particles.position[:n], particles.chamber[:n]
-    volume = chambers.volumes(bag.triangles, bag.positions)
-    count = chambers.count
-    low, size = np.zeros((count, 3)), np.ones((count, 3))
-    shape, first = np.zeros((count, 3), np.int64), np.zeros(count + 1, np.int64)
-    for k in range(count):
+    volume = bag.chambers.volumes(bag.triangles, bag.positions)
+    low, size = np.zeros((chambers, 3)), np.ones((chambers, 3))
+    shape, first = np.zeros((chambers, 3), np.int64), np.zeros(chambers + 1, np.int64)
+    for k in range(chambers):
         mine = position[chamber == k]
         if len(mine):
             low[k], extent = mine.min(axis=0), np.maximum(np.ptp(mine, axis=0), 1e-9)
             shape[k] = _divisions(extent, abs(volume[k]) / len(mine), len(mine))
             size[k] = extent / shape[k]
         first[k + 1] = first[k] + shape[k].prod()
-
-    def index(points: np.ndarray, where: np.ndarray) -> np.ndarray:
-        steps = np.clip(((points - low[where]) / size[where]).astype(np.int64), 0, shape[where] - 1)
-        return first[where] + (steps[:, 0] * shape[where, 1] + steps[:, 1]) * shape[where, 2] + steps[:, 2]
-
-    cell = index(position, chamber)
-    start = np.zeros(first[-1] + 2, np.int32)
-    start[1:-1] = np.cumsum(np.bincount(cell, minlength=first[-1]))
-    cells = Cells(
-        np.cbrt(size.prod(axis=1)), np.zeros(count), low, shape, first, start,
-        np.argsort(cell, kind="stable").astype(np.int32), cell.astype(np.int32),
+    steps = np.clip(((position - low[chamber]) / size[chamber]).astype(np.int64), 0, shape[chamber] - 1)
+    cell = first[chamber] + (steps[:, 0] * shape[chamber, 1] + steps[:, 1]) * shape[chamber, 2] + steps[:, 2]
+    start = np.concatenate([[0], np.cumsum(np.bincount(cell, minlength=first[-1]))])
+    order = np.argsort(cell, kind="stable").astype(np.int32)
+    box = np.flatnonzero(np.diff(start))
+    mass, momentum, temperature = np.zeros(len(box)), np.zeros((len(box), 3)), np.full(len(box), np.nan)
+    _average(
+        len(box), box, start, order, particles.arrays(), kinds.table, kinds.mass, kinds.heat, mass, momentum,
+        temperature,
     )  # fmt: skip
-    # cell_fields knows cubes; those of the same volume have the density of the boxes.
-    fields = cell_fields(cells, particles, kinds)
-    at, place = fields.chamber, fields.cell - first[fields.chamber]
-    steps = _steps(place, shape[at])
+    at = np.searchsorted(first, box, side="right").astype(np.int32) - np.int32(1)
+    place, across, up = box - first[at], shape[at, 1], shape[at, 2]
+    corner = low[at] + np.column_stack([place // (across * up), place // up % across, place % up]) * size[at]
     cut = np.zeros(first[-1], bool)
     for k in np.flatnonzero(shape.prod(axis=1)):
-        _mark_cut(bag.positions[chambers.boundary(k, bag.triangles)], low[k], size[k], shape[k], cut[first[k] :])
-    corner, filled = low[at] + steps * size[at], np.ones(len(at))
-    some = np.flatnonzero(cut[fields.cell])
+        walls = bag.chambers.boundary(k, bag.triangles)
+        _mark_cut(bag.positions[walls], low[k], size[k], shape[k], cut[first[k] :])
+    filled = np.ones(len(box))
+    some = np.flatnonzero(cut[box])
     for part in np.split(some, range(BOXES_AT_ONCE, len(some), BOXES_AT_ONCE)):
         points = corner[part, None] + _LATTICE * size[at[part], None]
         lost = bag.outside(points.reshape(-1, 3), np.repeat(at[part], len(_LATTICE))).reshape(len(part), len(_LATTICE))
         filled[part] = np.maximum(len(_LATTICE) - lost.sum(axis=1), 1) / len(_LATTICE)
-    fields = replace(
-        fields, centre=corner + 0.5 * size[at], density=fields.density / filled,
-        pressure=fields.pressure / filled,
+    count, room = np.diff(start)[box], np.cbrt(size.prod(axis=1))[at] ** 3
+    return Boxes(
+        corner + 0.5 * size[at], size[at], at, count, momentum / mass[:, None], temperature, mass / room / filled,
+        count * kinds.heat * temperature / room / filled,
     )  # fmt: skip
-    return Boxes(fields, size[at])
 
 
-def _steps(place: np.ndarray, shape: np.ndarray) -> np.ndarray:
-    return np.column_stack(
-        [place // (shape[:, 1] * shape[:, 2]), place // shape[:, 2] % shape[:, 1], place % shape[:, 2]]
-    )
+@kernel
+def _average(n, cell, start, order, particles, table, mass, heat, mass_out, momentum_out, temperature_out):
+    velocity, internal_energy, species = particles.velocity, particles.internal_energy, particles.species
+    for at in prange(n):
+        masses = np.empty(len(mass))
+        begin, end = np.int64(start[cell[at]]), np.int64(start[cell[at] + 1])
+        thermal = cell_content(order, begin, end, velocity, internal_energy, species, mass, masses)
+        mass_out[at] = masses.sum()
+        if end - begin > 1:
+            temperature_out[at] = cell_temperature(table, masses, heat, thermal, 300.0)
+        for j in range(begin, end):
+            i = order[j]
+            for axis in range(3):
+                momentum_out[at, axis] += mass[species[i]] * velocity[i, axis]
 
 
 def _mark_cut(corners: np.ndarray, low, size, shape, cut_out: np.ndarray) -> None:
@@ -146,8 +154,9 @@ def _mark_cut(corners: np.ndarray, low, size, shape, cut_out: np.ndarray) -> Non
 
 
 def _divisions(extent: np.ndarray, room: float, number: int) -> np.ndarray:
-    """How often to divide a box of extent [m] (3,) whose particles, so many, have room [m^3] each; never an axis that
-    is thin. A bag of hardly any volume would have boxes without end; they are as large as BOXES_PER_PARTICLE asks."""
+    """Divisions of each axis of a box of extent [m] (3,) with a number of particles that have room [m^3] each. A thin
+    axis is not divided. BOXES_PER_PARTICLE limits the number of boxes, which a bag of hardly any volume would raise
+    without bound."""
     thin = np.zeros(3, bool)
     room = max(room, float(extent.prod()) / (IN_A_BOX * BOXES_PER_PARTICLE * number))
     while True:
@@ -160,25 +169,25 @@ def _divisions(extent: np.ndarray, room: float, number: int) -> np.ndarray:
 
 
 def on_faces(boxes: Boxes, bag: Inside, temperature: np.ndarray) -> dict[str, np.ndarray]:
-    """Temperature [K], density [kg/m^3] and velocity [m/s] of the gas in the nearest box at each triangle.
+    """Temperature [K], density [kg/m^3] and velocity [m/s] of the gas in the box nearest to each triangle.
 
-    Triangles between two chambers show the one behind them. temperature: of each chamber [K], (chambers,), for one that
+    Triangles between two chambers show the one behind them. temperature: of each chamber [K], (chambers,), used if it
     has no box with two particles.
     """
-    f, chambers = boxes.fields, bag.chambers
+    chambers = bag.chambers
     side = np.where(chambers.behind != OUTSIDE, chambers.behind, chambers.ahead)
     middle = bag.positions[bag.triangles].mean(axis=1)
     warmth, density, velocity = temperature[side], np.zeros(len(side)), np.zeros((len(side), 3))
     for k in range(chambers.count):
-        here, known = np.flatnonzero(side == k), np.flatnonzero((f.chamber == k) & np.isfinite(f.temperature))
-        known = known[f.count[known] >= min(ON_A_FACE, f.count[known].max(initial=0))]
+        here, known = np.flatnonzero(side == k), np.flatnonzero((boxes.chamber == k) & np.isfinite(boxes.temperature))
+        known = known[boxes.count[known] >= min(ON_A_FACE, boxes.count[known].max(initial=0))]
         if len(here) and len(known):
             scale = boxes.size[known[0]]
-            nearest = known[cKDTree(f.centre[known] / scale).query(middle[here] / scale)[1]]
+            nearest = known[cKDTree(boxes.centre[known] / scale).query(middle[here] / scale)[1]]
             warmth[here], density[here], velocity[here] = (
-                f.temperature[nearest],
-                f.density[nearest],
-                f.velocity[nearest],
+                boxes.temperature[nearest],
+                boxes.density[nearest],
+                boxes.velocity[nearest],
             )
     return {"gas_temperature": warmth, "gas_density": density, "gas_velocity": velocity}
 
@@ -188,7 +197,8 @@ def read_points(
 ) -> dict[str, np.ndarray]:
     """Pressure [Pa], temperature [K], density [kg/m^3] (m,) and velocity [m/s] (m, 3) at places [m] (m, 3).
 
-    Each is that of the nearest IN_A_SPHERE particles of the chamber a place lies in; outside the bag, of still air.
+    They are those of the nearest IN_A_SPHERE particles of the chamber in which a place lies; outside the bag, those of
+    still air.
     """
     air = ambient.pressure / (float(ambient.mass_fractions @ kinds.table[:, 0]) * ambient.temperature)
     rows = np.tile([ambient.pressure, ambient.temperature, air, 0.0, 0.0, 0.0], (len(places), 1))
@@ -202,7 +212,7 @@ def read_points(
 
 
 def _sphere(place, chamber, found, particles, kinds, bag) -> np.ndarray:
-    """Pressure, temperature, density and velocity of the nearest of the particles found."""
+    """Pressure, temperature, density and velocity of the nearest of some particles, `found`."""
     square = np.sum((particles.position[found] - place) ** 2, axis=1)
     if len(found) > IN_A_SPHERE:
         nearest = np.argpartition(square, IN_A_SPHERE - 1)[:IN_A_SPHERE]

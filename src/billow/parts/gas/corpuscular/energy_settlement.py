@@ -1,9 +1,10 @@
-"""Energy that is owed to the gas, or by it, is settled by warming or cooling its particles.
+"""Settlement of energy that is owed to the gas, or by it: its particles are warmed or cooled.
 
-What a particle loses at a moving wall reaches the fabric later and at another speed of the wall; a molecule that leaves
-through a hole takes less along than continuum outflow does (flight (4 + zeta)/2 k T instead of enthalpy (5 + zeta)/2 k
-T). Both differences are pooled by chamber and settled by one factor on all thermal energy of the chamber: velocities
-about the chamber's mean velocity by s, stores by s^2. Momentum does not change.
+What a particle loses at a moving wall reaches the fabric later, when the wall has another speed. A molecule that leaves
+through a hole takes less energy along than continuum outflow does ((4 + zeta)/2 k T of flight and internal energy
+instead of the enthalpy (5 + zeta)/2 k T). Both differences are pooled by chamber. One factor on all thermal energy of a
+chamber settles them: velocities relative to the chamber's mean velocity are multiplied by s, internal energies by s^2.
+Momentum does not change.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from billow.base.compiled import kernel
 from billow.parts.gas.corpuscular.particles import Particles, ParticleSums
 
 LARGEST_SHARE = 0.05
-"""Of a chamber's thermal energy that is settled at once; the rest stays in the pool."""
+"""Share of a chamber's thermal energy that may be settled at once; the rest stays in the pool."""
 
 
 def settle(particles: Particles, sums: ParticleSums, mass: np.ndarray, pool: np.ndarray) -> np.ndarray:
@@ -23,14 +24,11 @@ def settle(particles: Particles, sums: ParticleSums, mass: np.ndarray, pool: np.
 
     sums: of the particles as they are; mass of a particle [kg] (species,).
     """
-    weight = sums.particles @ mass
-    mean = sums.momentum / np.maximum(weight, 1e-300)[:, None]
+    mean = sums.momentum / np.maximum(sums.particles @ mass, 1e-300)[:, None]
     thermal = thermal_energy(sums, mass)
     given = np.clip(pool, -LARGEST_SHARE * thermal, LARGEST_SHARE * thermal)
     square = 1.0 + given / np.maximum(thermal, 1e-300)
-    _warm(
-        particles.count, particles.velocity, particles.internal_energy, particles.chamber, mean, np.sqrt(square), square
-    )
+    _warm(particles.count, particles.arrays(), mean, np.sqrt(square), square)
     return given
 
 
@@ -41,7 +39,8 @@ def thermal_energy(sums: ParticleSums, mass: np.ndarray) -> np.ndarray:
 
 
 @kernel
-def _warm(n, velocity, internal_energy, chamber, mean, factor, square):
+def _warm(n, particles, mean, factor, square):
+    velocity, internal_energy, chamber = particles.velocity, particles.internal_energy, particles.chamber
     for i in prange(n):
         c = chamber[i]
         internal_energy[i] *= square[c]

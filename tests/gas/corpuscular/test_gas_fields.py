@@ -1,17 +1,18 @@
-"""Gas whose state is known is read back, in boxes, on faces and at points, near walls and in flat bags too."""
+"""Fields of a gas whose state is known: in boxes, on faces and at points, also near walls and in flat bags."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 from flights import box
+from gas_in_a_box import SIDE, Box
 
 from billow.geometry.chambers import Chambers
-from billow.parts.gas.corpuscular import readings
+from billow.parts.gas.corpuscular import gas_fields
+from billow.parts.gas.corpuscular.gas_fields import IN_A_BOX, IN_A_SPHERE, Inside, on_faces, read_boxes, read_points
 from billow.parts.gas.corpuscular.initial_air import fill_with_air
 from billow.parts.gas.corpuscular.internal_energy import ParticleKinds
 from billow.parts.gas.corpuscular.particles import Particles
-from billow.parts.gas.corpuscular.readings import IN_A_BOX, IN_A_SPHERE, Inside, on_faces, read_boxes, read_points
 from billow.parts.gas.supply.ambient import Ambient
 from billow.parts.gas.supply.species import find_species, thermo_table
 
@@ -57,7 +58,7 @@ def sheared(positions):
 
 
 @pytest.mark.parametrize("warp", [lambda p: p, flat, sheared], ids=["cube", "flat", "sheared"])
-def test_boxes_know_the_state(warp):
+def test_boxes_have_the_state_of_the_gas(warp):
     scene = Scene(warp=warp)
     arrays = scene.boxes().arrays()
     counts = arrays["particles"]
@@ -79,13 +80,13 @@ def test_boxes_of_a_flat_bag_are_as_high_as_the_bag():
     assert len(arrays["size"]) > 200
 
 
-def test_rooms_are_told_apart():
+def test_chambers_have_their_own_boxes():
     scene = Scene(rooms=2)
     second = scene.particles.chamber[: scene.particles.count] == 1
     scene.particles.velocity[: scene.particles.count][second] += [40.0, 0.0, 0.0]
     boxes = scene.boxes()
     arrays = boxes.arrays()
-    drift = np.where(boxes.fields.chamber == 1, 40.0, 0.0)
+    drift = np.where(boxes.chamber == 1, 40.0, 0.0)
     spread = np.sqrt(scene.kinds.heat * TEMPERATURE / scene.kinds.mass[0] / arrays["particles"])
     assert (np.abs(arrays["velocity"][:, 0] - drift) < 5.0 * spread).all()
     faces = on_faces(boxes, scene.bag, np.full(2, TEMPERATURE))
@@ -116,6 +117,24 @@ def test_a_sensor_in_a_flat_bag_and_one_in_the_other_room():
     np.testing.assert_allclose(found, [[0.0] * 3, [300.0] * 3], atol=spread)
 
 
+def test_boxes_of_a_mixture_in_motion():
+    """Mean velocity by mass, mean temperature by degrees of freedom; a single particle has no temperature."""
+    triangles, positions, behind, ahead = box(4, 1)
+    chambers = Chambers(("room",), behind.astype(np.int32), ahead.astype(np.int32))
+    gas = Box(["N2", "CO2"], [40_000, 20_000], [600.0, 600.0])
+    gas.particles.velocity += [100.0, 0.0, -50.0]
+    bag = Inside(triangles, SIDE * positions, chambers)
+    boxes = read_boxes(gas.particles, gas.kinds, bag)
+    assert boxes.count.sum() == gas.particles.count
+    mass = boxes.density * boxes.size.prod(axis=1)
+    assert mass.sum() == pytest.approx(gas.mass.sum(), rel=1e-3)  # boxes at the walls are cut
+    assert np.average(boxes.velocity, axis=0, weights=mass) == pytest.approx([100.0, 0.0, -50.0], abs=5.0)
+    many = boxes.count > 1
+    assert np.average(boxes.temperature[many], weights=boxes.count[many] - 1) == pytest.approx(600.0, rel=0.01)
+    gas.particles.count = 1
+    assert np.isnan(read_boxes(gas.particles, gas.kinds, bag).temperature).all()
+
+
 def test_outside_is_still_air():
     found = Scene().at([[0.5, 0.5, -0.1]])
     assert found["pressure"][0] == AIR.pressure
@@ -132,17 +151,17 @@ def test_no_gas_gives_no_boxes():
     assert on_faces(boxes, scene.bag, np.array([295.0]))["gas_temperature"].mean() == 295.0
 
 
-def test_a_bag_without_volume_gets_no_boxes_without_end():
+def test_a_bag_without_volume_has_a_bounded_number_of_boxes():
     """A slanted sheet with a billionth of the volume about it: 4e11 boxes of a hundred particles' volume, and no memory
     has room for them."""
     boxes = Scene(warp=lambda places: places * [1.0, 1.0, 1e-9] + [0.0, 0.0, 1.0] * places[:, :1]).boxes()
-    count = boxes.fields.count
+    count = boxes.count
     assert 0 < len(count) <= 0.2 * count.sum()
-    assert np.isfinite(boxes.fields.pressure[count > 1]).all()
+    assert np.isfinite(boxes.pressure[count > 1]).all()
 
 
-def test_lattices_in_parts_are_lattices_at_once(monkeypatch):
-    whole = Scene().boxes().fields
-    monkeypatch.setattr(readings, "BOXES_AT_ONCE", 7)
-    parts = Scene().boxes().fields
+def test_testing_lattices_in_parts_changes_nothing(monkeypatch):
+    whole = Scene().boxes()
+    monkeypatch.setattr(gas_fields, "BOXES_AT_ONCE", 7)
+    parts = Scene().boxes()
     assert (whole.pressure == parts.pressure).all()

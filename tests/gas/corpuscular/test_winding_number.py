@@ -1,4 +1,4 @@
-"""The audit agrees with the winding number, flight counts what the audit counts, and who was lost is inside again."""
+"""The audit agrees with solid angles, flight counts what the audit counts, and escaped particles come back inside."""
 
 from __future__ import annotations
 
@@ -8,9 +8,8 @@ from flights import Scene, box, flock_of, inside_points, winding
 from test_flight_leaks import flat_round, sliver, zigzag
 
 from billow.geometry.bag_shapes import round_bag
-from billow.parts.gas.corpuscular.audit import audit, bring_back, house_parked
-from billow.parts.gas.corpuscular.depth import depths
 from billow.parts.gas.corpuscular.flight import UNCOUNTED
+from billow.parts.gas.corpuscular.winding_number import audit, bring_back, recheck_parked, winding_numbers
 
 
 def bag_sides(triangles):
@@ -18,7 +17,7 @@ def bag_sides(triangles):
 
 
 @pytest.mark.parametrize("shape", [flat_round, zigzag, sliver])
-def test_audit_finds_exactly_those_outside(shape):
+def test_the_audit_finds_exactly_the_particles_outside(shape):
     rng = np.random.default_rng(4)
     triangles, positions = shape(rng)
     reach = 0.05 * np.ptp(positions, axis=0).max()
@@ -37,7 +36,7 @@ def test_audit_finds_exactly_those_outside(shape):
     assert np.array_equal(flock.position[kept], points[kept])
 
 
-def test_a_particle_in_the_wrong_room_is_found_and_brought_home():
+def test_a_particle_in_the_wrong_chamber_is_found_and_brought_back():
     triangles, positions, behind, ahead = box(rooms=2)
     rng = np.random.default_rng(6)
     flock = flock_of(rng.uniform([0.01, 0.01, 0.01], [1.99, 0.99, 0.99], (500, 3)), np.zeros((500, 3)))
@@ -58,12 +57,12 @@ def test_rays_through_nodes_and_edges_count_once():
     outside = (points[:, :2] < 0.0).any(axis=1) | (points[:, :2] > 1.0).any(axis=1)
     for turn in range(3):  # the ray runs along each axis in turn
         turned = np.roll(positions * [1.0, 1.0, 1.0 - 1e-9], turn, axis=1)
-        deep = depths(np.roll(points, turn, axis=1), np.zeros(len(x)), triangles, turned, behind, ahead)
+        deep = winding_numbers(np.roll(points, turn, axis=1), np.zeros(len(x)), triangles, turned, behind, ahead)
         assert (deep[inside] == 1).all()
         assert (deep[outside] == 0).all()
 
 
-def test_who_is_nowhere_has_escaped_and_who_has_left_is_not_looked_for():
+def test_a_particle_without_a_position_has_escaped_and_one_that_left_has_not():
     triangles, positions, behind, ahead = box()
     flock = flock_of([[0.3, 0.4, 1.0 - 1e-12], [0.3, 0.4, 1.0 + 1e-12], [0.3, np.nan, 0.5]], np.zeros((3, 3)))
     assert audit(flock, triangles, positions, behind, ahead).tolist() == [1, 2]
@@ -71,7 +70,7 @@ def test_who_is_nowhere_has_escaped_and_who_has_left_is_not_looked_for():
     assert len(audit(flock, triangles, positions, behind, ahead)) == 0
 
 
-def test_a_chamber_nobody_is_left_in_stays_as_it_is():
+def test_no_particle_moves_if_its_whole_chamber_has_escaped():
     triangles, positions, behind, ahead = box()
     flock = flock_of([[2.0, 2.0, 2.0]], np.zeros((1, 3)))
     bring_back(flock, audit(flock, triangles, positions, behind, ahead))
@@ -88,9 +87,9 @@ def bent_through_itself(turn):
 
 
 @pytest.mark.parametrize("dt", [5e-5, 3e-4])
-def test_a_bag_that_lies_in_itself_is_no_valve(dt):
-    """Ends of a bag pass into each other and out again: nobody leaves, and each knows how deep it is at all times; so
-    it does on ways as long as three edges of the mesh."""
+def test_a_bag_that_intersects_itself_is_no_valve(dt):
+    """Ends of a bag pass into each other and out again: no particle leaves, and each has the right overlap at all
+    times, also on paths as long as three edges of the mesh."""
     rng = np.random.default_rng(8)
     turns = np.concatenate([np.linspace(0.9, 1.12, 40), np.full(80, 1.12), np.linspace(1.12, 0.9, 40)])
     triangles, positions = bent_through_itself(turns[0])
@@ -140,7 +139,7 @@ def test_only_those_put_beside_a_wall_are_counted_and_housed_anew():
     flock = flock_of(points, np.zeros_like(points))
     flock.overlap[:1500:2] = UNCOUNTED
     flock.overlap[1::2] = 7
-    house_parked(flock, triangles, positions, *bag_sides(triangles))
+    recheck_parked(flock, triangles, positions, *bag_sides(triangles))
     assert np.array_equal(flock.overlap[4:1500:2], depth[4:1500:2] - 1)
     assert (winding(flock.position[[0, 2]], triangles, positions) > 0.5).all()
     assert (flock.position[1] == points[1]).all()
@@ -157,6 +156,6 @@ def test_flight_leaves_those_uncounted_that_it_puts_beside_a_wall():
     parked = scene.advance(1e-5).parked
     assert parked > 0
     assert (flock.overlap == UNCOUNTED).sum() == parked
-    house_parked(flock, triangles, scene.positions, *bag_sides(triangles))
+    recheck_parked(flock, triangles, scene.positions, *bag_sides(triangles))
     assert not flock.overlap.any()
     assert (winding(flock.position, triangles, scene.positions) > 0.5).all()

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from gas_in_a_box import Box
 
-from billow.parts.gas.corpuscular.balance import LARGEST_SHARE, settle, thermal_energy
+from billow.parts.gas.corpuscular.energy_settlement import LARGEST_SHARE, settle, thermal_energy
 
 
 @pytest.mark.parametrize("share", [-0.04, -1e-6, 0.0, 0.03])

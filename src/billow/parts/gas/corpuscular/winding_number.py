@@ -1,0 +1,143 @@
+"""Winding numbers: how often the surface of a chamber, however crumpled, goes around a point; and the audit that uses
+them to check, independently of flight, that every particle is in its chamber.
+
+A ray from a point inside leaves the chamber once more often than it enters it, for each time the surface goes around:
+the winding number is the sum of these passages with their sign. The rays run along the thinnest extent of the bag.
+Whether a ray meets a triangle is decided as for `points_inside`: none slips between two triangles, none meets both.
+
+Escaped particles move to the nearest particle inside their chamber: there is room for gas there, while there may be
+none beside the nearest wall, in a fold.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import prange
+from scipy.spatial import cKDTree
+
+from billow.base.compiled import CHUNK, kernel, scalar
+from billow.geometry.triangle import double_area_vector
+from billow.parts.gas.corpuscular.flight import UNCOUNTED, Flock
+from billow.parts.gas.corpuscular.inside_points import meet, thin_axis_last
+
+
+def audit(
+    flock: Flock, triangles: np.ndarray, positions: np.ndarray, behind: np.ndarray, ahead: np.ndarray
+) -> np.ndarray:
+    """Recount `flock.overlap`; returns the indices (n,) int64 of particles that are not in their chamber.
+
+    positions: [m], (nodes, 3), where the particles' step ended. triangles, behind, ahead: as in `winding_numbers`.
+    """
+    return _recount(flock, np.arange(len(flock.chamber)), triangles, positions, behind, ahead)
+
+
+def recheck_parked(
+    flock: Flock, triangles: np.ndarray, positions: np.ndarray, behind: np.ndarray, ahead: np.ndarray
+) -> None:
+    """Recount the particles that flight has put beside a wall; if fabric has moved over that place, bring them back."""
+    parked = np.flatnonzero(flock.overlap == UNCOUNTED)
+    bring_back(flock, _recount(flock, parked, triangles, positions, behind, ahead))
+
+
+def _recount(flock, some, triangles, positions, behind, ahead):
+    """Set the overlap of some particles; returns the indices of those among them that have escaped."""
+    winding = winding_numbers(flock.position[some], flock.chamber[some], triangles, positions, behind, ahead)
+    flock.overlap[some] = np.maximum(winding, 1) - 1
+    return some[(winding < 1) & (flock.chamber[some] >= 0)]
+
+
+def bring_back(flock: Flock, escaped: np.ndarray) -> None:
+    """Move escaped particles to the nearest particle inside their chamber; velocity, hence energy, does not change.
+
+    If all particles of a chamber have escaped, none of them moves.
+    """
+    inside = np.ones(len(flock.chamber), np.bool_)
+    inside[escaped] = False
+    for chamber in np.unique(flock.chamber[escaped]):
+        lost = escaped[flock.chamber[escaped] == chamber]
+        others = np.flatnonzero(inside & (flock.chamber == chamber))
+        if len(others):
+            nearest = others[cKDTree(flock.position[others]).query(flock.position[lost])[1]]
+            flock.position[lost], flock.overlap[lost] = flock.position[nearest], flock.overlap[nearest]
+
+
+def winding_numbers(
+    points: np.ndarray, chamber: np.ndarray, triangles: np.ndarray, positions: np.ndarray, behind: np.ndarray,
+    ahead: np.ndarray,
+) -> np.ndarray:  # fmt: skip
+    """How often the surface of its chamber goes around each point, (points,) int32: 0 outside, 1 inside, 2 where two
+    parts of the bag overlap, negative where the bag is turned inside out.
+
+    points [m] (points, 3), NaN counts as outside; chamber (points,). triangles (n, 3), positions [m] (nodes, 3);
+    behind, ahead: (n,) int32, chamber on the inner side of each triangle and on its outer side.
+    """
+    turned, order, low = thin_axis_last(positions)
+    width, depth = np.ptp(turned, axis=0)[:2]
+    field = math.sqrt(max(width * depth, 1e-300) / len(triangles))
+    shape = np.array([int(width / field) + 1, int(depth / field) + 1])
+    corners = triangles.astype(np.int64)
+    start, listed = _list_by_field(corners, turned, field, shape)
+    found = np.zeros(len(points), np.int32)
+    _count_passages(
+        len(points), np.ascontiguousarray((points - low)[:, order]), np.asarray(chamber), corners, turned, behind,
+        ahead, field, shape, start, listed, found,
+    )  # fmt: skip
+    return found
+
+
+@scalar
+def _list_by_field(triangles, positions, field, shape):
+    """Triangles over each square field of the plane across the rays, in ascending order within a field: those of field
+    f are listed[start[f] : start[f + 1]]."""
+    start = np.zeros(shape[0] * shape[1] + 2, np.int64)
+    listed = np.empty(0, np.int64)
+    for filling in range(2):
+        for t in range(len(triangles)):
+            a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
+            x0 = int(min(positions[a, 0], positions[b, 0], positions[c, 0]) / field)
+            x1 = int(max(positions[a, 0], positions[b, 0], positions[c, 0]) / field)
+            y0 = int(min(positions[a, 1], positions[b, 1], positions[c, 1]) / field)
+            y1 = int(max(positions[a, 1], positions[b, 1], positions[c, 1]) / field)
+            for x in range(x0, x1 + 1):
+                for y in range(y0, y1 + 1):
+                    place = x * shape[1] + y
+                    if filling == 0:
+                        start[place + 2] += 1
+                    else:
+                        listed[start[place + 1]] = t
+                        start[place + 1] += 1
+        if filling == 0:
+            for place in range(len(start) - 1):
+                start[place + 1] += start[place]
+            listed = np.empty(start[-1], np.int64)
+    return start, listed
+
+
+@kernel
+def _count_passages(n, points, chamber, triangles, positions, behind, ahead, field, shape, start, listed, found_out):
+    for chunk in prange((n + CHUNK - 1) // CHUNK):
+        for p in range(chunk * CHUNK, min(n, (chunk + 1) * CHUNK)):
+            home = chamber[p]
+            x, y, z = points[p, 0], points[p, 1], points[p, 2]
+            if not (0.0 <= x < field * shape[0] and 0.0 <= y < field * shape[1] and abs(z) < np.inf):
+                continue
+            place = int(x / field) * shape[1] + int(y / field)
+            winding = 0
+            for entry in range(start[place], start[place + 1]):
+                t = listed[entry]
+                left = (1 if behind[t] == home else 0) - (1 if ahead[t] == home else 0)
+                if left == 0:
+                    continue
+                a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
+                sense, _ = meet(a, b, c, positions, x, y)
+                if sense == 0:
+                    continue
+                nx, ny, nz = double_area_vector(positions, a, b, c)
+                wx, wy, wz = positions[a, 0] - x, positions[a, 1] - y, positions[a, 2] - z
+                # The triangle is above the point if the point is behind it and the ray passes along the normal, or if
+                # neither is the case.
+                if (nx * wx + ny * wy + nz * wz > 0.0) == (sense > 0):
+                    winding += sense * left
+            found_out[p] = winding
