@@ -23,6 +23,7 @@ from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 
 from billow.base.errors import NumericalStop
+from billow.base.plot_style import STYLE
 from billow.case.gas.build_gas import GasNames
 from billow.case.schema import Case
 from billow.injury.filters import channel_filter
@@ -30,7 +31,6 @@ from billow.injury.motion import mean_acceleration
 from billow.parts.gas.supply.mixture import mixture_enthalpy
 from billow.parts.gas.supply.species import AIR, thermo_table
 from billow.results.result import Result
-from billow.rom.judge.figures import STYLE
 from billow.run.simulate import simulate
 
 ROOT = Path(__file__).parents[1]

@@ -109,6 +109,9 @@ def test_kept_pieces_are_not_made_again(small, locked, folder, monkeypatch):
     again = case_results(LOCKED, small, there(small, 6, 12), Kept(folder), recipe="z", recipe_epochs=30)
     assert np.array_equal(again.sizes[12].sweep.rmse, locked.sizes[12].sweep.rmse)
     assert np.array_equal(again.recipe.rmse, locked.recipe.rmse)
+    with monkeypatch.context() as patch:
+        patch.setattr(nested_design, "reduce_runs", refuse)  # fits that are all kept need no bases either
+        case_results(LOCKED, small, there(small, 6, 12), Kept(folder))
     damaged = next(folder.glob("fit-*.safetensors"))
     damaged.write_bytes(damaged.read_bytes()[:-4])
     with pytest.raises(AssertionError, match="trained again"):

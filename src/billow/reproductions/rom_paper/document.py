@@ -57,10 +57,8 @@ def write_document(folder: Path, cases: list[CaseResults], jets: JetComparison |
         parts = _parts(results)
         sections.append(_section(results, parts))
         made += parts
-        record = metrics(results.evaluation) | {
-            "paper_case": results.case.name,
-            "inference_cpu_s": asdict(results.inference),
-        }
+        record = metrics(results.evaluation) | {"paper_case": results.case.name}
+        record["inference_cpu_s"] = asdict(results.inference)
         if results.coupled_evaluation is not None:
             record["coupled"] = results.coupled_evaluation.record()
         write_atomically(folder / f"metrics-{results.case.name}.json", json.dumps(record, allow_nan=False) + "\n")

@@ -48,11 +48,9 @@ class JetComparison:
     @property
     def likeness(self) -> np.ndarray:
         """Cosine between the two effects as fields: [-], (times,); 1 the same shape, 0 nothing in common."""
-        size = np.linalg.norm(self.effect, axis=2)
-        with np.errstate(invalid="ignore", divide="ignore"):
-            return np.where(
-                size.prod(axis=0) > 0.0, (self.effect[0] * self.effect[1]).sum(axis=1) / size.prod(axis=0), 0.0
-            )
+        size = np.linalg.norm(self.effect, axis=2).prod(axis=0)
+        product = (self.effect[0] * self.effect[1]).sum(axis=1)
+        return np.divide(product, size, out=np.zeros_like(size), where=size > 0.0)
 
     @property
     def strongest(self) -> int:

@@ -5,9 +5,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-REFERENCE_LENGTH = 0.28
-"""[m] the strap, of which the paper's accuracy is a part."""
-
 MODES = 12
 """K of the paper's tables and cross-sections."""
 

@@ -4,8 +4,8 @@ The coupled model uses nothing of the deployment in advance. It is compared with
 
 - `TRUE_CONTACT`: the body moves by the same steps under the contact force that the solver recorded, filtered as the
   forces that were learned. What is lost there is lost to steps, sampling and filter, not to bag or law.
-- `TRUE_INPUTS`: the coupled model with the bag of another surrogate, which sees the run's true nodal contact forces of
-  the time before (the ROM paper's "Model Including Forces"). The force on the body still comes from the law.
+- `TRUE_INPUTS`: the coupled model with the bag of another surrogate, which gets the run's true nodal contact forces of
+  the previous time (the ROM paper's "Model Including Forces"). The force on the body still comes from the law.
 - `MEAN_MOTION`: the mean motion of all training runs, which ignores the design.
 """
 

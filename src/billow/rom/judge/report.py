@@ -107,50 +107,12 @@ def _content(evaluation) -> dict:
             (f"{timing.inference.whole * 1e3:.2g} ms", "for one deployment"),
             *([(f"{timing.speed_up:,.0f} ×", "faster than the solver")] if timing.simulation else []),
         ],
-        "comparison": _comparison(evaluation),
-        "split": _split(evaluation),
-        "runs": _runs(evaluation),
+        "answers": ("surrogate", *BASELINES),
+        "gain": gain,
+        "worst_first": evaluation.errors["surrogate"][:, :, Z].mean(axis=1).argsort()[::-1].tolist(),
         "ledger": _ledger(evaluation),
         "machine": {n: str(here[n]) for n in ("processor", "cores", "system")} | {"Billow, now": __version__},
     }
-
-
-def _comparison(evaluation) -> list[tuple]:
-    table = []
-    for c, axis in enumerate(COMPONENTS):
-        rows = [("surrogate", evaluation.summary("surrogate", c), None)]
-        rows += [(name, evaluation.summary(name, c), gain(evaluation, name, c)) for name in BASELINES]
-        table.append((axis, rows))
-    return table
-
-
-def _split(evaluation) -> list[dict]:
-    return [
-        {
-            "axis": axis,
-            "energy": evaluation.surrogate.bases[c].energy_fraction[-1],
-            "truncation": evaluation.summary("truncation", c).mean,
-            "regression": evaluation.summary("regression", c).mean,
-            "total": evaluation.summary("surrogate", c).mean,
-            "share": evaluation.regression_share(c),
-        }
-        for c, axis in enumerate(COMPONENTS)
-    ]
-
-
-def _runs(evaluation) -> list[dict]:
-    by_run = evaluation.errors["surrogate"].mean(axis=1)
-    order = by_run[:, Z].argsort()[::-1]
-    return [
-        {
-            "run": evaluation.test[row],
-            "design": [f"{value:.4g}" for value in evaluation.design[row]],
-            "rmse": by_run[row],
-            "maximum": evaluation.errors["surrogate"][row, :, Z].max(),
-            "nearest": evaluation.coverage.nearest[row],
-        }
-        for row in order
-    ]
 
 
 def _ledger(evaluation) -> list[dict]:

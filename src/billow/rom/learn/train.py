@@ -11,7 +11,7 @@ import numpy as np
 
 from billow import __version__
 from billow.base.errors import InputError, ResourceError
-from billow.results.dataset_files import Parameter, mesh_sha256
+from billow.results.dataset_files import mesh_sha256
 from billow.rom.learn.calibration import calibrate, held_out
 from billow.rom.learn.dataset import Dataset, ReadOnce, snapshot_bytes
 from billow.rom.learn.force_modes import learn_force_inputs
@@ -122,7 +122,7 @@ def train_networks(
     weights, biases = fit(features, targets, epochs=recipe.epochs, seed=recipe.seed, progress=record_loss)
     return Surrogate(
         title=dataset.title,
-        parameters=tuple(Parameter(p.name, p.label, p.unit, p.low, p.high) for p in dataset.parameters),
+        parameters=tuple(dataset.parameters),
         times=times,
         reference=np.array(dataset.reference, np.float32),
         triangles=np.array(dataset.triangles, np.int64),
