@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -69,7 +70,7 @@ def _strap_forces(n, bars, length, stiffness, viscosity, failure, positions, vel
         dx, dy, dz = (
             positions[b, 0] - positions[a, 0], positions[b, 1] - positions[a, 1], positions[b, 2] - positions[a, 2],
         )  # fmt: skip
-        now = np.sqrt(dx * dx + dy * dy + dz * dz)
+        now = math.sqrt(dx * dx + dy * dy + dz * dz)
         strain = now / length[i] - 1.0
         bar[i, TENSION] = bar[i, ENERGY] = bar[i, POWER] = 0.0
         bar[i, ELONGATION] = now - length[i]

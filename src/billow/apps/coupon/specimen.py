@@ -127,7 +127,7 @@ class PictureFrame:
     """Square in a frame of four hinged bars, pulled along its diagonal: pure shear by the angle `amount` [rad].
 
     The force along the diagonal d = 2 L cos(pi/4 - amount/2) is F = T L / sin(pi/4 - amount/2), with T the shear force
-    per length that works on the angle (physics notes, section 8, S9: energy balance of the frame).
+    per length that works on the angle (energy balance of the frame; docs/theory.md, "Fabric from curves").
 
     Yarns are mounted slightly taut, as on a real bench. Slack ones cost nothing to shorten, so that the sheet would
     rather do that here and there than shear evenly (2 % less force at 40 degrees).

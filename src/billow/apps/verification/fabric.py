@@ -107,7 +107,7 @@ def pressurised_shells() -> Iterator[Measurement]:
     the middle half, a length of R from rims that cannot widen.
     """
     pressure, young, poisson, density, thickness = 50e3, 0.4e9, 0.3, 800.0, 0.3e-3
-    fabric = isotropic(young, poisson, density, thickness)
+    fabric = isotropic(young, poisson, density, thickness, damping=0.05)
     speed = np.sqrt(young / density)
 
     radius = 0.25
@@ -158,9 +158,9 @@ def teabag() -> Iterator[Measurement]:
     """S7: two flat inextensible squares of side L, sewn along the edges and inflated: V/L^3 between 0.200 and 0.212
     with 32 divisions a side.
 
-    No closed form is known: bounds 0.2055 <= V/L^3 <= 0.217 for the paper itself, 0.197 and 0.201 with 8 and 16
-    elements (physics notes, section 8). Load and damping as for the Mylar balloon; after 4 T the volume stands to four
-    digits. Halving the load changes it by 0.1 %, 64 divisions by 0.2 %.
+    No closed form is known: A. Kepert's construction has 0.2055, his upper bound is 0.217 (Wikipedia, "Paper bag
+    problem"); finite elements give 0.197 and 0.201 with 8 and 16 elements a side. Load and damping as for the Mylar
+    balloon; after 4 T the volume stands to four digits. Halving the load changes it by 0.1 %, 64 divisions by 0.2 %.
     """
     model, state = _inflated(square_bag(1.0, 32, 0.1), duration=4.0)
     yield Measurement("volume / L^3 [absolute]", model.surface.volume(state.positions), 0.206, 0.006)

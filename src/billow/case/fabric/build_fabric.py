@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
 from billow.case.fabric import schema_fabric
@@ -26,15 +28,21 @@ def build_fabric(fabric: schema_fabric.Fabric) -> FabricLaw:
         "compression": fabric.compression,
         "damping": fabric.damping,
     }
-    if fabric.law == "linear":
-        return LinearFabric(
-            young_warp=fabric.young_warp,
-            young_weft=fabric.young_weft,
-            poisson=fabric.poisson,
-            shear=fabric.shear,
-            liner=Liner(fabric.liner.ratio, fabric.liner.young, fabric.liner.poisson),
-            **common,
-        )
+    return BUILDERS[fabric.law](fabric, common)
+
+
+def _linear(fabric: schema_fabric.Fabric, common: dict) -> LinearFabric:
+    return LinearFabric(
+        young_warp=fabric.young_warp,
+        young_weft=fabric.young_weft,
+        poisson=fabric.poisson,
+        shear=fabric.shear,
+        liner=Liner(fabric.liner.ratio, fabric.liner.young, fabric.liner.poisson),
+        **common,
+    )
+
+
+def _curves(fabric: schema_fabric.Fabric, common: dict, *, switches_shear: bool) -> CurveFabric:
     curves = fabric.curves
     law = CurveFabric(
         warp=_tested(curves.warp, "warp"),
@@ -42,11 +50,19 @@ def build_fabric(fabric: schema_fabric.Fabric) -> FabricLaw:
         shear=_tested(curves.shear, "shear"),
         transverse=curves.transverse,
         yarn_angle=0.5 * np.pi if curves.yarn_angle == 90.0 else float(np.radians(curves.yarn_angle)),
-        switches_shear=fabric.law == "curves",
+        switches_shear=switches_shear,
         **common,
     )
     check_curves(law, WHERE)
     return law
+
+
+BUILDERS = {
+    "linear": _linear,
+    "curves": partial(_curves, switches_shear=True),
+    "curves-shear": partial(_curves, switches_shear=False),
+}
+"""Name of a law in a case -> what builds it from the `[fabric]` table and what all laws share."""
 
 
 def _tested(curves: schema_fabric.YarnCurves | schema_fabric.ShearCurves, name: str) -> TestedCurve:

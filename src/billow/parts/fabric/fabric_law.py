@@ -61,15 +61,9 @@ class FabricLaw(Protocol):
         instead of the axes of the flat cut."""
 
     def add_forces(
-        self,
-        membrane: Elements,
-        triangles: np.ndarray,
-        positions: np.ndarray,
-        velocities: np.ndarray,
-        history: np.ndarray,
-        corner_force: np.ndarray,
-        partial: np.ndarray,
-    ) -> None:
+        self, membrane: Elements, triangles: np.ndarray, positions: np.ndarray, velocities: np.ndarray,
+        history: np.ndarray, corner_force: np.ndarray, partial: np.ndarray,
+    ) -> None:  # fmt: skip
         """Add membrane forces [N] to corner_force (triangles, 3, 3), and bring history up to date.
 
         triangles: (triangles, 3). positions [m] and velocities [m/s]: (nodes, 3). history: (elements, history_width).

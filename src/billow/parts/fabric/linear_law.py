@@ -26,7 +26,7 @@ from numba import prange
 
 from billow.base.compiled import CHUNK, kernel, scalar
 from billow.parts.fabric.fabric_law import Elements
-from billow.parts.fabric.triangle import Triangles, add_corner_forces, along, products, stretch_bound
+from billow.parts.fabric.triangle import add_corner_forces, along, products, read_triangles, stretch_bound
 
 KEEP, PRINCIPAL, YARN = 0, 1, 2  # what compression does
 
@@ -90,7 +90,7 @@ class LinearFabric:
 
     @property
     def wave_speed(self) -> float:
-        """Fastest membrane wave [m/s]: sqrt(Emax / (rho (1 - nu^2))) (physics notes, section 4), or the fastest plane
+        """Fastest membrane wave [m/s]: sqrt(Emax / (rho (1 - nu^2))) (docs/theory.md, "Fabric"), or the fastest plane
         wave in any direction where weft or shear make that faster."""
         young = max(self.young_warp, self.young_weft)
         c11, c22, c12, c66 = self.stiffness + self.liner.stiffness
@@ -110,22 +110,13 @@ class LinearFabric:
         return reference_inverse
 
     def add_forces(
-        self,
-        membrane: Elements,
-        triangles: np.ndarray,
-        positions: np.ndarray,
-        velocities: np.ndarray,
-        history: np.ndarray,
-        corner_force: np.ndarray,
-        partial: np.ndarray,
-    ) -> None:
+        self, membrane: Elements, triangles: np.ndarray, positions: np.ndarray, velocities: np.ndarray,
+        history: np.ndarray, corner_force: np.ndarray, partial: np.ndarray,
+    ) -> None:  # fmt: skip
         """As `billow.parts.fabric.fabric_law.FabricLaw` promises; there is no history."""
         rule = KEEP if self.compression else PRINCIPAL if self.is_isotropic else YARN
-        read = Triangles(
-            membrane.elements, membrane.yarn_inverse, membrane.volume, membrane.viscosity, triangles, positions,
-            velocities,
-        )  # fmt: skip
-        _linear_forces(len(membrane.elements), rule, *self._moduli, read, corner_force, partial)
+        mesh = read_triangles(membrane, triangles, positions, velocities)
+        _linear_forces(len(membrane.elements), rule, *self._moduli, mesh, corner_force, partial)
 
 
 @scalar

@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from billow.base.compiled import scalar
+from billow.parts.fabric.fabric_law import Elements
 
 
 class Triangles(NamedTuple):
@@ -26,6 +27,15 @@ class Triangles(NamedTuple):
     triangles: np.ndarray
     positions: np.ndarray
     velocities: np.ndarray
+
+
+def read_triangles(
+    membrane: Elements, triangles: np.ndarray, positions: np.ndarray, velocities: np.ndarray
+) -> Triangles:
+    """Of a membrane at some moment."""
+    return Triangles(
+        membrane.elements, membrane.yarn_inverse, membrane.volume, membrane.viscosity, triangles, positions, velocities
+    )
 
 
 @scalar
