@@ -57,7 +57,7 @@ def test_files_with_units_separators_and_comments(tmp_path, text):
         (b"strain, stress\n" + b"0, 0\n" * 250_000, "longer"),
     ],
 )
-def test_what_is_no_curve_file_is_refused(tmp_path, content, word):
+def test_a_file_without_a_curve_is_refused(tmp_path, content, word):
     path = tmp_path / "warp.csv"
     path.write_bytes(content)
     with pytest.raises(InputError, match="E-FAB-002") as caught:

@@ -1,4 +1,4 @@
-"""The laws made from curves give the tests back that the curves come from, and one of them ripples."""
+"""Fabric described by curves returns those curves under the conditions of their tests; law "curves" ripples."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def frame(turned, yarn_angle=0.5 * np.pi):
 
 @LAWS
 @pytest.mark.parametrize("transverse", [1.0, 0.0, -0.3])
-def test_a_test_gives_the_curve_back_it_was_read_from(switches, transverse):
+def test_a_simulated_test_returns_its_input_curve(switches, transverse):
     """S10: loading to the end and back. True stress is force over present width; 0.5 % of the largest stress."""
     element = Element(fabric(switches_shear=switches, transverse=transverse))
     back = hollow(STRAIN[-1], WARP[-1])
@@ -69,7 +69,7 @@ def test_a_test_gives_the_curve_back_it_was_read_from(switches, transverse):
 @pytest.mark.parametrize("yarn_angle", [90.0, 75.0, 110.0])
 @pytest.mark.parametrize("sense", [1.0, -1.0])
 @LAWS
-def test_a_picture_frame_gives_the_shear_curve_back(switches, sense, yarn_angle):
+def test_a_picture_frame_returns_its_shear_curve(switches, sense, yarn_angle):
     """S9: F = T L / sin(pi/4 - gamma/2) at right angles; in general dW = tau dgamma, which is checked here. The stress
     on dF/dgamma is the work; loading, then unloading, 1 % of the largest stress."""
     yarn_angle = 0.5 * np.pi if yarn_angle == 90.0 else np.radians(yarn_angle)

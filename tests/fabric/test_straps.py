@@ -106,7 +106,7 @@ def test_a_strap_is_as_long_stiff_and_strong_as_its_cloth_says():
     assert cloth(length=0.4)[0].length == pytest.approx([0.4, 0.4])
 
 
-def test_the_books_close_when_a_strap_tears():
+def test_the_energy_balance_closes_when_a_strap_tears():
     """A disc held at one side is thrown sideways; its strap holds, or tears: what it held is lost, and no more."""
     shape = disc(0.2, 0.05)
     bars = np.array([[0, len(shape.positions) - 1]])

@@ -28,7 +28,7 @@ from billow.base.compiled import CHUNK, kernel, scalar
 from billow.parts.fabric.fabric_law import Elements
 from billow.parts.fabric.triangle import add_corner_forces, along, products, read_triangles, stretch_bound
 
-KEEP, PRINCIPAL, YARN = 0, 1, 2  # what compression does
+KEEP, PRINCIPAL, YARN = 0, 1, 2  # the answers to compression
 
 
 @dataclass(frozen=True)

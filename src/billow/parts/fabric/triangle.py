@@ -1,9 +1,7 @@
 """One membrane triangle as kernels see it: how it is deformed, and what its stress does to its corners.
 
 Every law's kernel calls these functions in this order: `along` twice, `products`, the law's own stress,
-`stretch_bound`, `add_corner_forces`. The axes are warp and weft, which need not be at right angles. No function takes
-an array in the innermost loop of a law: numba counts references to arrays, which makes such a call slower than the
-stress itself.
+`stretch_bound`, `add_corner_forces`. The axes are warp and weft, which need not be at right angles.
 """
 
 from __future__ import annotations
