@@ -1,4 +1,4 @@
-"""The birth ramp: a stretched start is let go slowly, and the work of the moving reference closes the books."""
+"""Birth ramp: a stretched start is released slowly; the work of the moving reference closes the energy balance."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def test_the_slope_is_that_of_the_energy():
 
 
 @pytest.mark.parametrize("damping", [0.0, 0.05])
-def test_the_books_close_while_the_reference_moves(damping):
+def test_the_energy_balance_closes_while_the_reference_moves(damping):
     """The residual is that of the time stepping, of second order: a quarter of the step, a sixteenth of the error."""
     errors = []
     for scale in (1.0, 0.25):
@@ -83,13 +83,13 @@ def test_the_books_close_while_the_reference_moves(damping):
     assert errors[1] < 0.25 * errors[0]
 
 
-def test_a_ramp_lets_go_more_gently_than_a_jump():
+def test_a_ramp_releases_more_gently_than_a_jump():
     """Over many periods of the disc's own vibration the fabric follows its reference: little energy is left."""
     fast, slow = (run(stretched(time, damping=0.05), Schedule(8e-3, 1, 10)).ledger for time in (1e-5, 6e-3))
     assert slow["birth_work"] < 0.2 * fast["birth_work"]
 
 
-def test_a_run_goes_on_through_the_ramp_with_the_same_bits():
+def test_a_run_resumed_within_the_ramp_gives_the_same_bits():
     model, schedule, kept = stretched(), Schedule(1.5e-3, 1, 6), []
 
     def keep(state):

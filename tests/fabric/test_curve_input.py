@@ -11,8 +11,7 @@ from billow.base.errors import InputError
 from billow.case.fabric.build_fabric import build_fabric
 from billow.case.schema import Case
 from billow.parts.fabric.curve_fabric import CurveFabric
-from billow.parts.fabric.curve_file import read_curve_file
-from billow.parts.fabric.library import FILES, library_curves
+from billow.parts.fabric.curve_file import LIBRARY, library_curves, read_curve_file
 
 YARN = {"loading": {"strain": [0.0, 0.1], "stress": [0.0, "20 MPa"]}}
 SHEAR = {"loading": {"angle": [0.0, 40.0], "stress": [0.0, "5 MPa"]}}
@@ -57,7 +56,7 @@ def test_files_with_units_separators_and_comments(tmp_path, text):
         (b"strain, stress\n" + b"0, 0\n" * 250_000, "longer"),
     ],
 )
-def test_what_is_no_curve_file_is_refused(tmp_path, content, word):
+def test_a_file_without_a_curve_is_refused(tmp_path, content, word):
     path = tmp_path / "warp.csv"
     path.write_bytes(content)
     with pytest.raises(InputError, match="E-FAB-002") as caught:
@@ -87,7 +86,7 @@ def test_an_effective_case_holds_the_curves_of_its_files(tmp_path):
     assert law.weft.loading.stress[-1] == library_curves("nylon66-470dtex")["weft"]["loading"]["stress"][-1]
 
 
-@pytest.mark.parametrize("name", FILES)
+@pytest.mark.parametrize("name", LIBRARY)
 @pytest.mark.parametrize("law", ["curves", "curves-shear"])
 def test_a_fabric_of_the_library_is_sound(name, law):
     fabric_law = build_fabric(fabric(library=name, law=law))

@@ -54,7 +54,7 @@ def flat_patch(gradient) -> np.ndarray:
 
 @laws
 @given(seed=st.integers(0, 10_000))
-def test_turning_and_carrying_change_nothing(name, seed):
+def test_rigid_motion_changes_nothing(name, seed):
     rng = np.random.default_rng(seed)
     turn, _ = np.linalg.qr(rng.normal(size=(3, 3)))
     turn *= np.sign(np.linalg.det(turn))
@@ -184,7 +184,7 @@ def test_forces_are_finite_and_continuous_where_triangles_collapse(name, shape):
 
 @laws
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
-def test_what_is_not_a_number_shows(name, bad):
+def test_numbers_that_are_not_finite_show_in_the_sums(name, bad):
     positions = shaken(0, 0.1)
     positions[4, 1] = bad
     with np.errstate(all="ignore"):

@@ -73,7 +73,7 @@ def test_without_compression_there_is_none(e):
 
 
 @given(e=strains)
-def test_taut_fabric_does_not_know_the_rule(e):
+def test_taut_fabric_is_linear_under_every_rule(e):
     """Where both tensions are positive, all three rules are the plain linear law."""
     for rule in (PRINCIPAL, YARN):
         plain = np.array(linear_stress(KEEP, *FABRICS[rule].stiffness, *e))

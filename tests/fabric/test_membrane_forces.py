@@ -56,7 +56,7 @@ def test_damping_takes_the_power_it_books(rule):
 
 
 @RULES
-def test_turning_and_carrying_change_nothing(rule):
+def test_rigid_motion_changes_nothing(rule):
     rng = np.random.default_rng(0)
     for seed in range(5):
         positions, velocities = shaken(seed, 0.1), rng.normal(size=(5, 3))

@@ -106,7 +106,7 @@ def test_a_strap_is_as_long_stiff_and_strong_as_its_cloth_says():
     assert cloth(length=0.4)[0].length == pytest.approx([0.4, 0.4])
 
 
-def test_the_books_close_when_a_strap_tears():
+def test_the_energy_balance_closes_when_a_strap_tears():
     """A disc held at one side is thrown sideways; its strap holds, or tears: what it held is lost, and no more."""
     shape = disc(0.2, 0.05)
     bars = np.array([[0, len(shape.positions) - 1]])
@@ -130,3 +130,14 @@ def test_the_books_close_when_a_strap_tears():
         assert (state.straps[0, TORN] == 1.0) == np.isfinite(failure)
         assert (state.ledger["hysteresis"] > 0.0) == np.isfinite(failure)
         assert abs(state.ledger.residual) < 2e-3 * state.ledger.largest_energy
+
+
+@pytest.mark.parametrize("inverse_mass", [(1.0, 1.0, 1.0), (1.0, 50.0, 2.0), (0.0, 1.0, 0.0), (1.0, 0.0, 3.0)])
+def test_the_step_of_straps_is_below_the_exact_bound_also_between_free_nodes(inverse_mass):
+    """Central differences are stable up to 2/omega, omega^2 the largest eigenvalue of stiffness over mass, on a line."""
+    straps, root = strap(), np.sqrt(inverse_mass)
+    stiffness = np.zeros((3, 3))
+    for (a, b), k in zip(straps.bars, straps.stiffness / straps.length, strict=True):
+        stiffness[np.ix_([a, b], [a, b])] += k * np.array([[1.0, -1.0], [-1.0, 1.0]])
+    largest = np.linalg.eigvalsh(root[:, None] * stiffness * root).max()
+    assert straps.squared_rate(np.array(inverse_mass)) >= 0.25 * largest / 0.9**2

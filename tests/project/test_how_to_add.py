@@ -166,6 +166,7 @@ class Rubber:
     thickness: float
     damping: float
     young: float = 4e8
+    compression: ClassVar[bool] = True
     history_width: ClassVar[int] = 0
 
     @property
@@ -236,11 +237,12 @@ ENTRIES = {
         imports("billow.case.obstacles.ball", "Ball", "billow.case.obstacles.plate"),
         ('{"plate": Plate,', '{"ball": Ball, "plate": Plate,'),
     ],
+    "case/fabric/schema_fabric.py": [("LAWS = {", 'LAWS = {"rubber": "moduli", ')],
     "case/fabric/build_fabric.py": [
         imports("billow.parts.fabric.rubber", "Rubber", "billow.parts.fabric.linear_law"),
         (
-            "LAWS = {",
-            "LAWS = {\n"
+            "BUILDERS = {",
+            "BUILDERS = {\n"
             '    "rubber": lambda fabric, common: Rubber(common["density"], common["thickness"], common["damping"]),',
         ),
     ],

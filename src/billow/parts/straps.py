@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -65,10 +66,13 @@ class Straps(Part):
     def squared_rate(self, inverse_mass: np.ndarray) -> float:
         """1 / dt^2 [1/s^2] of the largest stable step; zero without straps. inverse_mass: [1/kg], (nodes,).
 
-        A node's squared frequency is the sum of EA/L of its bars over its mass.
+        Bound of the largest squared frequency: for each node the sum of EA/L of its bars, counted twice where the other
+        end is free too, over its mass (Gershgorin, rows of the stiffness over the mass).
         """
-        ends = np.repeat(self.stiffness / self.length, 2)
-        stiffness = np.bincount(self.bars.ravel(), ends, len(inverse_mass))
+        spring = (self.stiffness / self.length)[:, None]
+        other_is_free = inverse_mass[self.bars[:, ::-1]] > 0.0
+        rows = np.where(other_is_free, 2.0 * spring, spring)
+        stiffness = np.bincount(self.bars.ravel(), rows.ravel(), len(inverse_mass))
         return 0.25 * float((stiffness * inverse_mass).max()) / STEP_FACTOR**2
 
     def quantities(self, bar: np.ndarray, moment: Moment) -> Iterator[Quantity]:
@@ -104,7 +108,7 @@ def _strap_forces(n, bars, length, stiffness, viscosity, failure, positions, vel
         dx, dy, dz = (
             positions[b, 0] - positions[a, 0], positions[b, 1] - positions[a, 1], positions[b, 2] - positions[a, 2],
         )  # fmt: skip
-        now = np.sqrt(dx * dx + dy * dy + dz * dz)
+        now = math.sqrt(dx * dx + dy * dy + dz * dz)
         strain = now / length[i] - 1.0
         bar[i, TENSION] = bar[i, ENERGY] = bar[i, POWER] = 0.0
         bar[i, ELONGATION] = now - length[i]

@@ -30,7 +30,7 @@ NO_TEST_DATA = InputError.declare(
 )
 
 TESTS = ("biaxial", "strip", "picture-frame")
-LAWS = ("linear", "curves", "curves-shear")
+LAWS = tuple(schema_fabric.LAWS)
 USUAL_PEAK = {"biaxial": 0.10, "strip": 0.10, "picture-frame": float(np.radians(35.0))}
 """How far each test goes by default: true strain [-], shear angle [rad]."""
 
@@ -50,9 +50,7 @@ def make_specimen(test: str, element_size: float, direction: str = "warp") -> Sp
 def with_law(fabric: schema_fabric.Fabric, law: str) -> schema_fabric.Fabric:
     """The same fabric under another law. Raises InputError if it lacks what that law needs."""
     written = fabric.model_dump()
-    if law == "linear" and fabric.law != "linear":
-        written.pop("library")
-    if law != "linear" and fabric.liner.ratio > 0.0:
+    if schema_fabric.LAWS[law] == "curves" and fabric.liner.ratio > 0.0:
         written["liner"] = {"ratio": 0.0}
     return Case.from_dict({"fabric": written | {"law": law}}, "the fabric").fabric
 

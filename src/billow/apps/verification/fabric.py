@@ -107,7 +107,7 @@ def pressurised_shells() -> Iterator[Measurement]:
     the middle half, a length of R from rims that cannot widen.
     """
     pressure, young, poisson, density, thickness = 50e3, 0.4e9, 0.3, 800.0, 0.3e-3
-    fabric = isotropic(young, poisson, density, thickness)
+    fabric = isotropic(young, poisson, density, thickness, damping=0.05)
     speed = np.sqrt(young / density)
 
     radius = 0.25

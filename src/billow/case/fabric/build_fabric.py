@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
+from billow.case.fabric import schema_fabric
 from billow.parts.fabric.curve import Curve, TestedCurve
 from billow.parts.fabric.curve_check import check_curves, check_shape
 from billow.parts.fabric.curve_fabric import CurveFabric
@@ -13,7 +16,7 @@ from billow.parts.fabric.linear_law import LinearFabric, Liner
 WHERE = "fabric.curves"
 
 
-def build_fabric(fabric) -> FabricLaw:
+def build_fabric(fabric: schema_fabric.Fabric) -> FabricLaw:
     """The law named in the `[fabric]` table. A coating adds its mass to that of the fabric.
 
     Raises InputError: E-FAB-003..006 curves that describe no fabric.
@@ -25,10 +28,10 @@ def build_fabric(fabric) -> FabricLaw:
         "compression": fabric.compression,
         "damping": fabric.damping,
     }
-    return LAWS[fabric.law](fabric, common)
+    return BUILDERS[fabric.law](fabric, common)
 
 
-def _linear(fabric, common) -> LinearFabric:
+def _linear(fabric: schema_fabric.Fabric, common: dict) -> LinearFabric:
     return LinearFabric(
         young_warp=fabric.young_warp,
         young_weft=fabric.young_weft,
@@ -39,7 +42,7 @@ def _linear(fabric, common) -> LinearFabric:
     )
 
 
-def _curves(fabric, common) -> CurveFabric:
+def _curves(fabric: schema_fabric.Fabric, common: dict, *, switches_shear: bool) -> CurveFabric:
     curves = fabric.curves
     law = CurveFabric(
         warp=_tested(curves.warp, "warp"),
@@ -47,22 +50,22 @@ def _curves(fabric, common) -> CurveFabric:
         shear=_tested(curves.shear, "shear"),
         transverse=curves.transverse,
         yarn_angle=0.5 * np.pi if curves.yarn_angle == 90.0 else float(np.radians(curves.yarn_angle)),
-        switches_shear=fabric.law == "curves",
+        switches_shear=switches_shear,
         **common,
     )
     check_curves(law, WHERE)
     return law
 
 
-LAWS = {
+BUILDERS = {
     "linear": _linear,
-    "curves": _curves,
-    "curves-shear": _curves,
+    "curves": partial(_curves, switches_shear=True),
+    "curves-shear": partial(_curves, switches_shear=False),
 }
-"""Name in a case -> builder from the table, and what it shares with all laws. A new law is an entry here."""
+"""Name of a law in a case -> what builds it from the `[fabric]` table and what all laws share."""
 
 
-def _tested(curves, name: str) -> TestedCurve:
+def _tested(curves: schema_fabric.YarnCurves | schema_fabric.ShearCurves, name: str) -> TestedCurve:
     loading = _curve(curves.loading, f"{WHERE}.{name}.loading")
     if not curves.unloading.stress:
         return TestedCurve(loading)

@@ -6,14 +6,16 @@ from typing import Any, Literal
 
 from pydantic import model_validator
 
-from billow.case.fabric.build_fabric import LAWS
 from billow.case.quantity import Strict, quantity, refused
-from billow.parts.fabric.library import FILES, library_curves
+from billow.parts.fabric.curve_file import LIBRARY, library_curves
 
 Modulus = quantity("Pa", 1e4, 1e12)
 Strain = quantity("-", -10.0, 10.0)
 Stress = quantity("Pa", -1e12, 1e12)
 DIRECTIONS = ("warp", "weft", "shear")
+LAWS = {"linear": "moduli", "curves": "curves", "curves-shear": "curves"}
+"""Name of a law -> what describes it. `billow.case.fabric.build_fabric.BUILDERS` builds each. A new law is a line here,
+with the keys it needs in `Fabric`, and a line there."""
 
 
 class YarnCurve(Strict):
@@ -126,9 +128,9 @@ class Fabric(Strict):
             data = {**data, "law": "curves-shear"}
         given = [name for name in DIRECTIONS if _has_points(data.get("curves", {}).get(name))]
         library = data.get("library", "own")
-        if data.get("law") in ("curves", "curves-shear") and library == "own" and not given:
-            library = next(iter(FILES))
-        if not isinstance(library, str) or library not in FILES:
+        if LAWS.get(str(data.get("law"))) == "curves" and library == "own" and not given:
+            library = next(iter(LIBRARY))
+        if not isinstance(library, str) or library not in LIBRARY:
             return data
         if data.get("law") == "linear" or len(given) == len(DIRECTIONS):
             reason = "the law is linear" if data.get("law") == "linear" else "all three curves are given"
@@ -153,16 +155,16 @@ class Fabric(Strict):
 
     @model_validator(mode="after")
     def _fits(self):
-        problem = None
+        problem, from_curves = None, LAWS[self.law] == "curves"
         if self.coating.thickness > 0.0 and self.permeability > 0.0:
             problem = ("coated fabric does not leak", "set permeability = 0, or coating.thickness = 0")
-        elif self.law != "linear" and self.liner.ratio > 0.0:
+        elif from_curves and self.liner.ratio > 0.0:
             problem = (f'the law "{self.law}" has no liner', 'set liner.ratio = 0, or law = "linear"')
-        elif self.law != "linear" and not all(_has_points(getattr(self.curves, name)) for name in DIRECTIONS):
+        elif from_curves and not all(_has_points(getattr(self.curves, name)) for name in DIRECTIONS):
             missing = next(name for name in DIRECTIONS if not _has_points(getattr(self.curves, name)))
             problem = (
                 f"the curve {missing}.loading is missing",
-                f'give it, or library = "{next(iter(FILES))}" for what is not given',
+                f'give it, or library = "{next(iter(LIBRARY))}" for what is not given',
             )
         if problem:
             raise refused(problem[0], problem[1])

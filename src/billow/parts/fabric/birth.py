@@ -1,10 +1,10 @@
-"""Birth ramp: fabric whose start shape is stretched against its flat cut is let go slowly.
+"""Birth ramp: fabric whose start shape is stretched against its flat cut is released slowly.
 
-A start shape that was folded or scaled by other programs holds strain that would snap back at the first step. Until the
-birth time strain is measured against a reference between start and flat cut instead. With the deformation gradient of
-the start F0 = R U (polar decomposition, U symmetric in the plane of the cut), the flat edges are
-Dm(s) = ((1 - s) U + s I) Dm, s from 0 to 1: at s = 0 nothing is strained. Only stretch is taken up, so U has no
-eigenvalue below one: compressed fabric is slack, and a smaller reference would need smaller steps.
+A start shape that another program folded or scaled holds strain, which would snap back in the first step. Until the
+birth time, strain is therefore measured against a reference between start and flat cut. With the deformation gradient
+of the start F0 = R U (polar decomposition, U symmetric in the plane of the cut), the flat edges are
+Dm(s) = ((1 - s) U + s I) Dm, s from 0 to 1: at s = 0 nothing is strained. U keeps only stretch, it has no eigenvalue
+below one: compressed fabric is slack, and a smaller reference would need smaller steps.
 
 The moving reference does work on the fabric, dE/ds ds at a fixed shape, by the trapezoidal rule over each step.
 """
@@ -38,11 +38,11 @@ class Birth:
         return cls(time, tuple(_excess(m, start[triangles[m.elements]]) for m in membranes))
 
     def fraction(self, time: float) -> float:
-        """How far the reference has come at a time [s], 0 to 1."""
+        """How far the reference has moved at a time [s], 0 to 1."""
         return min(1.0, time / self.time)
 
     def membranes(self, membranes: Sequence[Membrane], fraction: float) -> tuple[Membrane, ...]:
-        """The membranes with the reference of a fraction of the way."""
+        """The membranes with the reference at a fraction of the way."""
         if fraction == 1.0:
             return tuple(membranes)
         return tuple(_against(m, (1.0 - fraction) * u) for m, u in zip(membranes, self.stretch, strict=True))
@@ -62,7 +62,7 @@ class Birth:
 def strain_energy(
     membranes: Sequence[Membrane], triangles: np.ndarray, positions: np.ndarray, histories: Sequence[np.ndarray]
 ) -> float:
-    """Recoverable energy [J] of membranes whose history is left as it is."""
+    """Recoverable energy [J] of membranes; their history stays as it is."""
     total = 0.0
     at_rest, force = np.zeros_like(positions), np.zeros((len(triangles), 3, 3))
     for membrane, history in zip(membranes, histories, strict=True):

@@ -13,9 +13,11 @@ is exact in each term, so each has a potential, and a test under the conditions 
 - Yarns: with l = exp(strain) the force per reference width and thickness is stress exp(transverse strain), which does
   work on dl; dE = l dl, hence s = stress exp(transverse strain) / l. In an equal-biaxial test the transverse strain is
   the axial one (ratio 1), in a strip test it is none (ratio 0).
-- Shear: in a picture frame the yarns keep their lengths and only the angle gamma changes; dW = tau dgamma (physics
-  notes, S9). With z = sin(gamma + gamma0) - sin(gamma0) this is H dz, H = tau / cos(gamma + gamma0); gamma0 = 90
-  degrees minus the yarns' angle in the flat cut.
+- Shear: in a picture frame the yarns keep their lengths and only the angle gamma changes, dW = tau dgamma. With
+  z = sin(gamma + gamma0) - sin(gamma0) this is H dz, H = tau / cos(gamma + gamma0); gamma0 = 90 degrees minus the
+  yarns' angle in the flat cut.
+
+docs/theory.md, "Fabric from curves".
 """
 
 from __future__ import annotations
@@ -28,7 +30,7 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Curve:
-    """Points of a curve through (0, 0), joined by straight lines, going on with the last slope.
+    """Points of a curve through (0, 0), joined by straight lines; beyond the end the last slope continues.
 
     Yarns: true (logarithmic) strain [-] against true stress [Pa]. Shear: angle [rad] against shear stress [Pa].
     """
@@ -56,7 +58,7 @@ class Curve:
 class TestedCurve:
     """Loading, and unloading from the end of the test; without unloading the fabric is elastic in this direction."""
 
-    __test__ = False  # it is no test of pytest's
+    __test__ = False  # not a test for pytest to collect
 
     loading: Curve
     unloading: Curve | None = None
@@ -81,7 +83,7 @@ def shear_of_angle(angle: np.ndarray | float, start: float) -> np.ndarray:
 def shear_stress(curve: Curve, start: float, sense: float, z: np.ndarray) -> np.ndarray:
     """H [Pa] at sizes z >= 0 [-] of the measure in the sense +1 or -1; start: gamma0 [rad].
 
-    Beyond the curve's end H, not tau, goes on straight: tau / cos has a pole where yarns lie on each other.
+    Beyond the curve's end H, not tau, continues straight: tau / cos has a pole where the yarns lie on each other.
     """
     last = abs(float(shear_of_angle(sense * curve.end, start)))
 

@@ -38,7 +38,7 @@ from billow.base.errors import Concern
 from billow.parts.fabric.curve import TestedCurve, green_strain, shear_of_angle, shear_stress, yarn_stress
 from billow.parts.fabric.curve_table import INTERVALS, VIRGIN, Spring, SpringTable, Stress, place, read
 from billow.parts.fabric.fabric_law import Elements
-from billow.parts.fabric.triangle import Triangles, add_corner_forces, along, products, stretch_bound
+from billow.parts.fabric.triangle import add_corner_forces, along, products, read_triangles, stretch_bound
 from billow.parts.part import Setting
 
 WARP, WEFT, SHEAR, SHEAR_BACK = range(4)
@@ -160,30 +160,15 @@ class CurveFabric:
         return OWED + 1 if self.switches_shear else 1 + 2 * len(self.springs)
 
     def add_forces(
-        self,
-        membrane: Elements,
-        triangles: np.ndarray,
-        positions: np.ndarray,
-        velocities: np.ndarray,
-        history: np.ndarray,
-        corner_force: np.ndarray,
-        partial: np.ndarray,
-    ) -> None:
+        self, membrane: Elements, triangles: np.ndarray, positions: np.ndarray, velocities: np.ndarray,
+        history: np.ndarray, corner_force: np.ndarray, partial: np.ndarray,
+    ) -> None:  # fmt: skip
         """As `billow.parts.fabric.fabric_law.FabricLaw` promises."""
-        read = Triangles(
-            membrane.elements, membrane.yarn_inverse, membrane.volume, membrane.viscosity, triangles, positions,
-            velocities,
-        )  # fmt: skip
+        mesh = read_triangles(membrane, triangles, positions, velocities)
         _curve_forces(
-            len(membrane.elements),
-            self.switches_shear,
-            self.table,
-            self._constants,
-            read,
-            history,
-            corner_force,
+            len(membrane.elements), self.switches_shear, self.table, self._constants, mesh, history, corner_force,
             partial,
-        )
+        )  # fmt: skip
 
     def cost_of_steepness(self, altitude: float) -> tuple[str, float, float]:
         """What the steepest curve does to the step: (its name, stable step [s], stable step without it [s]).

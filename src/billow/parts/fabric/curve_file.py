@@ -1,4 +1,7 @@
-"""Curves from CSV files: two columns, strain (or angle) and stress, with units in the header if they are not SI.
+"""Curves from files: those of a user, and those that come with Billow.
+
+A user's file is a CSV of two columns, strain (or angle) and stress, with units in the
+header if they are not SI:
 
 strain [%], stress [MPa]
 0, 0
@@ -9,7 +12,10 @@ from __future__ import annotations
 
 import csv
 import re
+import tomllib
+from importlib import resources
 from pathlib import Path
+from typing import Any
 
 from billow.base.errors import InputError
 from billow.base.units import to_si
@@ -17,6 +23,9 @@ from billow.base.units import to_si
 LARGEST_FILE = 1_000_000  # bytes; a curve has some hundred points
 COLUMNS = {"strain": "-", "angle": "deg", "stress": "Pa"}
 """Column -> unit its numbers are returned in, and have if the header names none."""
+
+LIBRARY = {"nylon66-470dtex": "nylon66_470dtex.toml"}
+"""Name of a fabric in a case -> file in `data`, which says where its numbers come from and what they are worth."""
 
 _HEAD = re.compile(r"\s*(\w+)\s*(?:[\[(]\s*([^\])]*?)\s*[\])])?\s*")
 
@@ -84,3 +93,8 @@ def _columns(content: bytes, x: str) -> dict[str, list[float]]:
             except ValueError as error:
                 raise ValueError(f"line {number}, {name}: {error}") from None
     return columns
+
+
+def library_curves(name: str) -> dict[str, Any]:
+    """Curves of a fabric of the library, as the `[fabric.curves]` table of a case: direction -> branch -> columns."""
+    return tomllib.loads((resources.files(__package__) / "data" / LIBRARY[name]).read_text(encoding="utf-8"))

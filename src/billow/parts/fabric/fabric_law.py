@@ -34,18 +34,18 @@ class FabricLaw(Protocol):
     1. Fabric moved or turned as a rigid body feels no force; forces turn with it.
     2. A triangle has neither net force nor net torque.
     3. Force is minus the gradient of the recoverable energy wherever the history stands still.
-    4. What is put in is either recoverable or has been turned to heat, and heat never falls: no loop creates energy.
-       (The law "curves" gives back more where a shear rate changes its sign; the energy balance of a run shows it.)
-    5. Forces are finite for any finite positions, crumpled, inverted and collapsed triangles included, and so is a
-       number that is not finite visible in the sums.
-    6. Stress follows from strain and history, so that evaluating twice changes nothing. (The law "curves" keeps this
-       only while no shear rate changes its sign.)
+    4. Work on the fabric is either recoverable or turned to heat, and heat never falls: no loop creates energy. (The
+       law "curves" returns too much where a shear rate changes its sign; the energy balance of a run shows it.)
+    5. Forces are finite for any finite positions, crumpled, inverted and collapsed triangles included. A position or
+       velocity that is not finite makes the sums not finite.
+    6. Stress follows from strain and history, so that a second evaluation changes nothing. (The law "curves" keeps
+       this only while no shear rate changes its sign.)
     7. `wave_speed` bounds the speed of every wave, so that `Membrane.stable_dt` is stable.
 
-    density: [kg/m^3]. thickness: [m], that the stress acts on. compression: whether it carries compression; without, it
-    goes slack. damping: fraction of critical damping of an element's
-    highest mode [-]. history_width: numbers that are remembered per element; all start at zero. wave_speed: fastest
-    membrane wave [m/s], from the steepest slope, unloading included. warp_modulus: [Pa], of straps cut along the warp.
+    density: [kg/m^3]. thickness: [m], on which the stress acts. compression: whether the fabric carries compression or
+    goes slack. damping: fraction of critical damping of an element's highest mode [-]. history_width: numbers stored
+    per element, all zero at the start. wave_speed: fastest membrane wave [m/s], from the steepest slope, unloading
+    included. warp_modulus: [Pa], of straps cut along the warp.
     """
 
     density: float
@@ -65,15 +65,9 @@ class FabricLaw(Protocol):
         instead of the axes of the flat cut."""
 
     def add_forces(
-        self,
-        membrane: Elements,
-        triangles: np.ndarray,
-        positions: np.ndarray,
-        velocities: np.ndarray,
-        history: np.ndarray,
-        corner_force: np.ndarray,
-        partial: np.ndarray,
-    ) -> None:
+        self, membrane: Elements, triangles: np.ndarray, positions: np.ndarray, velocities: np.ndarray,
+        history: np.ndarray, corner_force: np.ndarray, partial: np.ndarray,
+    ) -> None:  # fmt: skip
         """Add membrane forces [N] to corner_force (triangles, 3, 3), and bring history up to date.
 
         triangles: (triangles, 3). positions [m] and velocities [m/s]: (nodes, 3). history: (elements, history_width).

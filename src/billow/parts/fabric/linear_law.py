@@ -28,10 +28,10 @@ from numba import prange
 from billow.base.compiled import CHUNK, kernel, scalar
 from billow.base.errors import Concern
 from billow.parts.fabric.fabric_law import Elements
-from billow.parts.fabric.triangle import Triangles, add_corner_forces, along, products, stretch_bound
+from billow.parts.fabric.triangle import add_corner_forces, along, products, read_triangles, stretch_bound
 from billow.parts.part import Setting
 
-KEEP, PRINCIPAL, YARN = 0, 1, 2  # what compression does
+KEEP, PRINCIPAL, YARN = 0, 1, 2  # the answers to compression
 
 
 @dataclass(frozen=True)
@@ -125,22 +125,13 @@ class LinearFabric:
         return reference_inverse
 
     def add_forces(
-        self,
-        membrane: Elements,
-        triangles: np.ndarray,
-        positions: np.ndarray,
-        velocities: np.ndarray,
-        history: np.ndarray,
-        corner_force: np.ndarray,
-        partial: np.ndarray,
-    ) -> None:
+        self, membrane: Elements, triangles: np.ndarray, positions: np.ndarray, velocities: np.ndarray,
+        history: np.ndarray, corner_force: np.ndarray, partial: np.ndarray,
+    ) -> None:  # fmt: skip
         """As `billow.parts.fabric.fabric_law.FabricLaw` promises; there is no history."""
         rule = KEEP if self.compression else PRINCIPAL if self.is_isotropic else YARN
-        read = Triangles(
-            membrane.elements, membrane.yarn_inverse, membrane.volume, membrane.viscosity, triangles, positions,
-            velocities,
-        )  # fmt: skip
-        _linear_forces(len(membrane.elements), rule, *self._moduli, read, corner_force, partial)
+        mesh = read_triangles(membrane, triangles, positions, velocities)
+        _linear_forces(len(membrane.elements), rule, *self._moduli, mesh, corner_force, partial)
 
 
 @scalar

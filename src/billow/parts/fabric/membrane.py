@@ -42,7 +42,7 @@ class Membrane:
     ) -> Membrane:
         """Elements from flat corner coordinates, reference: [m], (n, 3, 2), warp first.
 
-        thickness: where it is not the fabric's own all over (seams, reinforcements), [m], (n,) or one number.
+        thickness: if it differs from the fabric's own (seams, reinforcements), [m], (n,) or one number.
         Raises InputError E-GEO-004 if a reference triangle has no area.
         """
         edge1, edge2 = reference[:, 1] - reference[:, 0], reference[:, 2] - reference[:, 0]

@@ -1,9 +1,7 @@
 """One membrane triangle as kernels see it: how it is deformed, and what its stress does to its corners.
 
 Every law's kernel calls these functions in this order: `along` twice, `products`, the law's own stress,
-`stretch_bound`, `add_corner_forces`. The axes are warp and weft, which need not be at right angles. No function takes
-an array in the innermost loop of a law: numba counts references to arrays, which makes such a call slower than the
-stress itself.
+`stretch_bound`, `add_corner_forces`. The axes are warp and weft, which need not be at right angles.
 """
 
 from __future__ import annotations
@@ -13,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from billow.base.compiled import scalar
+from billow.parts.fabric.fabric_law import Elements
 
 
 class Triangles(NamedTuple):
@@ -26,6 +25,15 @@ class Triangles(NamedTuple):
     triangles: np.ndarray
     positions: np.ndarray
     velocities: np.ndarray
+
+
+def read_triangles(
+    membrane: Elements, triangles: np.ndarray, positions: np.ndarray, velocities: np.ndarray
+) -> Triangles:
+    """Of a membrane at some moment."""
+    return Triangles(
+        membrane.elements, membrane.yarn_inverse, membrane.volume, membrane.viscosity, triangles, positions, velocities
+    )
 
 
 @scalar
