@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from billow.base.errors import InputError
-from billow.case.fabric.build_fabric import build_fabric
+from billow.case.fabric.build_fabric import BUILDERS, build_fabric
+from billow.case.fabric.schema_fabric import LAWS
 from billow.case.schema import Case
 from billow.parts.fabric.curve_fabric import CurveFabric
 from billow.parts.fabric.curve_file import LIBRARY, library_curves, read_curve_file
@@ -93,6 +94,12 @@ def test_a_fabric_of_the_library_is_sound(name, law):
     assert 400.0 < fabric_law.wave_speed < 1500.0
     for spring in fabric_law.springs:
         assert (np.diff(spring.heat) >= -1e-12 * spring.heat[-1]).all()
+
+
+def test_every_law_that_a_case_may_name_has_a_builder():
+    assert set(BUILDERS) == set(LAWS)
+    for law in LAWS:
+        assert build_fabric(fabric(law=law)).density == 800.0
 
 
 def test_a_law_of_curves_needs_one_line():
