@@ -4,12 +4,6 @@ from billow.base.errors import InputError
 from billow.error_catalogue.entry import Entry
 
 CODES: dict[str, Entry] = {
-    "E-GAS-001": Entry(
-        InputError,
-        "A gas is not known.",
-        "A misspelt formula, or a gas without data.",
-        "Use one of the gases that the message lists.",
-    ),
     "E-GAS-002": Entry(
         InputError,
         "A chamber is not known.",

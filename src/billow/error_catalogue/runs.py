@@ -4,29 +4,11 @@ from billow.base.errors import NumericalStop
 from billow.error_catalogue.entry import Entry
 
 CODES: dict[str, Entry] = {
-    "E-NUM-001": Entry(
-        NumericalStop,
-        "A position, a velocity or a state of the gas is no longer a finite number.",
-        "A step too large for the smallest or stiffest element.",
-        "Reduce run.dt_scale; look at the node that the message names, and at the warnings of the case.",
-    ),
     "E-NUM-002": Entry(
         NumericalStop,
         "The gas left its temperature range, 150 to 3,000 K.",
         "Mass flow or temperature of the inflator in another unit.",
         "Check inflator.mass_flow and inflator.temperature.",
-    ),
-    "E-NUM-003": Entry(
-        NumericalStop,
-        "More than a fifth of the energy appeared from nowhere.",
-        "A step too large for the stiffest part, or gas that fills a very soft bag within a few steps.",
-        "Reduce run.dt_scale; check the moduli of the fabric.",
-    ),
-    "E-NUM-004": Entry(
-        NumericalStop,
-        "The stable step fell below a ten-thousandth of the first.",
-        "Fabric stretched beyond all bounds.",
-        "Check the moduli of the fabric and inflator.mass_flow.",
     ),
     "E-NUM-005": Entry(
         NumericalStop,
