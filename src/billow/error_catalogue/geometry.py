@@ -4,12 +4,6 @@ from billow.base.errors import InputError
 from billow.error_catalogue.entry import Entry
 
 CODES: dict[str, Entry] = {
-    "E-GEO-004": Entry(
-        InputError,
-        "A triangle of the flat reference shape has no area.",
-        "Two of its reference corners coincide, or all three lie on a line.",
-        "Correct the reference coordinates of its nodes.",
-    ),
     "E-GEO-020": Entry(
         InputError,
         "An obstacle penetrates the bag at the start.",
