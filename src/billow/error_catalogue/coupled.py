@@ -10,12 +10,6 @@ CODES: dict[str, Entry] = {
         "Another letter than x, y or z, or a component in which no run felt a force.",
         "Choose a component in which the obstacle pushes, or train without forces.",
     ),
-    "E-CPL-002": Entry(
-        InputError,
-        "Contact forces do not fit the surrogate.",
-        "A surrogate trained with force_modes was asked without forces, or another one with them.",
-        "Give forces only to a surrogate trained with force_modes, one for each time and node.",
-    ),
     "E-CPL-003": Entry(
         InputError,
         "The study has no free obstacle.",

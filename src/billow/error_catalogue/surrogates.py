@@ -1,39 +1,9 @@
 """Codes of surrogates."""
 
-from billow.base.errors import InputError, IntegrityError, NumericalStop, ResourceError
+from billow.base.errors import InputError, NumericalStop, ResourceError
 from billow.error_catalogue.entry import Entry
 
 CODES: dict[str, Entry] = {
-    "E-ROM-001": Entry(
-        InputError,
-        "The design does not fit the surrogate.",
-        "A misspelt or missing parameter, or a value that is no number.",
-        "Give one number for each parameter; without --set `billow predict` lists them.",
-    ),
-    "E-ROM-002": Entry(
-        InputError,
-        "A parameter lies outside the range that was trained.",
-        "A value in another unit, or a question the surrogate cannot answer.",
-        "Choose a value inside, train on a wider study, or insist with --extrapolate.",
-    ),
-    "E-ROM-003": Entry(
-        InputError,
-        "A time lies outside the times that were trained.",
-        "Times in milliseconds, or beyond the end of the runs.",
-        "Choose times inside, or train on longer runs.",
-    ),
-    "E-ROM-004": Entry(
-        IntegrityError,
-        "The surrogate file is damaged, cut short or no surrogate.",
-        "A copy that was cut short, or a file of another program.",
-        "Copy it again from where it came, or train it again: billow train FOLDER",
-    ),
-    "E-ROM-005": Entry(
-        InputError,
-        "The surrogate cannot be read.",
-        "A misspelt path, or a file from a newer version of Billow.",
-        "Check the path, or train one: billow train FOLDER",
-    ),
     "E-ROM-006": Entry(
         ResourceError,
         "PyTorch is not installed.",
@@ -64,12 +34,6 @@ CODES: dict[str, Entry] = {
         "A dataset in which a parameter is the same everywhere, or with one recorded time.",
         "Vary the parameter, or leave it out.",
     ),
-    "E-ROM-011": Entry(
-        InputError,
-        "The surrogate has no spread.",
-        "It was trained with the recipe paper, which has one network for each coefficient.",
-        'Train with the recipe "shared".',
-    ),
     "E-ROM-012": Entry(
         InputError,
         "The surrogate was not trained on this dataset.",
@@ -93,36 +57,6 @@ CODES: dict[str, Entry] = {
         "There are no unseen runs to compare a surrogate with.",
         "The test runs of the study are not made yet, or failed.",
         "Finish the study: billow study STUDY.toml --out FOLDER",
-    ),
-    "E-ROM-016": Entry(
-        ResourceError,
-        "ONNX is not installed.",
-        "Export needs it; nothing else does.",
-        "Install it with pip install onnx onnxruntime.",
-    ),
-    "E-ROM-017": Entry(
-        InputError,
-        "The surrogate has no intervals.",
-        "It was trained without calibration, with contact forces, with the recipe paper, or on too few runs.",
-        'Train with the recipe "shared" on more runs: billow train FOLDER',
-    ),
-    "E-ROM-018": Entry(
-        InputError,
-        "There are no intervals of this level.",
-        "A level that was not calibrated.",
-        "Ask for one of the levels that the message lists.",
-    ),
-    "E-ROM-019": Entry(
-        InputError,
-        "The surrogate cannot be exported.",
-        "It takes contact forces of the time before as inputs, which one graph of the whole motion cannot have.",
-        "Export a surrogate trained without contact forces.",
-    ),
-    "E-ROM-020": Entry(
-        NumericalStop,
-        "An exported model does not answer as the surrogate it was made from.",
-        "A faulty version of ONNX Runtime, or a surrogate far beyond the range of float32.",
-        "Install another version of onnxruntime; the file was not written.",
     ),
     "E-ROM-021": Entry(
         InputError,
