@@ -4,12 +4,6 @@ from billow.base.errors import InputError
 from billow.error_catalogue.entry import Entry
 
 CODES: dict[str, Entry] = {
-    "E-CPL-001": Entry(
-        InputError,
-        "Contact forces cannot be inputs in that component.",
-        "Another letter than x, y or z, or a component in which no run felt a force.",
-        "Choose a component in which the obstacle pushes, or train without forces.",
-    ),
     "E-CPL-003": Entry(
         InputError,
         "The study has no free obstacle.",
