@@ -1,5 +1,0 @@
-"""Codes of geometry and mesh."""
-
-from billow.error_catalogue.entry import Entry
-
-CODES: dict[str, Entry] = {}

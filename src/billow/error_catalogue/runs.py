@@ -1,5 +1,0 @@
-"""Codes of runs that are stopped."""
-
-from billow.error_catalogue.entry import Entry
-
-CODES: dict[str, Entry] = {}
