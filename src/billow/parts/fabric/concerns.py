@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 from billow.base.errors import Concern
@@ -10,8 +11,8 @@ from billow.parts.part import Setting
 
 ODD_SPEED = Concern.declare(
     "W-FAB-001",
-    "sound travels at {speed:.3g} m/s in this fabric",
-    where="fabric.young_warp, fabric.young_weft or fabric.curves, fabric.density",
+    "sound travels at {speed:.3g} m/s along the warp",
+    where="fabric.young_warp or fabric.curves.warp, fabric.density",
     why="woven fabric has 400 to 1,500 m/s: a modulus, a stress or the density is probably in another unit",
     remedy='write units, for example young_warp = "0.4 GPa"',
 )
@@ -28,7 +29,7 @@ ODD_WEIGHT = Concern.declare(
 def fabric_concerns(membrane: Membrane, setting: Setting) -> Iterator[Concern]:
     """Concerns of every fabric, then those of its own law."""
     fabric = membrane.fabric
-    speed = fabric.wave_speed
+    speed = math.sqrt(fabric.warp_modulus / fabric.density)
     if not 100.0 <= speed <= 4000.0:
         yield ODD_SPEED(speed=speed)
     areal = fabric.density * fabric.thickness
