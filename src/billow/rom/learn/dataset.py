@@ -15,7 +15,7 @@ TOO_FEW_RUNS = InputError.declare(
     "E-ROM-007",
     "there are too few runs to learn from",
     where="{title}",
-    why="it has {count} training runs",
+    why="{count} training runs are complete",
     cause="the study is not finished, or --modes exceeds the number of snapshots",
     remedy="finish the study: billow study STUDY.toml --out FOLDER",
 )

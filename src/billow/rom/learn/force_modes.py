@@ -26,7 +26,7 @@ NO_SUCH_FORCES = InputError.declare(
     "E-CPL-001",
     "contact forces {components!r} cannot be inputs",
     where="force_components",
-    cause="another letter than x, y or z, or a component in which no run felt a force",
+    cause="another letter than x, y or z, or a component in which no run has a force",
     remedy='choose among "x", "y" and "z" those in which the obstacle pushes, or train without forces',
 )
 
@@ -49,7 +49,7 @@ def learn_force_inputs(
     bases, coefficients, usual = force_bases(dataset, tuple(runs), modes, chosen, seed, memory)
     if None in bases:
         empty = COMPONENTS[chosen[bases.index(None)]]
-        raise NO_SUCH_FORCES(components=empty, why="no training run felt a force in it")
+        raise NO_SUCH_FORCES(components=empty, why="no training run has a force in it")
     learned = [known[:, kept].astype(float) for known, kept in zip(coefficients, usual, strict=True)]
     # A mode that the rank of the data does not reach has coefficients of rounding only.
     least = [1e-6 * basis.singular_values[0] for basis in bases]

@@ -33,7 +33,7 @@ NO_PYTORCH = ResourceError.declare(
 )
 NO_SUCH_RECIPE = InputError.declare(
     "E-ROM-008",
-    "there is no recipe {recipe!r}",
+    "unknown recipe {recipe!r}",
     where="recipe",
     why="recipes are {known}",
     cause="a misspelt name after --recipe",
