@@ -21,7 +21,6 @@ from billow.base.errors import (
     NumericalStop,
     ResourceError,
 )
-from billow.error_catalogue import CATALOGUE
 
 TARGET = Path(__file__).with_name("errors.md")
 
@@ -89,11 +88,7 @@ def codes() -> dict[str, Code]:
     """Every code of the package, in the order of the page; imports all modules, so that all have declared theirs."""
     for module in pkgutil.walk_packages(billow.__path__, "billow."):
         importlib.import_module(module.name)
-    listed = {
-        code: Code(entry.kind or Concern, code, entry.meaning, cause=entry.cause, remedy=entry.remedy)
-        for code, entry in CATALOGUE.items()
-    }
-    return dict(sorted((listed | CODES).items()))
+    return dict(sorted(CODES.items()))
 
 
 def readable(template: str) -> str:

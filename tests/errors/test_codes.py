@@ -9,27 +9,14 @@ from declared import ALL, make_errors, placeholders, raised, trees, unfilled, un
 from remedies import unreal
 
 from billow.base.errors import CODES, Concern, InputError
-from billow.error_catalogue import CATALOGUE
-
-CATALOGUED = (
-    "error_catalogue", "solver", "run", "parts", "rom", "reproductions", "case/build.py", "case/plausibility.py",
-    "case/bag/plausible_mesh.py", "case/fabric/plausible_curves.py", "case/gas", "case/obstacles",
-)  # fmt: skip
-"""Rooms that still write codes out and keep their texts in the catalogue."""
 
 EXAMPLE = InputError.declare("E-TEST-001", "unknown {name!r}", where="here", why="no {kind}", remedy="try {known}")
 CODES.pop("E-TEST-001")
 
 
 def test_every_code_stands_once_in_the_source():
-    found = [code for path, tree in trees() if not str(path).startswith(CATALOGUED) for code in written_out(tree)]
-    assert sorted(found) == sorted(set(found))
-    assert set(found) <= set(CODES)
-
-
-def test_the_catalogue_holds_the_codes_that_are_not_declared_and_no_others():
-    there = {code for path, tree in trees() if path.parts[0] != "error_catalogue" for code in written_out(tree)}
-    assert set(CATALOGUE) == there - set(CODES)
+    found = [code for _, tree in trees() for code in written_out(tree)]
+    assert sorted(found) == sorted(CODES)
 
 
 @pytest.mark.parametrize("code", ALL)

@@ -35,14 +35,10 @@ def study_of(locked: bool) -> SimpleNamespace:
 
 def couple_with_forces(here: Here):
     surrogate = SimpleNamespace(runs=("0",), forces="z")
-    histories = {"time [s]": np.arange(9) * 1e-4} | {
-        f"head_{name}_{axis} [{unit}]": np.zeros(9)
-        for name, unit in (("centre", "m"), ("velocity", "m/s"))
-        for axis in "xyz"
-    }
+    still = SimpleNamespace(centre=np.zeros((9, 3)), velocity=np.zeros((9, 3)))
+    run = SimpleNamespace(histories=SimpleNamespace(time=np.arange(9) * 1e-4), body=lambda name: still)
     here.patch.setattr(ImpactorOfDesign, "learn", lambda dataset, runs: SimpleNamespace(name="head"))
-    dataset = SimpleNamespace(result=lambda run: SimpleNamespace(histories=histories))
-    Coupled.train(dataset, surrogate)
+    Coupled.train(SimpleNamespace(result=lambda name: run), surrogate)
 
 
 TRIGGERS = {

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from billow.case.fabric.plausible_curves import curve_warnings
 from here import Here
 
 from billow.apps.coupon.comparison import read_test_data
 from billow.case.build import build_model
+from billow.case.concerns import concerns_of
 from billow.case.fabric.build_fabric import build_fabric
 from billow.case.schema import Case
 
@@ -47,7 +47,7 @@ def warns(code: str, *warp) -> Callable[[Here], object]:
     def trigger(here: Here):
         table = {"warp": {"loading": dict(zip(("strain", "stress"), warp, strict=True))}, "weft": SOUND, "shear": SHEAR}
         case = Case.from_dict({"bag": {"element_size": 0.05}, "fabric": {"curves": table}})
-        return next(warning for warning in curve_warnings(build_model(case)) if warning.code == code)
+        return next(concern for concern in concerns_of(case, build_model(case)) if concern.code == code)
 
     return trigger
 

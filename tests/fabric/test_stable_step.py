@@ -108,7 +108,7 @@ def test_a_strap_stiffer_than_the_fabric_sets_the_step():
 def test_undamped_fabric_that_goes_slack_gains_no_energy(seed):
     """A strip held at one end whose nodes fly apart at random. Where it goes slack, stress has a kink, and each kink
     that a step passes changes the energy by a little. With the step of damped fabric there are 1.7 times the energy
-    after 9,000 steps; docs/theory.md, "Fabric", says what was measured."""
+    after 9,000 steps; docs/theory.md, Membrane step, says what was measured."""
     flat = sheet(0.05, 0.01, 0.005)
     positions = np.column_stack([flat.flat, np.zeros(len(flat.flat))])
     fixed = flat.flat[:, 0] < -0.025 * (1.0 - 1e-9)

@@ -11,7 +11,6 @@ PARTS = {"parts.fabric", "parts.straps", "parts.self_contact", "parts.bodies", "
 MODEL = {"base", "geometry", "solver", "parts"} | PARTS
 MAY_IMPORT = {
     "base": set(),
-    "error_catalogue": {"base"},
     "geometry": {"base"},
     **{part: {"base", "geometry"} for part in PARTS},
     "parts": {"base", "geometry"},

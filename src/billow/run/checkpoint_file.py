@@ -10,6 +10,22 @@ from billow.results.tensor_file import read_tensors, write_tensors
 from billow.solver.checkpoint import flatten, restore
 from billow.solver.model import Model, State, start_state
 
+NOT_USABLE = IntegrityError.declare(
+    "E-RES-031",
+    "the checkpoint cannot be used",
+    where="{path}",
+    cause="it is damaged, was written by another version of Billow, or case.toml was changed",
+    remedy="run the case again from the start: billow run CASE.toml --out RUN",
+)
+NO_CHECKPOINT = IntegrityError.declare(
+    "E-RES-032",
+    "there is no checkpoint to resume from",
+    where="{folder}",
+    why="the run ended before its first checkpoint, or was never started",
+    cause="the first checkpoint is written 30 s after the start",
+    remedy="run the case again: billow run CASE.toml --out RUN",
+)
+
 SLOTS = ("checkpoint_a.safetensors", "checkpoint_b.safetensors")
 
 
@@ -31,14 +47,8 @@ def read_checkpoint(path: Path, model: Model, case_digest: str) -> tuple[State, 
     Raises IntegrityError E-RES-031 if it is damaged, of another case, or of another version of Billow.
     """
 
-    def damaged(why: str) -> IntegrityError:
-        return IntegrityError(
-            "E-RES-031",
-            "the checkpoint cannot be used",
-            where=str(path),
-            why=why,
-            remedy="run the case again from the start: billow run CASE.toml --out RUN",
-        )
+    def damaged(why: str | Exception) -> IntegrityError:
+        return NOT_USABLE(path=path, why=why)
 
     try:
         arrays, record = read_tensors(path, damaged)
@@ -48,12 +58,8 @@ def read_checkpoint(path: Path, model: Model, case_digest: str) -> tuple[State, 
             raise damaged("it belongs to another case")
         fresh = start_state(model)
         return restore(fresh, arrays, _numbers(record, fresh)), int(record["journal_offset"])
-    except OSError as error:
-        raise damaged(error.strerror or str(error)) from error
-    except KeyError as error:
-        raise damaged(f"it does not say {error}") from error
-    except (ValueError, TypeError, AttributeError) as error:
-        raise damaged(str(error)) from error
+    except (OSError, KeyError, ValueError, TypeError, AttributeError) as error:
+        raise damaged(error) from error
 
 
 def _numbers(record: dict, fresh: State) -> dict:
@@ -83,10 +89,4 @@ def newest_checkpoint(folder: Path, model: Model, case_digest: str) -> tuple[Sta
                 problem = error
     if found:
         return max(found, key=lambda pair: pair[0].step)
-    raise problem or IntegrityError(
-        "E-RES-032",
-        "there is no checkpoint to resume from",
-        where=str(folder),
-        why="the run ended before its first checkpoint, or was never started",
-        remedy="run the case again: billow run CASE.toml --out RUN",
-    )
+    raise problem or NO_CHECKPOINT(folder=folder)

@@ -15,13 +15,43 @@ from billow.case.build import build_model, build_schedule
 from billow.case.concerns import concerns_of
 from billow.case.obstacles.start_clear import require_start_clear
 from billow.case.schema import Case
-from billow.results.atomic import publish_folder, write_atomically
+from billow.results.atomic import FOLDER_EXISTS, publish_folder, write_atomically
 from billow.results.result import Result
-from billow.run.checkpoint_file import newest_checkpoint
+from billow.run.checkpoint_file import SLOTS, newest_checkpoint
 from billow.run.interrupts import STOP_FILE, Interrupts
 from billow.run.recorder import Progress, RunRecorder, Told
 from billow.solver.model import Model, State
 from billow.solver.run import run
+
+NOT_WRITTEN = ResourceError.declare(
+    "E-RES-020",
+    "the results could not be written",
+    where="{folder}",
+    cause="a full disk, or a folder without permission to write",
+    remedy="free space, then: billow resume RUN",
+)
+NOTHING_TO_RESUME = InputError.declare(
+    "E-RES-021",
+    "there is no interrupted run to resume",
+    where="{folder}",
+    cause="the run has finished, or its --out was another folder",
+    remedy="give the --out folder of the interrupted run",
+)
+INTERRUPTED_RUN_EXISTS = InputError.declare(
+    "E-RES-022",
+    "the folder belongs to an interrupted run",
+    where="{folder}",
+    why="it has a checkpoint; starting over would lose it",
+    cause="the command of an interrupted run was given again",
+    remedy="continue it: billow resume {final}; or delete {name}",
+)
+CASE_NOT_USABLE = IntegrityError.declare(
+    "E-RES-033",
+    "the case of the interrupted run cannot be used",
+    where="{path}",
+    cause="its case.toml was changed or damaged",
+    remedy="run the case again from the start: billow run CASE.toml --out RUN",
+)
 
 
 def simulate(
@@ -36,8 +66,8 @@ def simulate(
     progress: called at each output frame. threads: of the compiled kernels, all by default; results do not depend on
     it. While it runs, everything lies in `folder`.partial; it takes its name when complete. A run that had to be
     stopped is published too, with status "stopped" and a post-mortem, before NumericalStop is raised. An interrupted
-    run (Ctrl-C, SIGTERM, a file STOP in `folder`.partial) leaves a checkpoint there; `resume(folder)` goes on from
-    it.
+    run (Ctrl-C, SIGTERM, a file STOP in `folder`.partial) leaves a checkpoint there; `resume(folder)` continues
+    from it.
 
     Raises InputError (case, geometry, folder), NumericalStop, ResourceError E-RES-020 (disk).
     """
@@ -45,7 +75,7 @@ def simulate(
     try:
         partial = _make_partial(folder)
     except OSError as error:
-        raise _unwritable(folder, error, "choose another folder with --out") from error
+        raise NOT_WRITTEN(folder=folder, why=error, remedy="choose another folder with --out") from error
     try:
         model = build_model(case)
         require_start_clear(model)
@@ -54,14 +84,15 @@ def simulate(
         shutil.rmtree(partial, ignore_errors=True)
         raise
     except OSError as error:
-        raise _unwritable(partial, error, "free space, or choose another folder with --out") from error
+        remedy = "free space, or choose another folder with --out"
+        raise NOT_WRITTEN(folder=partial, why=error, remedy=remedy) from error
     return _run(case, model, folder, partial, None, 0, progress, threads)
 
 
 def resume(
     folder: str | Path, *, progress: Callable[[Progress], None] | None = None, threads: int | None = None
 ) -> Result:
-    """Go on with an interrupted run from its newest checkpoint; the results are the same bits as without interruption.
+    """Continue an interrupted run from its newest checkpoint; the results are the same bits as without interruption.
 
     folder: the one given to `simulate`. Other arguments and errors as `simulate`; IntegrityError E-RES-030 to -033 if
     there is no checkpoint, or something the run left behind cannot be used.
@@ -70,31 +101,16 @@ def resume(
     partial = _partial(folder)
     if not partial.is_dir():
         finished = folder.is_dir()
-        raise InputError(
-            "E-RES-021",
-            "there is no interrupted run to resume",
-            where=str(partial),
-            why="the run has finished" if finished else "no such folder",
-            remedy="give the --out folder of the interrupted run" if not finished else "open its results",
-        )
-    (partial / STOP_FILE).unlink(missing_ok=True)  # who resumes wants the run to go on
-    case = _case_left_in(partial)
+        why = "the run has finished" if finished else "no such folder"
+        raise NOTHING_TO_RESUME(folder=partial, why=why, remedy="open its results" if finished else None)
+    (partial / STOP_FILE).unlink(missing_ok=True)  # it would stop the run again
+    try:
+        case = Case.load(partial / "case.toml")
+    except InputError as error:
+        raise CASE_NOT_USABLE(path=partial / "case.toml", why=f"{error.what}: {error.why}") from error
     model = build_model(case)
     state, offset = newest_checkpoint(partial, model, case.digest())
     return _run(case, model, folder, partial, state, offset, progress, threads)
-
-
-def _case_left_in(partial: Path) -> Case:
-    try:
-        return Case.load(partial / "case.toml")
-    except InputError as error:
-        raise IntegrityError(
-            "E-RES-033",
-            "the case of the interrupted run cannot be used",
-            where=str(partial / "case.toml"),
-            why=f"{error.what}: {error.why}",
-            remedy="run the case again from the start: billow run CASE.toml --out RUN",
-        ) from error
 
 
 def _run(
@@ -128,7 +144,7 @@ def _run(
         if failure is not None:
             raise failure
     except OSError as error:
-        raise _unwritable(partial, error, "free space, then: billow resume RUN") from error
+        raise NOT_WRITTEN(folder=partial, why=error) from error
     return Result.open(folder)
 
 
@@ -151,38 +167,17 @@ def _warned(concerns: Sequence[Concern]) -> str:
     return "".join(f"; warned before: {concern.code} {concern.what} ({concern.where})" for concern in concerns)
 
 
-def _unwritable(folder: Path, error: OSError, remedy: str) -> ResourceError:
-    return ResourceError(
-        "E-RES-020",
-        "the results could not be written",
-        where=str(folder),
-        why=error.strerror or str(error),
-        remedy=remedy,
-    )
-
-
 def _partial(folder: Path) -> Path:
     return folder.with_name(folder.name + ".partial")
 
 
 def _make_partial(folder: Path) -> Path:
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-        raise InputError(
-            "E-RES-009",
-            "the result folder exists already",
-            where=str(folder),
-            why="a published result is never overwritten",
-            remedy="choose another folder with --out, or delete this one",
-        )
+        raise FOLDER_EXISTS(folder=folder)
     partial = _partial(folder)
-    if any((partial / name).exists() for name in ("checkpoint_a.safetensors", "checkpoint_b.safetensors")):
-        raise InputError(
-            "E-RES-022",
-            "an interrupted run is waiting there",
-            where=str(partial),
-            why="it has a checkpoint; starting over would lose it",
-            remedy=f"go on with it: billow resume {shlex.quote(str(folder))}; or delete {partial.name}",
-        )
+    if any((partial / name).exists() for name in SLOTS):
+        final = shlex.quote(str(folder))
+        raise INTERRUPTED_RUN_EXISTS(folder=partial, final=final, name=partial.name)
     shutil.rmtree(partial, ignore_errors=True)  # of an earlier try that never reached a checkpoint
     partial.mkdir(parents=True)
     return partial

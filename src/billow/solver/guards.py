@@ -14,6 +14,30 @@ from billow.base.errors import NumericalStop
 from billow.geometry.surface import area_vectors
 from billow.solver.model import Model, State
 
+NOT_FINITE = NumericalStop.declare(
+    "E-NUM-001",
+    "{quantity} is not a finite number",
+    where="{place}, {when}",
+    cause="a step too large for the smallest or stiffest element",
+    remedy="reduce run.dt_scale, or check the moduli of the fabric and the slope of the obstacles",
+)
+ENERGY_CREATED = NumericalStop.declare(
+    "E-NUM-003",
+    "energy balance violated: {created:.3g} J created, the largest energy so far was {largest:.3g} J",
+    where="most of the motion is at node {node}, part {part}, {when}",
+    why="the step ({dt:.3g} s) is too large for the stiffest part, or a load changed its sign",
+    cause="moduli in another unit, or gas that fills a very soft bag within a few steps",
+    remedy="reduce run.dt_scale",
+)
+STEP_COLLAPSED = NumericalStop.declare(
+    "E-NUM-004",
+    "the stable step collapsed to {now:.3g} s (it began at {first:.3g} s)",
+    where="{when}",
+    why="the largest stretch of the fabric is {stretch:.3g}",
+    cause="fabric that is far too soft, or far too much gas",
+    remedy="check the moduli of the fabric and inflator.mass_flow",
+)
+
 SMALLEST_STEP = 1e-4
 """Of the first step."""
 
@@ -39,7 +63,13 @@ def check_state(model: Model, state: State) -> None:
         raise _non_finite(model, state)
     floor = LARGE_ENERGY if state.step <= FIRST_STEPS else SMALLEST_ENERGY
     if ledger.residual > LARGEST_GAIN * ledger.largest_energy and ledger.largest_energy > floor:
-        raise _energy_created(model, state)
+        fastest = int(np.argmax(model.mass * np.sum(state.velocities**2, axis=1)))
+        stop = ENERGY_CREATED(
+            created=ledger.residual, largest=ledger.largest_energy, dt=state.dt,
+            node=fastest, part=model.surface.parts_at(fastest), when=moment.when,
+        )  # fmt: skip
+        stop.nodes = (fastest,)
+        raise stop
     for name, part in others:
         part.guard(state.of(name), moment)
 
@@ -47,59 +77,31 @@ def check_state(model: Model, state: State) -> None:
 def check_step_size(state: State, limit: float) -> None:
     """Raises NumericalStop E-NUM-004 when the stable step collapses."""
     if not limit > SMALLEST_STEP * state.first_dt:
-        raise NumericalStop(
-            "E-NUM-004",
-            f"the stable step collapsed to {limit:.3g} s (it began at {state.first_dt:.3g} s)",
-            where=state.moment.when,
-            why=f"the largest stretch of the fabric is {state.fabric.largest_stretch:.3g}",
-            remedy="check the fabric's moduli and inflator.mass_flow",
-        )
-
-
-def _energy_created(model: Model, state: State) -> NumericalStop:
-    ledger = state.ledger
-    fastest = int(np.argmax(model.mass * np.sum(state.velocities**2, axis=1)))
-    stop = NumericalStop(
-        "E-NUM-003",
-        f"energy balance violated: {ledger.residual:.3g} J created, {ledger.largest_energy:.3g} J were there at most",
-        where=f"most of the motion is at node {fastest}, part {model.surface.parts_at(fastest)}, {state.moment.when}",
-        why=f"the step ({state.dt:.3g} s) is too large for the stiffest part, or a load changed its sign",
-        remedy="reduce run.dt_scale",
-    )
-    stop.nodes = (fastest,)
-    return stop
+        stretch = state.fabric.largest_stretch
+        raise STEP_COLLAPSED(now=limit, first=state.first_dt, stretch=stretch, when=state.moment.when)
 
 
 def _non_finite(model: Model, state: State) -> NumericalStop:
-    what, place, why, bad = _first_bad(model, state)
-    stop = NumericalStop(
-        "E-NUM-001",
-        f"{what} is not a finite number",
-        where=f"{place}, {state.moment.when}",
-        why=why,
-        remedy="reduce run.dt_scale, or check the moduli of the fabric and the slope of the obstacles",
-    )
-    stop.nodes = tuple(int(node) for node in bad[:8])
-    return stop
-
-
-def _first_bad(model: Model, state: State) -> tuple[str, str, str, np.ndarray]:
-    """What went bad first, where, why, and its nodes. Gas couples all nodes: within one step the whole bag is bad."""
+    """Names what went bad first, and where. Gas couples all nodes: within one step the whole bag is bad."""
     # A step moves nodes before it evaluates forces: a bad position is older than what it has spoiled since.
+    when, totals = state.moment.when, state.gas.totals
     bad = np.flatnonzero(~np.isfinite(state.positions).all(axis=1))
-    totals = state.gas.totals
     if not len(bad) and not math.isfinite(totals.pressure + totals.temperature):
-        return "a state of the gas", "gas", "all positions are finite, so the gas went bad first", bad
+        why = "all positions are finite, so the gas went bad first"
+        return NOT_FINITE(quantity="a state of the gas", place="gas", when=when, why=why)
     if not len(bad):
         bad = np.flatnonzero(~np.isfinite(state.velocities).all(axis=1))
     if not len(bad):
-        return "a state", "gas or rigid body", "a state of the gas or of a rigid body is not finite", bad
+        why = "a state of the gas or of a rigid body is not finite"
+        return NOT_FINITE(quantity="a state", place="gas or rigid body", when=when, why=why)
     around = np.flatnonzero((model.surface.triangles == bad[0]).any(axis=1))
     start_area = np.linalg.norm(area_vectors(model.surface.triangles[around], model.start), axis=1).min()
-    return (
-        "a position or velocity",
-        f"node {bad[0]} ({len(bad)} nodes in all), part {model.surface.parts_at(int(bad[0]))}",
-        f"the step of {state.dt:.3g} s was too large there, or its elements are too small "
+    stop = NOT_FINITE(
+        quantity="a position or velocity",
+        place=f"node {bad[0]} ({len(bad)} nodes in all), part {model.surface.parts_at(int(bad[0]))}",
+        when=when,
+        why=f"the step of {state.dt:.3g} s was too large there, or its elements are too small "
         f"(smallest {start_area:.3g} m^2)",
-        bad,
     )
+    stop.nodes = tuple(int(node) for node in bad[:8])
+    return stop

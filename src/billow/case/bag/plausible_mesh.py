@@ -20,6 +20,47 @@ MANY = 0.05
 FEWEST = 10
 """Elements across a chamber below which shape and volume mean little."""
 
+COARSE = Concern.declare(
+    "W-MESH-001",
+    "only {count:.0f} elements across the {room}",
+    where="{key}",
+    why="shape and volume will be off by several percent",
+    cause="an element size for a quick look",
+    remedy="use at least twenty elements across",
+)
+STRETCHED = Concern.declare(
+    "W-MESH-002",
+    f"{{share:.3g}} % of part {{part}} starts stretched by more than {100 * NOTICED:g} %, at most by {{most:.3g}} %",
+    where="{place}; {key}",
+    why="it would snap back at the first step: the start shape is not the shape the fabric was cut in",
+    cause="a start shape that is too high, or reference coordinates that belong to other nodes",
+    remedy="use a bag.initial_gap of a few millimetres; for a mesh, set bag.birth_time to 1 or 2 ms",
+)
+STRETCHED_STRAP = Concern.declare(
+    "W-MESH-003",
+    "a strap of {length:g} m starts {distance:.3g} m long",
+    where="{key}, strap {strap}",
+    why="it would snap back at the first step",
+    cause="a strap shorter than the distance of its ends",
+    remedy="give the strap more length or slack in bag.straps",
+)
+COMPRESSED = Concern.declare(
+    "W-MESH-004",
+    f"{{share:.3g}} % of part {{part}} starts compressed by more than {100 * NOTICED:g} %, at most by {{most:.3g}} %",
+    where="{place}; {key}",
+    why="folds keep lengths, and a start shape smaller than the flat cut has lost some of its fabric",
+    cause="a start shape in another unit than the reference, or one that was shortened by folding",
+    remedy="check bag.unit and bag.reference, or fold the start shape without shortening it",
+)
+COLLAPSED = Concern.declare(
+    "W-MESH-005",
+    "{share:.3g} % of part {part} has collapsed at the start",
+    where="{place}; {key}",
+    why="a triangle without area has no side that gas could push on",
+    cause="nodes in the same place, from a mesh that was folded or merged carelessly",
+    remedy="move the nodes of the start shape apart",
+)
+
 
 def mesh_concerns(case: schema.Case, model: Model) -> Iterator[Concern]:
     """Everything about the mesh of a case that looks unintended."""
@@ -28,12 +69,10 @@ def mesh_concerns(case: schema.Case, model: Model) -> Iterator[Concern]:
     across = 2.0 * np.sqrt(fabric / chambers / (2.0 * np.pi))  # two discs of the same area
     edge = np.sqrt(4.0 / np.sqrt(3.0) * fabric / model.fabric.element_count)
     if edge > across / FEWEST:
-        yield Concern(
-            "W-MESH-001",
-            f"only {across / edge:.0f} elements across the {'bag' if chambers == 1 else 'chambers'}",
-            f"bag.{'start' if case.bag.shape == 'mesh' else 'element_size'}",
-            "shape and volume will be off by several percent",
-            "use at least twenty elements across",
+        yield COARSE(
+            count=across / edge,
+            room="bag" if chambers == 1 else "chambers",
+            key="bag.start" if case.bag.shape == "mesh" else "bag.element_size",
         )
     yield from _panels(case, model)
     yield from _straps(case, model)
@@ -46,14 +85,13 @@ def _straps(case: schema.Case, model: Model) -> Iterator[Concern]:
     taut = distance / model.straps.length - 1.0
     if len(taut) and taut.max() > START_STRAIN:
         bar = int(taut.argmax())
-        yield Concern(
-            "W-MESH-003",
-            f"a strap of {model.straps.length[bar]:g} m starts {distance[bar]:.3g} m long",
-            f"{'bag.straps.length' if driver else 'bag.straps'}, strap {model.straps.strap[bar] + 1}",
-            "it would snap back at the first step",
-            "lengthen bag.straps.length, or bring bag.straps.stitch_radius closer to bag.mouth_radius"
-            if driver
-            else "give the strap more length or slack in bag.straps",
+        closer = "raise bag.straps.length, or bring bag.straps.stitch_radius closer to bag.mouth_radius"
+        yield STRETCHED_STRAP(
+            length=model.straps.length[bar],
+            distance=distance[bar],
+            strap=model.straps.strap[bar] + 1,
+            key="bag.straps.length" if driver else "bag.straps",
+            remedy=closer if driver else None,
         )
 
 
@@ -75,28 +113,22 @@ def _panels(case: schema.Case, model: Model) -> Iterator[Concern]:
     key = "bag.start, bag.reference" if read else "bag.initial_gap"
     for panel in start_panels(model):
         if panel.longest > 1.0 + START_STRAIN:
-            yield Concern(
-                "W-MESH-002",
-                f"{100 * panel.stretched:.3g} % of part {panel.name} starts stretched by more than "
-                f"{100 * NOTICED:g} %, at most by {100 * (panel.longest - 1.0):.3g} %",
-                f"{place(model.surface, model.start, panel.longest_at)}; {key}",
-                "it would snap back at the first step: the start shape is not the shape the fabric was cut in",
-                "set bag.birth_time to 1 or 2 ms" if read else "use a bag.initial_gap of a few millimetres",
+            yield STRETCHED(
+                share=100 * panel.stretched,
+                part=panel.name,
+                most=100 * (panel.longest - 1.0),
+                place=place(model.surface, model.start, panel.longest_at),
+                key=key,
+                remedy="set bag.birth_time to 1 or 2 ms" if read else "use a bag.initial_gap of a few millimetres",
             )
         if panel.collapsed:
-            yield Concern(
-                "W-MESH-005",
-                f"{100 * panel.collapsed:.3g} % of part {panel.name} has collapsed at the start",
-                f"{place(model.surface, model.start, panel.collapsed_at)}; {key}",
-                "a triangle without area has no side that gas could push on",
-                "move the nodes of the start shape apart",
-            )
+            at = place(model.surface, model.start, panel.collapsed_at)
+            yield COLLAPSED(share=100 * panel.collapsed, part=panel.name, place=at, key=key)
         elif panel.compressed > MANY and panel.shortest < 1.0 - START_STRAIN:
-            yield Concern(
-                "W-MESH-004",
-                f"{100 * panel.compressed:.3g} % of part {panel.name} starts compressed by more than "
-                f"{100 * NOTICED:g} %, at most by {100 * (1.0 - panel.shortest):.3g} %",
-                f"{place(model.surface, model.start, panel.shortest_at)}; {key}",
-                "folds keep lengths: a start shape smaller than the flat cut holds fabric that is nowhere",
-                "check bag.unit and bag.reference, or fold the start shape without shortening it",
+            yield COMPRESSED(
+                share=100 * panel.compressed,
+                part=panel.name,
+                most=100 * (1.0 - panel.shortest),
+                place=place(model.surface, model.start, panel.shortest_at),
+                key=key,
             )

@@ -10,7 +10,7 @@ from billow.base.errors import InputError
 from billow.case import schema
 from billow.case.gas import schema_gas
 from billow.case.gas.build_passages import build_passages, chamber_of
-from billow.case.gas.models import GAS_MODELS, no_mouth
+from billow.case.gas.models import GAS_MODELS, NO_MOUTH
 from billow.geometry.bag_shapes import BagShape
 from billow.geometry.chambers import OUTSIDE
 from billow.geometry.flat_cut import flat_area
@@ -23,6 +23,15 @@ from billow.parts.gas.supply.species import AIR, Species, find_species, mass_fra
 from billow.parts.gas.supply.supply import Source, Supply
 from billow.parts.gas.switching import Switching
 from billow.parts.gas.uniform.uniform_pressure import UniformPressure
+
+NO_VOLUME = InputError.declare(
+    "E-GAS-004",
+    "chamber {chamber} encloses no air at the start",
+    where="bag, chamber {chamber}",
+    why="its volume is {volume:.3g} m^3, and gas without volume has no pressure",
+    cause="layers of the start shape that lie on each other",
+    remedy="raise bag.initial_gap, or move the layers of the start shape apart",
+)
 
 
 @dataclass(frozen=True)
@@ -142,7 +151,7 @@ def mount(case: schema.Case, inflator: schema_gas.Inflator, ring: JetRing, chamb
     mouth = surface.triangles_of_kind("mouth")
     mouth = mouth[chambers.behind[mouth] == chamber]
     if not len(mouth):
-        raise no_mouth(inflator.name, chambers.names[chamber])
+        raise NO_MOUTH(inflator=inflator.name, chamber=chambers.names[chamber])
     inwards = -area_vectors(surface.triangles[mouth], shape.positions).sum(axis=0)
     nodes = np.unique(surface.triangles[mouth]).astype(np.int64)
     axis = inwards / np.linalg.norm(inwards)
@@ -173,10 +182,4 @@ def _require_volume(shape: BagShape) -> None:
     volumes = chambers.volumes(shape.surface.triangles, shape.positions)
     for name, volume in zip(chambers.names, volumes, strict=True):
         if not volume > 0.0:
-            raise InputError(
-                "E-GAS-004",
-                f"chamber {name} encloses no air at the start",
-                where=f"bag, chamber {name}",
-                why=f"its volume is {volume:.3g} m^3, and gas without volume has no pressure",
-                remedy="raise bag.initial_gap, or move the start shape's layers apart",
-            )
+            raise NO_VOLUME(chamber=name, volume=volume)

@@ -27,6 +27,30 @@ from billow.parts.gas.supply.passages import (
     Passages,
 )
 
+NO_SUCH_CHAMBER = InputError.declare(
+    "E-GAS-002",
+    "the bag has no chamber {name!r}",
+    why="its chambers are: {chambers}",
+    cause="a misspelt name, or a bag with fewer chambers",
+    remedy="use one of these names, or give the bag more chambers",
+)
+NO_SUCH_FABRIC = InputError.declare(
+    "E-GAS-003",
+    "the bag has no fabric part {part!r}",
+    where="leakage.parts.{part}",
+    why="only fabric leaks; vents, mouths and openings are holes",
+    cause="a misspelt part, or a vent",
+    remedy="use one of {known}",
+)
+ONE_CHAMBER_TWICE = InputError.declare(
+    "E-GAS-005",
+    "the opening {part!r} joins chamber {chamber} with itself",
+    where="bag, part {part}",
+    why="gas can only flow between two chambers",
+    cause="the chambers on its two sides were given the same name",
+    remedy="give its two sides different chambers, or leave the opening out",
+)
+
 LAWS = {
     "permeability": PERMEABILITY,
     "wang-nefske": ORIFICE,
@@ -53,13 +77,7 @@ def chamber_of(name: str, shape: BagShape, where: str) -> int:
     """Index of a chamber by name. Raises InputError E-GAS-002."""
     names = shape.surface.chambers.names
     if name not in names:
-        raise InputError(
-            "E-GAS-002",
-            f"the bag has no chamber {name!r}",
-            where=where,
-            why=f"its chambers are: {', '.join(names)}",
-            remedy="use one of these names, or give the bag more chambers",
-        )
+        raise NO_SUCH_CHAMBER(where=where, name=name, chambers=", ".join(names))
     return names.index(name)
 
 
@@ -82,7 +100,8 @@ def _parts(case: schema.Case, shape: BagShape) -> Iterator[Passage]:
             elif kind == "vent":
                 yield _vent(case.bag.vents, name, behind, ahead, members, float(flat[members].sum()))
             else:
-                _require_two_sides(part, behind, ahead, chambers.names)
+                if behind == ahead:
+                    raise ONE_CHAMBER_TWICE(part=part, chamber=chambers.names[behind])
                 yield Passage(
                     name, OPENING, ORIFICE, behind, ahead, members, float(flat[members].sum()),
                     coefficient=case.gas.opening_discharge, area_terms=PRESENT_AREA,
@@ -163,21 +182,4 @@ def _require_parts(case: schema.Case, shape: BagShape) -> None:
     fabric = [name for name, kind in zip(surface.part_names, surface.part_kinds, strict=True) if kind == "fabric"]
     for part in case.leakage.parts:
         if part not in fabric:
-            raise InputError(
-                "E-GAS-003",
-                f"the bag has no part of fabric {part!r}",
-                where=f"leakage.parts.{part}",
-                why="only fabric leaks; vents, mouths and openings are holes",
-                remedy=f"use one of {', '.join(fabric)}",
-            )
-
-
-def _require_two_sides(part: str, behind: int, ahead: int, names: tuple[str, ...]) -> None:
-    if behind == ahead:
-        raise InputError(
-            "E-GAS-005",
-            f"the opening {part!r} joins chamber {names[behind]} with itself",
-            where=f"bag, part {part}",
-            why="gas can only flow between two chambers",
-            remedy="give its two sides different chambers, or leave the opening out",
-        )
+            raise NO_SUCH_FABRIC(part=part, known=", ".join(fabric))

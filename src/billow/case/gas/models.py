@@ -13,6 +13,22 @@ from billow.parts.gas.no_gas import NoGas
 from billow.parts.gas.supply.supply import Supply
 from billow.parts.gas.uniform.uniform_pressure import UniformPressure
 
+NO_MOUTH = InputError.declare(
+    "E-GAS-006",
+    "inflator {inflator} has jets, and chamber {chamber} has no mouth",
+    where="inflator {inflator}, jets",
+    why="jets and particles enter the bag through a mouth",
+    remedy="name a chamber with a mouth in inflator.chamber; with uniform pressure, set inflator.jets.count = 0",
+)
+NOT_IN_MESH = InputError.declare(
+    "E-GAS-007",
+    "particles cannot pass {orifice}",
+    where="gas.orifices",
+    why="an orifice without geometry has no place in the mesh",
+    cause="a case that was written for uniform pressure",
+    remedy='remove it, draw it into the mesh as an opening, or set gas.model = "uniform-pressure"',
+)
+
 
 def _none(case, shape: BagShape, supply: None) -> NoGas:
     return NoGas(case.ambient.pressure, case.ambient.temperature)
@@ -26,28 +42,12 @@ def _corpuscular(case, shape: BagShape, supply: Supply) -> Corpuscular:
     """Raises InputError E-GAS-006 if a source has no mouth, E-GAS-007 if a passage has no triangles."""
     for source in supply.sources:
         if source.jets is None:
-            raise no_mouth(source.inflator.name, supply.chambers.names[source.inflator.chamber])
+            inflator = source.inflator
+            raise NO_MOUTH(inflator=inflator.name, chamber=supply.chambers.names[inflator.chamber])
     for row in supply.passages.rows:
         if not len(row.triangles):
-            raise InputError(
-                "E-GAS-007",
-                f"particles cannot pass {row.name}",
-                where="gas.orifices",
-                why="an orifice without geometry has no place in the mesh",
-                remedy='remove it, draw it into the mesh as an opening, or set gas.model = "uniform-pressure"',
-            )
+            raise NOT_IN_MESH(orifice=row.name)
     return Corpuscular(supply, shape.surface, shape.reference, case.gas.particles, case.gas.seed)
-
-
-def no_mouth(inflator: str, chamber: str) -> InputError:
-    """What to say of an inflator whose holes have no mouth to lie in."""
-    return InputError(
-        "E-GAS-006",
-        f"inflator {inflator} has jets, and chamber {chamber} has no mouth",
-        where=f"inflator {inflator}, jets",
-        why="jets and particles come from a mouth into the bag",
-        remedy="name a chamber with a mouth in inflator.chamber; with uniform pressure, set inflator.jets.count = 0",
-    )
 
 
 class Kind(NamedTuple):

@@ -7,26 +7,31 @@ import numpy as np
 from billow.base.errors import InputError
 from billow.solver.model import Model
 
+PENETRATES = InputError.declare(
+    "E-GEO-020",
+    "{body} penetrates the bag at the start by {depth:.3g} mm",
+    where="obstacles.{body}",
+    why="the penalty force would shoot the fabric away",
+    cause="a clearance that is too small for the start shape, or a plate above z = 0",
+    remedy="raise its clearance, or lower the height of the plate",
+)
+INSIDE = InputError.declare(
+    "E-GEO-021",
+    "{body} lies inside the bag at the start",
+    where="obstacles.{body}",
+    why="the gas does not know that it takes up room there",
+    cause="a small obstacle within a start shape that is high",
+    remedy="raise its clearance, or move it aside with offset",
+)
+
 
 def require_start_clear(model: Model) -> None:
     """Raises InputError if an obstacle touches the bag at the start, E-GEO-020, or lies inside it, E-GEO-021."""
     for body, deepest in model.bodies.touching_at_start(model.start, model.inverse_mass):
-        raise InputError(
-            "E-GEO-020",
-            f"{body.name} penetrates the bag at the start by {1e3 * deepest:.3g} mm",
-            where=f"obstacles.{body.name}",
-            why="the penalty force would shoot the fabric away",
-            remedy="raise its clearance, or lower the plate's height",
-        )
+        raise PENETRATES(body=body.name, depth=1e3 * deepest)
     for body in model.bodies.bodies:
         if body.is_bounded and _encloses(model, body.start.centre):
-            raise InputError(
-                "E-GEO-021",
-                f"{body.name} lies inside the bag at the start",
-                where=f"obstacles.{body.name}",
-                why="the gas does not know that it takes up room there",
-                remedy="raise its clearance, or move it aside with offset",
-            )
+            raise INSIDE(body=body.name)
 
 
 def _encloses(model: Model, point: np.ndarray) -> bool:

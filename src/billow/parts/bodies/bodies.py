@@ -44,6 +44,36 @@ TOUCHES = 1e-6
 SECONDS_PER_NODE = 15e-9
 """Rough cost of the contact of one node with one body in a step."""
 
+TOO_DEEP = NumericalStop.declare(
+    "E-NUM-006",
+    "fabric went {depth:.3g} mm into {body}",
+    where="obstacle {body}, {when}",
+    why="the obstacle is too soft for the load: beyond half its smallest radius its surface has no meaning",
+    remedy="raise obstacles.{body}.slope (N/m per cm^2 of fabric)",
+)
+OUT_OF_REACH = Concern.declare(
+    "W-OBS-001",
+    "{body} is {gap:.3g} m away from a bag of {across:.3g} m",
+    where="obstacles.{body}.clearance",
+    why="the bag will not reach it",
+    cause="a clearance in another unit",
+    remedy="reduce the clearance, or remove the obstacle",
+)
+ODD_DENSITY = Concern.declare(
+    "W-OBS-002",
+    "{body} has a mean density of {density:.3g} kg/m^3",
+    where="obstacles.{body}.mass, obstacles.{body}.radii",
+    why="heads and impactors lie between 50 and 8,000: mass or radii may be in another unit",
+    remedy='write units, for example mass = "4500 g"',
+)
+SOFTER_THAN_BAG = Concern.declare(
+    "W-OBS-003",
+    f"{{body}} yields {{depth:.3g}} mm at {1e-3 * WORKING_PRESSURE:g} kPa",
+    where="obstacles.{body}.slope",
+    why="it is softer than the bag: the slope may be in N/mm",
+    remedy='write units, for example slope = "100 N/mm"',
+)
+
 
 @dataclass
 class BodiesState:
@@ -166,13 +196,7 @@ class Bodies(Part):
         """Raises NumericalStop E-NUM-006 if fabric went too deep into a body."""
         for body, deepest in zip(self.bodies, self._deepest(state), strict=True):
             if deepest > DEEPEST * body.size:
-                raise NumericalStop(
-                    "E-NUM-006",
-                    f"fabric went {1e3 * deepest:.3g} mm into {body.name}",
-                    where=f"obstacle {body.name}, {moment.when}",
-                    why="the obstacle is too soft for the load, so its surface has no meaning any more",
-                    remedy=f"raise obstacles.{body.name}.slope (N/m per cm^2 of fabric)",
-                )
+                raise TOO_DEEP(body=body.name, depth=1e3 * deepest, when=moment.when)
 
     def books(self, state: BodiesState, moment: Moment, history) -> dict[str, float]:
         rigid = [history.of(body.name).contact for body in self.bodies if body.is_rigid]
@@ -200,31 +224,11 @@ class Bodies(Part):
         for body in self.bodies:
             if not body.is_bounded:
                 continue
-            key = f"obstacles.{body.name}"
             gap = float(body.distance(setting.start).min())
             if gap > 0.7 * across:
-                yield Concern(
-                    "W-OBS-001",
-                    f"{body.name} is {gap:.3g} m away from a bag of {across:.3g} m",
-                    f"{key}.clearance",
-                    "the bag will not reach it",
-                    "reduce the clearance, or remove the obstacle",
-                )
+                yield OUT_OF_REACH(body=body.name, gap=gap, across=across)
             density = body.rigid.mass / sum(carried.shape.volume() for carried in body.shapes)
             if not body.rigid.locked and not 5.0 <= density <= 20e3:
-                yield Concern(
-                    "W-OBS-002",
-                    f"{body.name} has a mean density of {density:.3g} kg/m^3",
-                    f"{key}.mass, {key}.radii",
-                    "heads and impactors lie between 50 and 8,000: mass or radii may be in another unit",
-                    'write units, for example mass = "4500 g"',
-                )
+                yield ODD_DENSITY(body=body.name, density=density)
             if body.law.slope < 200.0:
-                yields = 1e3 * WORKING_PRESSURE * A_REFERENCE / body.law.slope
-                yield Concern(
-                    "W-OBS-003",
-                    f"{body.name} yields {yields:.3g} mm at {1e-3 * WORKING_PRESSURE:g} kPa",
-                    f"{key}.slope",
-                    "it is softer than the bag: the slope may be in N/mm",
-                    'write units, for example slope = "100 N/mm"',
-                )
+                yield SOFTER_THAN_BAG(body=body.name, depth=1e3 * WORKING_PRESSURE * A_REFERENCE / body.law.slope)

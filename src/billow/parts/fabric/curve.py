@@ -17,7 +17,7 @@ is exact in each term, so each has a potential, and a test under the conditions 
   z = sin(gamma + gamma0) - sin(gamma0) this is H dz, H = tau / cos(gamma + gamma0); gamma0 = 90 degrees minus the
   yarns' angle in the flat cut.
 
-docs/theory.md, "Fabric from curves".
+docs/theory.md, Curve laws.
 """
 
 from __future__ import annotations

@@ -20,7 +20,7 @@ What shear turns to heat is the work of each step less what became recoverable. 
 of the loading curve still acts over half a step, and the law gives back more than was recoverable. Heat never falls:
 what comes back is owed, shows as energy created in the energy balance, and is repaid before new heat is booked.
 
-Source: docs/theory.md, "Fabric from curves".
+Source: docs/theory.md, Curve laws.
 """
 
 from __future__ import annotations
@@ -61,6 +61,23 @@ PEAK_PRESSURE = 60e3
 
 STRAP_STRAIN = 0.05
 """Elongation at which the secant of the warp curve gives the modulus of straps."""
+
+STEEP_CURVE = Concern.declare(
+    "W-FAB-004",
+    "the curve of {name} makes the step {now:.3g} us instead of {without:.3g} us",
+    where="fabric.curves.{name}",
+    why="its steepest piece, or unloading from it, sets the step of all: a kink, noise, or a wrong unit",
+    remedy="smooth the steepest piece, or end the curve before it",
+)
+SHORT_CURVE = Concern.declare(
+    "W-FAB-005",
+    "the curve of {name} ends at {force:.3g} N/m, a strain of {strain:.3g}",
+    where="fabric.curves.{name}.loading",
+    why=f"{1e-3 * PEAK_PRESSURE:g} kPa in this bag pull with {{needed:.3g}} N/m; beyond its end the curve keeps its "
+    "last slope",
+    cause="a test that was stopped early, or a stress in another unit",
+    remedy="measure further, or check the unit of the stress",
+)
 
 
 @dataclass(frozen=True)
@@ -203,23 +220,11 @@ class CurveFabric:
         """
         name, now, without = self.cost_of_steepness(altitude)
         if now < COSTLY * without:
-            yield Concern(
-                "W-FAB-004",
-                f"the curve of {name} makes the step {1e6 * now:.3g} us instead of {1e6 * without:.3g} us",
-                f"fabric.curves.{name}",
-                "its steepest piece, or unloading from it, sets the step of all: a kink, noise, or a wrong unit",
-                "smooth the steepest piece, or end the curve before it",
-            )
+            yield STEEP_CURVE(name=name, now=1e6 * now, without=1e6 * without)
         needed = 0.25 * PEAK_PRESSURE * float(np.ptp(setting.start, axis=0).max())  # p R / 2 of a round bag
         for name, (strain, force) in self.reach().items():
             if force < needed:
-                yield Concern(
-                    "W-FAB-005",
-                    f"the curve of {name} ends at {force:.3g} N/m, a strain of {strain:.3g}",
-                    f"fabric.curves.{name}.loading",
-                    f"{1e-3 * PEAK_PRESSURE:g} kPa in this bag pull with {needed:.3g} N/m; beyond, it goes on straight",
-                    "measure further, or check the unit of the stress",
-                )
+                yield SHORT_CURVE(name=name, force=force, strain=strain, needed=needed)
 
 
 def _spring(tested: TestedCurve, stress, end, table_end: float, *, scaled: bool) -> Spring:

@@ -46,6 +46,14 @@ SHOOTING = 0.5
 SECONDS_PER_TRIANGLE = 50e-9
 """Rough cost of a triangle in a step, with its share of the nodes' motion."""
 
+TORN = NumericalStop.declare(
+    "E-NUM-005",
+    "fabric is stretched to {stretch:.3g} times its length",
+    where="triangle {triangle} (nodes {nodes}), part {part}, {when}",
+    why="real fabric tears at 1.3; the load is too high or the fabric too soft",
+    remedy="check fabric.young_warp, fabric.young_weft, fabric.thickness and inflator.mass_flow",
+)
+
 
 @dataclass
 class FabricState:
@@ -167,13 +175,8 @@ class Fabric(Part):
         membrane, element, stretch = max(found, key=lambda found: found[2])
         triangle = int(membrane.elements[element])
         nodes = tuple(int(n) for n in self.surface.triangles[triangle])
-        stop = NumericalStop(
-            "E-NUM-005",
-            f"fabric is stretched {stretch:.3g} times its length",
-            where=f"triangle {triangle} (nodes {nodes}), part {self.surface.parts_at(nodes[0])}, {moment.when}",
-            why="real fabric tears at 1.3; the load is too high or the fabric too soft",
-            remedy="check fabric.young_warp, fabric.young_weft, fabric.thickness and inflator.mass_flow",
-        )
+        part = self.surface.parts_at(nodes[0])
+        stop = TORN(stretch=stretch, triangle=triangle, nodes=nodes, part=part, when=moment.when)
         stop.nodes = nodes
         raise stop
 

@@ -31,6 +31,14 @@ from billow.parts.fabric.fabric_law import Elements
 from billow.parts.fabric.triangle import add_corner_forces, along, products, read_triangles, stretch_bound
 from billow.parts.part import Setting
 
+ODD_MODULI = Concern.declare(
+    "W-FAB-003",
+    "the moduli of the fabric do not go together",
+    where="fabric.young_warp, fabric.young_weft, fabric.shear",
+    why="warp and weft differ by a small factor, and woven fabric is far softer in shear",
+    remedy="check the powers of ten",
+)
+
 KEEP, PRINCIPAL, YARN = 0, 1, 2  # the answers to compression
 
 
@@ -112,13 +120,7 @@ class LinearFabric:
         """Moduli that do not go together."""
         young = self.young_warp, self.young_weft
         if max(young) > 20.0 * min(young) or self.shear > 2.0 * max(young):
-            yield Concern(
-                "W-FAB-003",
-                "the moduli of the fabric do not go together",
-                "fabric.young_warp, fabric.young_weft, fabric.shear",
-                "warp and weft differ by a small factor, and woven fabric is far softer in shear",
-                "check the powers of ten",
-            )
+            yield ODD_MODULI()
 
     def along_yarns(self, reference_inverse: np.ndarray) -> np.ndarray:
         """As it is: the yarns lie along the axes of the flat cut."""

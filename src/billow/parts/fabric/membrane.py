@@ -16,7 +16,15 @@ from billow.parts.fabric.fabric_law import FabricLaw
 
 UNDAMPED, SLACKENING = 1e-3, 0.4
 """Fabric that goes slack gains energy if its damping fraction lies below UNDAMPED, unless its step is shorter: without
-any damping SLACKENING times the usual one (docs/theory.md, "Fabric")."""
+any damping SLACKENING times the usual one (docs/theory.md, Membrane step)."""
+NO_AREA = InputError.declare(
+    "E-GEO-004",
+    "a triangle of the flat reference shape has no area",
+    where="triangle {triangle}",
+    why="its strain could not be defined",
+    cause="two of its reference corners coincide, or all three lie on a line",
+    remedy="correct the reference coordinates of its nodes",
+)
 
 
 @dataclass(frozen=True)
@@ -50,13 +58,7 @@ class Membrane:
         longest = np.max([np.sum(e**2, axis=1) for e in (edge1, edge2, edge2 - edge1)], axis=0)
         if (np.abs(determinant) < 1e-8 * longest).any():
             bad = int(np.argmax(np.abs(determinant) < 1e-8 * longest))
-            raise InputError(
-                "E-GEO-004",
-                "a triangle of the flat reference shape has no area",
-                where=f"triangle {elements[bad]}",
-                why="its strain could not be defined",
-                remedy="check the reference coordinates of its nodes",
-            )
+            raise NO_AREA(triangle=elements[bad])
         inverse = np.array([edge2[:, 1], -edge2[:, 0], -edge1[:, 1], edge1[:, 0]]) / determinant
         area = 0.5 * np.abs(determinant)
         altitude = 2.0 * area / np.sqrt(longest)

@@ -35,6 +35,24 @@ SECONDS_PER_TRIANGLE = 10e-9
 RUN_ON = 1.2
 """A run should end no earlier than at this many times the time of its pressure peak."""
 
+IMPOSSIBLE_TEMPERATURE = NumericalStop.declare(
+    "E-NUM-002",
+    f"the gas left its range: {{temperature:.1f}} K (allowed {COLDEST:.0f} to {HOTTEST:.0f} K)",
+    where="{when}",
+    why="pressure {pressure:.4g} Pa, volume {volume:.4g} m^3, mass {mass:.4g} kg",
+    cause="mass flow or temperature of the inflator in another unit",
+    remedy="check inflator.mass_flow (kg/s, seconds) and inflator.temperature (K)",
+)
+CHAMBER_COLLAPSED = NumericalStop.declare(
+    "E-NUM-009",
+    "chamber {chamber} has collapsed: {volume:.3g} l of {start:.3g} l at the start",
+    where="chamber {chamber}, {when}",
+    why="its walls passed through each other, or were pushed together by more than the gas can bear; its pressure, "
+    "{pressure:.4g} Pa, has no meaning any more",
+    cause="a start shape that is too flat, or an obstacle that squeezes all gas out of a chamber",
+    remedy="look at the last frames; reduce run.dt_scale, or raise bag.initial_gap",
+)
+
 
 @dataclass
 class GasState:
@@ -150,28 +168,19 @@ class GasPart(Part):
             shares = [room.volume / start for room, start in zip(rooms, self.start_volumes, strict=True)]
             # Before what a lack of volume does to pressure and temperature.
             if min(shares) < (SQUEEZED if totals.temperature >= HOTTEST else SMALLEST_VOLUME):
-                raise self._collapsed(rooms, shares, moment)
+                worst = shares.index(min(shares))
+                raise CHAMBER_COLLAPSED(
+                    chamber=self.surface.chambers.names[worst],
+                    volume=1e3 * rooms[worst].volume,
+                    start=1e3 * self.start_volumes[worst],
+                    pressure=rooms[worst].pressure,
+                    when=moment.when,
+                )
         if math.isfinite(totals.temperature) and not COLDEST < totals.temperature < HOTTEST:
-            raise NumericalStop(
-                "E-NUM-002",
-                f"the gas left its range: {totals.temperature:.1f} K (allowed {COLDEST:.0f} to {HOTTEST:.0f} K)",
-                where=moment.when,
-                why=f"pressure {totals.pressure:.4g} Pa, volume {totals.volume:.4g} m^3, mass {totals.mass:.4g} kg",
-                remedy="check inflator.mass_flow (kg/s, seconds) and inflator.temperature (K)",
-            )
-
-    def _collapsed(self, rooms: Sequence, shares: list[float], moment: Moment) -> NumericalStop:
-        worst = shares.index(min(shares))
-        name = self.surface.chambers.names[worst]
-        return NumericalStop(
-            "E-NUM-009",
-            f"chamber {name} has collapsed: {1e3 * rooms[worst].volume:.3g} l of "
-            f"{1e3 * self.start_volumes[worst]:.3g} l at the start",
-            where=f"chamber {name}, {moment.when}",
-            why="its walls passed through each other, or were pushed together by more than the gas can bear; its "
-            f"pressure, {rooms[worst].pressure:.4g} Pa, has no meaning any more",
-            remedy="look at the last frames; reduce run.dt_scale, or raise bag.initial_gap",
-        )
+            raise IMPOSSIBLE_TEMPERATURE(
+                temperature=totals.temperature, pressure=totals.pressure, volume=totals.volume, mass=totals.mass,
+                when=moment.when,
+            )  # fmt: skip
 
     def books(self, gas: GasState, moment: Moment, history) -> dict[str, float]:
         totals = self.totals(gas)

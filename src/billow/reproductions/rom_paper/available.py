@@ -6,9 +6,9 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from billow.base.errors import InputError
 from billow.results.dataset import Dataset
 from billow.rom.judge.evaluate import require_unseen
+from billow.rom.learn.dataset import TOO_FEW_RUNS
 
 ENOUGH = 0.9
 """Part of a nested design's runs that must be complete: a few failed runs do no harm."""
@@ -42,13 +42,7 @@ def available(dataset: Dataset, train: Sequence[str], test: Sequence[str], sizes
     whole = {size: runs for size, runs in found.items() if len(runs) >= ENOUGH * size}
     require_unseen(dataset)
     if len(usable) < 2:
-        raise InputError(
-            "E-ROM-007",
-            "there are too few runs to learn from",
-            where=dataset.title or "dataset",
-            why=f"{len(usable)} training runs are complete",
-            remedy="finish the study: billow study STUDY.toml --out FOLDER",
-        )
+        raise TOO_FEW_RUNS(title=dataset.title or "dataset", count=len(usable))
     notes += [
         f"N_DOE = {size} is left out: only {len(runs)} of its {size} training runs are complete."
         for size, runs in found.items()

@@ -18,6 +18,14 @@ from billow.rom.learn.dataset import Dataset
 from billow.rom.surrogate.basis import Z
 from billow.rom.surrogate.design_space import to_unit
 
+NOT_COMPARABLE = InputError.declare(
+    "E-ROM-022",
+    "the two studies cannot be compared",
+    where="{one} and {other}",
+    cause="their parameters, meshes, times or designs differ, or they have too few runs in common",
+    remedy="make two studies from one study file and two cases that differ in the gas model alone",
+)
+
 MILLI = 1e3
 COLOURS = ("#0072b2", "#d55e00")
 RINGS = 24
@@ -142,10 +150,4 @@ def compare_jets(one: Dataset, other: Dataset, names: tuple[str, str], parameter
         radius = np.hypot(one.reference[:, 0], one.reference[:, 1]).astype(float)
         times = np.asarray(one.times, float)
         return JetComparison(names, runs, labels[parameter], times, radius, effect, np.array(difference))
-    raise InputError(
-        "E-ROM-022",
-        "the two studies cannot be compared",
-        where=f"{names[0]} and {names[1]}",
-        why=why,
-        remedy="make two studies from one study file and two cases that differ in the gas model alone",
-    )
+    raise NOT_COMPARABLE(one=names[0], other=names[1], why=why)

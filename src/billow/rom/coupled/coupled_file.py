@@ -21,6 +21,14 @@ from billow.rom.surrogate.surrogate_file import (
     take_networks,
 )
 
+NOT_COUPLED = InputError.declare(
+    "E-CPL-006",
+    "the file holds no coupled model",
+    where="{path}",
+    cause="the file is a surrogate of the bag alone",
+    remedy="make one: billow couple train FOLDER",
+)
+
 FORMAT = 1
 STATE = 3 * len(REACHES) + 3
 
@@ -53,13 +61,8 @@ def read_coupled(path: str | Path) -> dict:
     def fields(tensors, record) -> dict:
         surrogate, block = Surrogate(**surrogate_fields(tensors, record)), record.get("coupled")
         if not isinstance(block, dict) or block.get("format") != FORMAT:
-            raise InputError(
-                "E-CPL-006",
-                "the file holds no coupled model",
-                where=str(path),
-                why="it is a surrogate of the bag alone" if block is None else "its coupled part has another format",
-                remedy="make one: billow couple train FOLDER",
-            )
+            why = "it is a surrogate of the bag alone" if block is None else "its coupled part has another format"
+            raise NOT_COUPLED(path=path, why=why)
         return _fields(tensors, block, surrogate)
 
     return read_checked(path, fields, "billow couple train FOLDER")

@@ -31,6 +31,13 @@ from billow.rom.learn.progress import Progress
 from billow.rom.surrogate.design_space import check_design, design_rows
 from billow.rom.surrogate.surrogate import Surrogate
 
+CANNOT_COUPLE = InputError.declare(
+    "E-CPL-005",
+    "a coupled model cannot be learned",
+    cause="the surrogate was trained with force_modes, or histories of the runs have different times",
+    remedy="train the surrogate without force_modes, on runs with the same run.histories_per_frame",
+)
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Coupled:
@@ -187,10 +194,4 @@ def _require_alike(surrogate: Surrogate, motions: list[ImpactorMotion]) -> None:
     else:
         sample_interval(first.times, first.velocity)
         return
-    raise InputError(
-        "E-CPL-005",
-        "a coupled model cannot be learned",
-        where=where,
-        why=why,
-        remedy="train the surrogate without force_modes, on runs with the same run.histories_per_frame",
-    )
+    raise CANNOT_COUPLE(where=where, why=why)

@@ -18,6 +18,21 @@ from billow.injury.motion import mean_acceleration
 from billow.results.result import Result
 from billow.rom.learn.dataset import Dataset
 
+NO_FREE_OBSTACLE = InputError.declare(
+    "E-CPL-003",
+    "the study has no free obstacle",
+    where="case of run {run}",
+    why="a coupled model moves the obstacle, and this one is locked or a plate",
+    remedy="set obstacles.impactor.locked to false in the case of the study",
+)
+NOT_AFFINE = InputError.declare(
+    "E-CPL-004",
+    "the obstacle is not an affine function of the design",
+    where="{runs} training runs",
+    cause="a property that is no affine function of the parameters, or fewer training runs than parameters",
+    remedy="vary radii, degree, clearance, angle, mass or velocity each by a parameter of its own",
+)
+
 PROPERTIES = (
     *("radius a [m]", "radius b [m]", "radius c [m]", "degree [-]"),
     *("centre x [m]", "centre y [m]", "centre z [m]", "angle about x [deg]"),
@@ -72,16 +87,10 @@ class ImpactorOfDesign:
         affine, _, rank, _ = np.linalg.lstsq(rows / scale, values, rcond=None)
         wrong = np.abs(rows / scale @ affine - values).max(axis=0) > EXACT * np.maximum(np.abs(values).max(axis=0), 1.0)
         if rank < rows.shape[1] or len(runs) <= rows.shape[1] or wrong.any():
-            what = (
-                f"{PROPERTIES[int(wrong.argmax())]} of {bodies[0]['name']} is not" if wrong.any() else "too few runs:"
-            )
-            raise InputError(
-                "E-CPL-004",
-                "the obstacle is not a plain function of the design",
-                where=f"{len(runs)} training runs",
-                why=f"{what} affine in {rows.shape[1] - 1} parameters",
-                remedy="vary radii, degree, clearance, angle, mass or velocity each by a parameter of its own",
-            )
+            why = f"they are too few for {rows.shape[1] - 1} parameters"
+            if wrong.any():
+                why = f"{PROPERTIES[int(wrong.argmax())]} of {bodies[0]['name']} is not affine in the parameters"
+            raise NOT_AFFINE(runs=len(runs), why=why)
         return cls(bodies[0]["name"], np.ascontiguousarray((affine / scale[:, None]).T))
 
     def __call__(self, design: np.ndarray) -> Impactor:
@@ -95,13 +104,7 @@ def _free_body(case: dict, run: str) -> dict:
     for obstacle in case.get("obstacles", ()):
         if obstacle.get("shape") == "super-ellipsoid" and not obstacle.get("locked", True):
             return obstacle
-    raise InputError(
-        "E-CPL-003",
-        "the study has no free obstacle",
-        where=f"case of run {run}",
-        why="a coupled model moves the obstacle, and this one is locked or a plate",
-        remedy="set obstacles.impactor.locked to false in the case of the study",
-    )
+    raise NO_FREE_OBSTACLE(run=run)
 
 
 def _properties(body: dict) -> list[float]:

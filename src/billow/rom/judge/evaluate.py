@@ -29,6 +29,22 @@ from billow.rom.surrogate.basis import Z
 from billow.rom.surrogate.design_space import neighbour_distances, to_unit
 from billow.rom.surrogate.surrogate import Surrogate
 
+OTHER_DATASET = InputError.declare(
+    "E-ROM-012",
+    "the surrogate was not trained on this dataset",
+    where="{title}",
+    cause="a surrogate of another study, or of an earlier state of this one",
+    remedy="evaluate it with its own dataset, or train one on this: billow train FOLDER",
+)
+NO_UNSEEN_RUNS = InputError.declare(
+    "E-ROM-015",
+    "there are no unseen runs to compare with",
+    where="{title}",
+    why="the dataset has no completed test run",
+    cause="the test runs of the study are not made yet, or failed",
+    remedy="ask for test runs in study.toml, or finish the study: billow study STUDY.toml --out FOLDER",
+)
+
 SWEEP_MODES = (1, 2, 4, 6, 8, 10, 12, 16)
 
 
@@ -168,13 +184,7 @@ def evaluate(
 def require_unseen(dataset: Dataset) -> None:
     """InputError E-ROM-015 without a completed test run."""
     if not dataset.test:
-        raise InputError(
-            "E-ROM-015",
-            "there are no unseen runs to compare with",
-            where=dataset.title or "dataset",
-            why="the dataset has no completed test run",
-            remedy="ask for test runs in study.toml, or finish the study: billow study STUDY.toml --out FOLDER",
-        )
+        raise NO_UNSEEN_RUNS(title=dataset.title or "dataset")
 
 
 def _require_match(dataset, surrogate):
@@ -189,13 +199,7 @@ def _require_match(dataset, surrogate):
         why = "it was trained on runs that are not training runs of this dataset"
     else:
         return require_unseen(dataset)
-    raise InputError(
-        "E-ROM-012",
-        "the surrogate was not trained on this dataset",
-        where=surrogate.title or "surrogate",
-        why=why,
-        remedy="evaluate it with its own dataset, or train one on this: billow train FOLDER",
-    )
+    raise OTHER_DATASET(title=surrogate.title or "surrogate", why=why)
 
 
 def _errors(dataset, surrogate) -> dict[str, np.ndarray]:

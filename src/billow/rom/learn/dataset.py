@@ -11,6 +11,23 @@ from billow.base.errors import InputError
 from billow.results.dataset_files import Parameter
 from billow.results.result import Result
 
+TOO_FEW_RUNS = InputError.declare(
+    "E-ROM-007",
+    "there are too few runs to learn from",
+    where="{title}",
+    why="{count} training runs are complete",
+    cause="the study is not finished, or --modes exceeds the number of snapshots",
+    remedy="finish the study: billow study STUDY.toml --out FOLDER",
+)
+NOT_FINITE = InputError.declare(
+    "E-ROM-009",
+    "run {run} holds a {field} that is not finite",
+    where="run {run}, time index {index}",
+    why="a basis made from it would be meaningless",
+    cause="a run folder that was written by another program",
+    remedy="delete the folder of run {run} and repeat the study, which runs what is missing",
+)
+
 
 @runtime_checkable
 class Dataset(Protocol):
@@ -91,13 +108,7 @@ def collect(
     Raises InputError E-ROM-007 without runs, E-ROM-009 if a run holds a value that is not finite.
     """
     if not runs:
-        raise InputError(
-            "E-ROM-007",
-            "there are no runs to learn from",
-            where="dataset",
-            why="the list of completed runs is empty",
-            remedy="finish the study first: billow study STUDY.toml --out FOLDER",
-        )
+        raise TOO_FEW_RUNS(title=dataset.title or "dataset", count=0)
     count = len(dataset.times)
     matrices = np.empty((len(components), len(dataset.reference), len(runs) * count), np.float32)
     for column, run in enumerate(runs):
@@ -110,11 +121,5 @@ def read_run(dataset: Dataset, run: str, field: str = "displacement") -> np.ndar
     """One run: (times, nodes, 3) float32. InputError E-ROM-009 if it holds a value that is not finite."""
     shape = dataset.snapshots(field, [run])[0]
     if not np.isfinite(shape).all():
-        raise InputError(
-            "E-ROM-009",
-            f"run {run} holds a {field} that is not finite",
-            where=f"run {run}, time index {int(np.argmin(np.isfinite(shape).all((1, 2))))}",
-            why="a basis made from it would be meaningless",
-            remedy=f"delete the folder of run {run} and repeat the study, which runs what is missing",
-        )
+        raise NOT_FINITE(run=run, field=field, index=np.argmin(np.isfinite(shape).all((1, 2))))
     return shape

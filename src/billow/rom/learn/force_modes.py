@@ -22,6 +22,14 @@ from billow.rom.learn.reduction import BLOCK_SHARE, DEFAULT_MEMORY, blocks_of
 from billow.rom.surrogate.basis import COMPONENTS, Basis
 from billow.rom.surrogate.force_inputs import ForceInputs, previous
 
+NO_SUCH_FORCES = InputError.declare(
+    "E-CPL-001",
+    "contact forces {components!r} cannot be inputs",
+    where="force_components",
+    cause="another letter than x, y or z, or a component in which no run has a force",
+    remedy='choose among "x", "y" and "z" those in which the obstacle pushes, or train without forces',
+)
+
 OUTLIERS = 3.0
 """The paper's n_std: [-]. The paper gives no value."""
 
@@ -37,10 +45,11 @@ def learn_force_inputs(
     """
     chosen = tuple(COMPONENTS.index(letter) for letter in components if letter in COMPONENTS)
     if not chosen or len(set(chosen)) != len(components):
-        raise _no_component(components, "components are x, y and z, each at most once")
+        raise NO_SUCH_FORCES(components=components, why="components are x, y and z, each at most once")
     bases, coefficients, usual = force_bases(dataset, tuple(runs), modes, chosen, seed, memory)
     if None in bases:
-        raise _no_component(COMPONENTS[chosen[bases.index(None)]], "no training run has a force in it")
+        empty = COMPONENTS[chosen[bases.index(None)]]
+        raise NO_SUCH_FORCES(components=empty, why="no training run has a force in it")
     learned = [known[:, kept].astype(float) for known, kept in zip(coefficients, usual, strict=True)]
     # A mode that the rank of the data does not reach has coefficients of rounding only.
     least = [1e-6 * basis.singular_values[0] for basis in bases]
@@ -90,13 +99,3 @@ def force_bases(
 def ordinary(norms: np.ndarray) -> np.ndarray:
     """Which snapshots have a norm within mean +- `OUTLIERS` deviations of all: norms [N], (columns,) -> (columns,)."""
     return np.abs(norms - norms.mean()) <= OUTLIERS * norms.std()
-
-
-def _no_component(components: str, why: str) -> InputError:
-    return InputError(
-        "E-CPL-001",
-        f"contact forces {components!r} cannot be inputs",
-        where="force_components",
-        why=why,
-        remedy='choose among "x", "y" and "z" those in which the obstacle pushes, or train without forces',
-    )

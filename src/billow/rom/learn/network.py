@@ -20,6 +20,15 @@ import torch
 from billow.base.errors import NumericalStop
 from billow.rom.learn.progress import Progress
 
+DIVERGED = NumericalStop.declare(
+    "E-ROM-014",
+    "training diverged: the loss is {loss}",
+    where="epoch {epoch} of {epochs}",
+    why="the optimiser left the region where the networks are smooth",
+    cause="outliers among the runs",
+    remedy="train with another seed; look at the runs for outliers",
+)
+
 MEMBERS = 3
 HIDDEN_SHARED = (96, 96, 96, 96)
 BATCH_SHARED = 64
@@ -123,13 +132,7 @@ def _step(weights, biases, activation, optimiser, x, y) -> float:
 def _tell(progress: Progress | None, epoch: int, epochs: int, loss: float) -> None:
     """Report an epoch. NumericalStop E-ROM-014 if its loss is not finite."""
     if not math.isfinite(loss):
-        raise NumericalStop(
-            "E-ROM-014",
-            f"training diverged: the loss is {loss}",
-            where=f"epoch {epoch} of {epochs}",
-            why="the optimiser left the region where the networks are smooth",
-            remedy="train with another seed; look at the runs for outliers",
-        )
+        raise DIVERGED(loss=loss, epoch=epoch, epochs=epochs)
     if progress is not None:
         progress(epoch, epochs, loss)
 

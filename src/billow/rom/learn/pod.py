@@ -23,8 +23,17 @@ from typing import TypeVar
 
 import numpy as np
 
-from billow.base.errors import InputError, NumericalStop
+from billow.base.errors import NumericalStop
+from billow.rom.learn.dataset import TOO_FEW_RUNS
 from billow.rom.surrogate.basis import Basis
+
+NOT_ORTHONORMAL = NumericalStop.declare(
+    "E-ROM-013",
+    "the reduced basis is not orthonormal ({measured})",
+    where="proper orthogonal decomposition",
+    why="the linear algebra library returned a wrong factorisation, or snapshots overflow float32",
+    remedy="check the displacements of the runs for values beyond 1e15 m",
+)
 
 _T = TypeVar("_T")
 
@@ -62,7 +71,8 @@ def factor(matrix: np.ndarray, rank: int, seed: int) -> tuple[np.ndarray, np.nda
             columns = _orthonormal(matrix @ rows.astype(np.float32))
         # B = Q^T Y is small and wide. B^T = Q' R gives B the left vectors of R^T; its condition is not squared.
         wide = matrix.T @ columns.astype(np.float32)
-    _require(np.isfinite(wide).all(), "a product with the snapshots overflowed")
+    if not np.isfinite(wide).all():
+        raise NOT_ORTHONORMAL(measured="a product with the snapshots overflowed")
     left, singular, _ = np.linalg.svd(np.linalg.qr(wide.astype(float), mode="r").T, full_matrices=False)
     return columns @ left, singular
 
@@ -77,9 +87,8 @@ def check_count(shape: tuple[int, int], modes: int) -> None:
     """InputError E-ROM-007 unless a snapshot matrix of (nodes, columns) has that many modes."""
     most = min(shape)
     if not 1 <= modes <= most:
-        raise InputError(
-            "E-ROM-007",
-            f"{modes} modes cannot be made",
+        raise TOO_FEW_RUNS(
+            what=f"{modes} modes cannot be made",
             where=f"a snapshot matrix of {shape[0]} nodes by {shape[1]} snapshots",
             why=f"it has between 1 and {most} modes",
             remedy=f"choose modes between 1 and {most}, or add runs",
@@ -96,7 +105,8 @@ def make_basis(left: np.ndarray, singular: np.ndarray, energy: float, modes: int
     largest = np.take_along_axis(kept, np.abs(kept).argmax(axis=1)[:, None], axis=1)
     kept = (kept * np.sign(largest)).astype(np.float32)
     error = orthogonality_error(kept)
-    _require(error < 1e-5, f"largest deviation {error:.1e}, limit 1e-5")
+    if not error < 1e-5:
+        raise NOT_ORTHONORMAL(measured=f"largest deviation {error:.1e}, limit 1e-5")
     return Basis(kept, singular, energy)
 
 
@@ -108,17 +118,6 @@ def sum_of_squares(snapshots: np.ndarray) -> float:
 
 def _orthonormal(matrix):
     return np.linalg.qr(matrix.astype(float))[0]
-
-
-def _require(sound: bool, otherwise: str) -> None:
-    if not sound:
-        raise NumericalStop(
-            "E-ROM-013",
-            f"the reduced basis is not orthonormal ({otherwise})",
-            where="proper orthogonal decomposition",
-            why="the linear algebra library returned a wrong factorisation, or snapshots overflow float32",
-            remedy="check the displacements of the runs for values beyond 1e15 m",
-        )
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,14 @@ from billow.base.errors import InputError
 from billow.rom.surrogate.design_space import from_unit, to_unit
 from billow.rom.surrogate.surrogate import Surrogate
 
+NO_DESIGNS = InputError.declare(
+    "E-ROM-021",
+    "{count} designs cannot be suggested",
+    where="recipe {recipe!r}",
+    why="it takes a count of at least 1, and an ensemble that needs no contact forces",
+    remedy='ask for at least one, with a surrogate of the recipe "shared": billow train FOLDER',
+)
+
 POWER = 4
 """Of the uncertainty, as a weight. 12 runs added to 30 of a synthetic bag, z RMSE of 40 unseen runs in mm (mean, 90th
 percentile, worst run; three trainings each): power 1: 2.59, 4.97, 5.84; 2: 2.64, 5.01, 6.29; 4: 2.43, 4.57, 4.67; 8:
@@ -33,13 +41,7 @@ def suggest(surrogate: Surrogate, count: int, known: np.ndarray, seed: int = 0) 
     Raises InputError E-ROM-021 if count is below 1 or the surrogate has no ensemble.
     """
     if count < 1 or surrogate.regression.members == 1 or surrogate.forces is not None:
-        raise InputError(
-            "E-ROM-021",
-            f"{count} designs cannot be suggested",
-            where=f"recipe {surrogate.recipe!r}",
-            why="it takes a count of at least 1, and an ensemble that needs no contact forces",
-            remedy='ask for at least one, with a surrogate of the recipe "shared": billow train FOLDER',
-        )
+        raise NO_DESIGNS(count=count, recipe=surrogate.recipe)
     parameters = surrogate.parameters
     unit = qmc.Sobol(len(parameters), rng=seed).random(CANDIDATES)
     uncertain = uncertainty(surrogate, from_unit(unit, parameters))

@@ -24,6 +24,30 @@ from billow.rom.surrogate.regression import ACTIVATIONS, Regression
 from billow.rom.surrogate.scaling import InputScaling, OutputScaling
 from billow.rom.surrogate.surrogate import Surrogate
 
+NO_PYTORCH = ResourceError.declare(
+    "E-ROM-006",
+    "PyTorch is not installed",
+    where="billow.rom.learn.network",
+    why="training needs it, prediction does not ({reason})",
+    remedy="pip install torch",
+)
+NO_SUCH_RECIPE = InputError.declare(
+    "E-ROM-008",
+    "unknown recipe {recipe!r}",
+    where="recipe",
+    why="recipes are {known}",
+    cause="a misspelt name after --recipe",
+    remedy='use recipe "shared"',
+)
+NO_RANGE = InputError.declare(
+    "E-ROM-010",
+    "{name} has no range to learn from ({low:g} to {high:g})",
+    where="dataset.toml",
+    why="a surrogate can only learn what was varied",
+    cause="a dataset in which a parameter is the same everywhere, or with one recorded time",
+    remedy="vary {name}, or leave it out of the parameters",
+)
+
 
 @dataclass(frozen=True)
 class Recipe:
@@ -158,13 +182,7 @@ def import_network():
     try:
         from billow.rom.learn import network
     except ImportError as error:
-        raise ResourceError(
-            "E-ROM-006",
-            "PyTorch is not installed",
-            where="billow.rom.learn.network",
-            why=f"training needs it, prediction does not ({error})",
-            remedy="pip install torch",
-        ) from error
+        raise NO_PYTORCH(reason=error) from error
     return network
 
 
@@ -183,23 +201,11 @@ def _learn(dataset: Dataset, runs, recipe: Recipe, progress, client) -> tuple[Su
 
 def _input_scaling(dataset: Dataset, networks: str) -> InputScaling:
     if networks not in ACTIVATIONS:
-        raise InputError(
-            "E-ROM-008",
-            f"unknown recipe {networks!r}",
-            where="recipe",
-            why=f"recipes are {' and '.join(ACTIVATIONS)}",
-            remedy='use recipe "shared"',
-        )
+        raise NO_SUCH_RECIPE(recipe=networks, known=" and ".join(ACTIVATIONS))
     low, high = bounds(dataset.parameters)
     start, end = dataset.times[0], dataset.times[-1]
     names = (*(parameter.name for parameter in dataset.parameters), "time")
     for name, least, most in zip(names, (*low, start), (*high, end), strict=True):
         if not least < most:
-            raise InputError(
-                "E-ROM-010",
-                f"{name} has no range to learn from ({least:g} to {most:g})",
-                where="dataset.toml",
-                why="a surrogate can only learn what was varied",
-                remedy=f"vary {name}, or leave it out of the parameters",
-            )
+            raise NO_RANGE(name=name, low=least, high=most)
     return InputScaling(low, high, float(start), float(end), networks)

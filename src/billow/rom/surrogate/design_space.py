@@ -10,6 +10,30 @@ import numpy as np
 from billow.base.errors import InputError
 from billow.results.dataset_files import Parameter
 
+DESIGN_DOES_NOT_FIT = InputError.declare(
+    "E-ROM-001",
+    "the design does not fit the surrogate",
+    where="design",
+    cause="a misspelt or missing parameter, or a value that is not a number",
+    remedy="give one number for each of: {names}",
+)
+OUTSIDE_RANGE = InputError.declare(
+    "E-ROM-002",
+    "{name} = {value:.6g} {unit} is outside the trained range",
+    where="design {row}: {label}",
+    why="the runs cover {low:g} to {high:g} {unit}; beyond, networks guess",
+    cause="a value in another unit",
+    remedy="choose a value inside, train on a wider study, or insist with extrapolate=True (--extrapolate)",
+)
+OUTSIDE_TIMES = InputError.declare(
+    "E-ROM-003",
+    "time {time:.6g} s is outside the trained range",
+    where="times",
+    why="the runs were recorded from {start:g} to {end:g} s; beyond, networks guess",
+    cause="times in milliseconds, or beyond the end of the runs",
+    remedy="choose times inside, train on longer runs, or insist with extrapolate=True (--extrapolate)",
+)
+
 BOUND_TOLERANCE = 1e-9
 """Part of a range by which a value may exceed it: the rounding of a unit conversion is no extrapolation."""
 
@@ -53,13 +77,7 @@ def design_rows(design, parameters: tuple[Parameter, ...]) -> tuple[np.ndarray, 
         if not np.isfinite(rows).all():
             raise ValueError("a value is not a finite number")
     except (TypeError, ValueError) as error:
-        raise InputError(
-            "E-ROM-001",
-            "the design does not fit the surrogate",
-            where="design",
-            why=str(error),
-            remedy=f"give one number for each of: {', '.join(names)}",
-        ) from error
+        raise DESIGN_DOES_NOT_FIT(why=error, names=", ".join(names)) from error
     return np.atleast_2d(rows), rows.ndim == 1
 
 
@@ -70,13 +88,9 @@ def check_design(rows: np.ndarray, parameters: tuple[Parameter, ...]) -> None:
     outside = (rows < low - slack) | (rows > high + slack)
     if outside.any():
         row, column = np.argwhere(outside)[0]
-        parameter = parameters[column]
-        raise InputError(
-            "E-ROM-002",
-            f"{parameter.name} = {rows[row, column]:.6g} {parameter.unit} is outside the trained range",
-            where=f"design {row}: {parameter.label}",
-            why=f"the runs cover {parameter.low:g} to {parameter.high:g} {parameter.unit}; beyond, networks guess",
-            remedy="choose a value inside, train on a wider study, or insist with extrapolate=True (--extrapolate)",
+        p = parameters[column]
+        raise OUTSIDE_RANGE(
+            name=p.name, value=rows[row, column], unit=p.unit, row=row, label=p.label, low=p.low, high=p.high
         )
 
 
@@ -85,13 +99,7 @@ def check_times(times: np.ndarray, trained: np.ndarray) -> None:
     slack = BOUND_TOLERANCE * (trained[-1] - trained[0])
     outside = ~((times >= trained[0] - slack) & (times <= trained[-1] + slack))
     if outside.any():
-        raise InputError(
-            "E-ROM-003",
-            f"time {times[outside.argmax()]:.6g} s is outside the trained range",
-            where="times",
-            why=f"the runs were recorded from {trained[0]:g} to {trained[-1]:g} s; beyond, networks guess",
-            remedy="choose times inside, train on longer runs, or insist with extrapolate=True (--extrapolate)",
-        )
+        raise OUTSIDE_TIMES(time=times[outside.argmax()], start=trained[0], end=trained[-1])
 
 
 @dataclass(frozen=True)

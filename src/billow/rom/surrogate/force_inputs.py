@@ -14,6 +14,14 @@ import numpy as np
 
 from billow.base.errors import InputError
 
+FORCES_DO_NOT_FIT = InputError.declare(
+    "E-CPL-002",
+    "contact forces do not fit the surrogate",
+    where="previous_forces",
+    cause="a surrogate trained with force_modes was asked without forces, or another one with them",
+    remedy="give forces only to a surrogate trained with force_modes, one for each time and node",
+)
+
 
 @dataclass(frozen=True, eq=False)
 class ForceInputs:
@@ -71,10 +79,4 @@ def further_inputs(forces, model: ForceInputs | None, shape: tuple[int, ...]) ->
         if forces.shape in (shape, shape[1:]) and np.isfinite(forces).all():
             return np.broadcast_to(model(forces), (*shape[:2], model.width))
         why = f"forces have shape {forces.shape}, expected {shape}, or are not finite"
-    raise InputError(
-        "E-CPL-002",
-        "contact forces do not fit the surrogate",
-        where="previous_forces",
-        why=why,
-        remedy="give forces only to a surrogate trained with force_modes, one for each time and node",
-    )
+    raise FORCES_DO_NOT_FIT(why=why)

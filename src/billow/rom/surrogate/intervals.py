@@ -18,6 +18,14 @@ import numpy as np
 
 from billow.base.errors import InputError
 
+NO_SUCH_LEVEL = InputError.declare(
+    "E-ROM-018",
+    "there are no intervals of level {level:g}",
+    where="level",
+    why="levels are {known}",
+    remedy="ask for one of these",
+)
+
 LEVELS = (0.5, 0.8, 0.9, 0.95)
 FEWEST_RUNS = 8
 """Training runs below which intervals are not calibrated."""
@@ -38,13 +46,7 @@ class Intervals:
         """[-], (3,). InputError E-ROM-018 for a level that was not calibrated."""
         found = np.flatnonzero(np.isclose(self.levels, level))
         if not len(found):
-            raise InputError(
-                "E-ROM-018",
-                f"there are no intervals of level {level:g}",
-                where="level",
-                why=f"levels are {', '.join(f'{known:g}' for known in self.levels)}",
-                remedy="ask for one of these",
-            )
+            raise NO_SUCH_LEVEL(level=level, known=", ".join(f"{known:g}" for known in self.levels))
         return self.factors[found[0]]
 
 

@@ -29,6 +29,29 @@ OPSET, IR_VERSION = 17, 8
 TOLERANCE = 1e-5
 """Largest difference to NumPy's answer, over the largest displacement: [-]. Both work in float32 (6e-8)."""
 
+NO_ONNX = ResourceError.declare(
+    "E-ROM-016",
+    "{package} is not installed",
+    where="export",
+    why="export needs it, and nothing else does",
+    remedy="pip install onnx onnxruntime",
+)
+NEEDS_FORCES = InputError.declare(
+    "E-ROM-019",
+    "this surrogate cannot be exported",
+    where="{title}",
+    why="it takes contact forces of the previous time as inputs; the graph has only the design",
+    remedy="export a surrogate trained without force modes",
+)
+EXPORT_DIFFERS = NumericalStop.declare(
+    "E-ROM-020",
+    "the exported model does not give the answers of the surrogate",
+    where="{path}",
+    why=f"answers differ by {{difference:.1e}} of the largest displacement, {TOLERANCE:.0e} is the limit",
+    cause="a faulty version of ONNX Runtime, or a surrogate far beyond the range of float32",
+    remedy="install another version of onnxruntime; no file was written",
+)
+
 
 def export_onnx(surrogate: Surrogate, path: str | Path) -> float:
     """Write `path`, atomically; returns the largest difference over the largest displacement, on eight random designs.
@@ -40,13 +63,7 @@ def export_onnx(surrogate: Surrogate, path: str | Path) -> float:
     designs = from_unit(np.random.default_rng(0).random((8, len(surrogate.parameters))), surrogate.parameters)
     difference = largest_difference(content, surrogate, designs)
     if not difference <= TOLERANCE:
-        raise NumericalStop(
-            "E-ROM-020",
-            "the exported model does not give the answers of the surrogate",
-            where=str(path),
-            why=f"answers differ by {difference:.1e} of the largest displacement, {TOLERANCE:.0e} is the limit",
-            remedy="install another version of onnxruntime; no file was written",
-        )
+        raise EXPORT_DIFFERS(path=path, difference=difference)
     write_atomically(path, content)
     return difference
 
@@ -70,13 +87,7 @@ def import_onnx(name: str = "onnx"):
     try:
         return importlib.import_module(name)
     except ImportError as error:
-        raise ResourceError(
-            "E-ROM-016",
-            f"{name} is not installed",
-            where="export",
-            why="export needs it, and nothing else does",
-            remedy="pip install onnx onnxruntime",
-        ) from error
+        raise NO_ONNX(package=name) from error
 
 
 def onnx_bytes(surrogate: Surrogate) -> bytes:
@@ -86,13 +97,7 @@ def onnx_bytes(surrogate: Surrogate) -> bytes:
     """
     onnx = import_onnx()
     if surrogate.forces is not None:
-        raise InputError(
-            "E-ROM-019",
-            "this surrogate cannot be exported",
-            where=surrogate.title,
-            why="it takes contact forces of the previous time as inputs; the graph has only the design",
-            remedy="export a surrogate trained without force modes",
-        )
+        raise NEEDS_FORCES(title=surrogate.title)
     graph, regression, times, modes = _Graph(onnx), surrogate.regression, len(surrogate.times), surrogate.modes
     hidden = _networks(graph, regression)
     if surrogate.recipe == "shared":  # (networks, rows, outputs): the answer is their mean

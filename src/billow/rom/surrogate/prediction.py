@@ -13,6 +13,15 @@ from billow.results.vtkhdf import FabricWriter
 from billow.rom.surrogate.basis import COMPONENTS
 from billow.rom.surrogate.surrogate import Surrogate
 
+FILE_EXISTS = InputError.declare(
+    "E-CLI-004",
+    "the file exists already",
+    where="{path}",
+    why="a prediction never overwrites a file",
+    cause="a second prediction with the same --out",
+    remedy="choose another name with --out, or delete this one",
+)
+
 LEVEL = 0.9
 """Of the intervals that are printed and written."""
 
@@ -93,13 +102,7 @@ def describe_trust(trust: dict) -> list[str]:
 
 def _write(surrogate, displacement, widths, out: Path) -> None:
     if out.exists():
-        raise InputError(
-            "E-CLI-004",
-            "the file exists already",
-            where=str(out),
-            why="a prediction never overwrites a file",
-            remedy="choose another name with --out, or delete this one",
-        )
+        raise FILE_EXISTS(path=out)
     start = np.asarray(surrogate.reference, dtype=float)
     partial = out.with_name(out.name + ".partial")
     part = np.zeros(len(surrogate.triangles), dtype=np.int32)

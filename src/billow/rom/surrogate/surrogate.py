@@ -19,6 +19,21 @@ from billow.rom.surrogate.intervals import FEWEST_RUNS, Intervals, scale
 from billow.rom.surrogate.regression import Regression
 from billow.rom.surrogate.surrogate_file import read_checked, surrogate_content, surrogate_fields
 
+NO_SPREAD = InputError.declare(
+    "E-ROM-011",
+    "this surrogate has no spread",
+    where="recipe {recipe!r}",
+    why="spread is the disagreement of an ensemble, and there is one network per coefficient",
+    remedy='train with recipe "shared"',
+)
+NO_INTERVALS = InputError.declare(
+    "E-ROM-017",
+    "this surrogate has no intervals",
+    where="recipe {recipe!r}, {runs} training runs",
+    why="it was trained without calibration, with contact forces, as `paper`, or on too few runs",
+    remedy=f'train with recipe "shared" on at least {FEWEST_RUNS} runs: billow train FOLDER',
+)
+
 _DESIGNS_AT_ONCE = 16
 """Designs whose networks `predict_each` evaluates together: enough to fill the products, few enough for the cache."""
 
@@ -138,13 +153,7 @@ class Surrogate:
         Arguments and errors as `predict`; InputError E-ROM-011 for the recipe `paper`, which has no ensemble.
         """
         if self.regression.members == 1:
-            raise InputError(
-                "E-ROM-011",
-                "this surrogate has no spread",
-                where=f"recipe {self.recipe!r}",
-                why="spread is the disagreement of an ensemble, and there is one network per coefficient",
-                remedy='train with recipe "shared"',
-            )
+            raise NO_SPREAD(recipe=self.recipe)
         rows, times, further, single = self._question(design, times, extrapolate, previous_forces)
         deviation = self.regression.by_member(rows, times, further).std(axis=0)
         deviation = deviation.reshape(*deviation.shape[:2], 3, self.modes)
@@ -163,13 +172,7 @@ class Surrogate:
         was not calibrated, E-ROM-018 for another level.
         """
         if self.intervals is None:
-            raise InputError(
-                "E-ROM-017",
-                "this surrogate has no intervals",
-                where=f"recipe {self.recipe!r}, {len(self.runs)} training runs",
-                why="it was trained without calibration, with contact forces, as `paper`, or on too few runs",
-                remedy=f'train with recipe "shared" on at least {FEWEST_RUNS} runs: billow train FOLDER',
-            )
+            raise NO_INTERVALS(recipe=self.recipe, runs=len(self.runs))
         factor = self.intervals.factor(level).astype(np.float32)
         rows, times, _, single = self._question(design, times, extrapolate, None)
         lost = self.intervals.lost_by_time, self.intervals.lost_by_node

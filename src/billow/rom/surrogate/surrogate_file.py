@@ -19,6 +19,21 @@ from billow.rom.surrogate.intervals import Intervals
 from billow.rom.surrogate.regression import ACTIVATIONS, Regression
 from billow.rom.surrogate.scaling import InputScaling, OutputScaling
 
+DAMAGED = IntegrityError.declare(
+    "E-ROM-004",
+    "the surrogate file is damaged, cut short or not a surrogate",
+    where="{path}",
+    cause="a copy that was cut short, or a file of another program",
+    remedy="copy it again from its source, or train it again: {command}",
+)
+UNREADABLE = InputError.declare(
+    "E-ROM-005",
+    "the surrogate cannot be read",
+    where="{path}",
+    cause="a misspelt path, or a file from a newer version of Billow",
+    remedy="check the path, or train one: {command}",
+)
+
 FORMAT = 1
 
 
@@ -62,29 +77,16 @@ def read_checked(path: str | Path, fields: Callable[[dict, dict], dict], command
     path = Path(path)
 
     def damaged(why: str) -> IntegrityError:
-        return IntegrityError(
-            "E-ROM-004",
-            "the surrogate file is damaged, cut short or not a surrogate",
-            where=str(path),
-            why=why,
-            remedy=f"copy it again from its source, or train it again: {command}",
-        )
+        return DAMAGED(path=path, why=why, command=command)
 
     try:
         tensors, record = read_tensors(path, damaged)
     except OSError as error:
-        raise InputError(
-            "E-ROM-005",
-            "the surrogate cannot be read",
-            where=str(path),
-            why=error.strerror or str(error),
-            remedy=f"check the path, or train one: {command}",
-        ) from error
+        raise UNREADABLE(path=path, why=error, command=command) from error
     if record.get("format") != FORMAT:
-        raise InputError(
-            "E-ROM-005",
-            f"the surrogate has format {record.get('format')!r}",
-            where=str(path),
+        raise UNREADABLE(
+            what=f"the surrogate has format {record.get('format')!r}",
+            path=path,
             why=f"Billow {__version__} reads format {FORMAT}",
             remedy=f"use the version of Billow that wrote it, or train it again: {command}",
         )

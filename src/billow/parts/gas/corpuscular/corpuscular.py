@@ -40,6 +40,15 @@ from billow.parts.gas.corpuscular.winding_number import audit, bring_back, reche
 from billow.parts.gas.gas_model import Bag, Content, GasTotals, SwitchableGas
 from billow.parts.part import MYLAR_VOLUME
 
+PARTICLE_LOST = NumericalStop.declare(
+    "E-NUM-008",
+    "the position of a gas particle is not a finite number",
+    where="particle {particle} of {count} (number {number}), chamber {chamber}, in the gas step from t = {time:.4f} ms",
+    why="its speed is {speed:.4g} m/s; it came from gas at {pressure:.4g} Pa and {temperature:.4g} K in {volume:.4g} l",
+    cause="gas that became far too hot or fast, for example in a bag that collapsed",
+    remedy="reduce run.dt_scale, or compare with gas.model = uniform-pressure",
+)
+
 SMOOTHING = 0.2e-3
 """Time constant [s] of wall pressure and incident flow (docs/theory.md, Smoothing of wall pressure)."""
 
@@ -231,7 +240,12 @@ class Corpuscular(Setup, SwitchableGas):
             gas.gas_step, born,
         )  # fmt: skip
         if tally.bad >= 0:
-            raise self._lost(gas, tally.bad)
+            particles, speed = gas.particles, np.linalg.norm(gas.particles.velocity[tally.bad])
+            raise PARTICLE_LOST(
+                particle=tally.bad, count=n, number=particles.identity[tally.bad],
+                chamber=self.chambers.names[particles.chamber[tally.bad]], time=1e3 * gas.gas_time, speed=speed,
+                pressure=gas.pressure.max(), temperature=gas.temperature.max(), volume=1e3 * gas.volume.min(),
+            )  # fmt: skip
         if self.passages.rows:
             gas.passed += tally.through
         gas.energy_at_walls += tally.energy_to_walls
@@ -239,20 +253,6 @@ class Corpuscular(Setup, SwitchableGas):
             gas.parked += tally.parked
             recheck_parked(flock, *self._surface_now(bag))
         return flock
-
-    def _lost(self, gas: CorpuscularState, bad: int) -> NumericalStop:
-        """What to say of a particle that is nowhere."""
-        particles = gas.particles
-        speed = float(np.linalg.norm(particles.velocity[bad]))
-        return NumericalStop(
-            "E-NUM-008",
-            "a particle of the gas is nowhere: its place is not a finite number",
-            where=f"particle {bad} of {particles.count} (number {particles.identity[bad]}), chamber "
-            f"{self.chambers.names[particles.chamber[bad]]}, in the gas step from t = {1e3 * gas.gas_time:.4f} ms",
-            why=f"its speed is {speed:.4g} m/s; gas at {gas.pressure.max():.4g} Pa and {gas.temperature.max():.4g} K "
-            f"in {1e3 * gas.volume.min():.4g} l gave it that",
-            remedy="reduce run.dt_scale, or compare with gas.model = uniform-pressure",
-        )
 
     def _surface_now(self, bag: Bag) -> tuple[np.ndarray, ...]:
         """Triangles, positions, and the chambers on both sides, as `winding_numbers` takes them."""

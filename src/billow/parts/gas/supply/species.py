@@ -14,6 +14,14 @@ import numpy as np
 
 from billow.base.errors import InputError
 
+UNKNOWN_GAS = InputError.declare(
+    "E-GAS-001",
+    "unknown gas {name!r}",
+    why="there are no thermodynamic data for it",
+    cause="a misspelt formula",
+    remedy="use one of {known}, or describe it under gas.species",
+)
+
 MOLAR_GAS_CONSTANT = 8.31446261815324  # J/(mol K), CODATA 2018
 COLDEST, HOTTEST = 200.0, 3000.0  # K, range of the fits
 
@@ -92,14 +100,8 @@ def find_species(name: str, where: str, own: Mapping[str, Species] | None = None
     if own and name in own:
         return own[name]
     if name not in SPECIES:
-        raise InputError(
-            "E-GAS-001",
-            f"unknown gas {name!r}",
-            where=where,
-            why="no thermodynamic data under that name",
-            remedy=f"use one of {', '.join([*SPECIES, *(own or ())])}"
-            + ("" if own is None else ", or describe it under gas.species"),
-        )
+        known = ", ".join([*SPECIES, *(own or ())])
+        raise UNKNOWN_GAS(where=where, name=name, known=known, remedy=f"use one of {known}" if own is None else None)
     return SPECIES[name]
 
 
