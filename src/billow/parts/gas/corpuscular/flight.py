@@ -160,13 +160,19 @@ def fly(
 
 @kernel
 def _fly(n, flock, particle_mass, walls, swept, grid, motion, response, seed, step, born, hits, sums):
-    position, velocity, species, identity, chamber, exit_out, overlap = flock
-    nodes, corner, orientation, behind, ahead = walls
-    start, end, dt = motion
-    pass_probability, passage, wall_speed = response
+    # numba silently loses what a prange writes to an array of a group, unless the array was taken from the group
+    # before, by name, and not by unpacking a tuple of more than three.
+    position, velocity, overlap = flock.position, flock.velocity, flock.overlap
+    chamber, exit_out = flock.chamber, flock.exit
+    species, identity = flock.species, flock.identity
+    nodes, corner, orientation = walls.nodes, walls.corner, walls.orientation
+    behind, ahead = walls.behind, walls.ahead
+    start, end, dt = motion.start, motion.end, motion.dt
+    pass_probability, passage, wall_speed = response.pass_probability, response.passage, response.speed
     first, listed, counts = grid.first, grid.listed, grid.counts
-    hit_count, hit_triangle, hit_numbers = hits
-    next_particle, energy_out, tally_out, through_out = sums
+    hit_count, hit_triangle, hit_numbers = hits.count, hits.triangle, hits.numbers
+    next_particle, energy_out = sums.next_particle, sums.energy
+    tally_out, through_out = sums.counts, sums.through
     chunks = (n + CHUNK - 1) // CHUNK
     rate = 1.0 / dt
     ox, oy, oz, per_cell = grid.origin[0], grid.origin[1], grid.origin[2], 1.0 / grid.cell
