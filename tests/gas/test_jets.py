@@ -215,7 +215,7 @@ FLOOR = np.concatenate([[0], np.arange(len(POSITIONS) - 60, len(POSITIONS))])
 @pytest.mark.parametrize("time", [0.0, 0.003])
 @pytest.mark.parametrize("angle", [0.3, 2.0, np.pi])
 def test_jets_turn_with_their_mouth(angle, time):
-    """A scene that is tilted, twisted and carried away looks the same to who goes with it."""
+    """A scene that is tilted, twisted and moved away gives the same jets in its own frame."""
     spinning = JetRing(COUNT, 0.04, 0.005, LEAN, spin=40.0)
     jets = Jets(spinning, FLOOR, np.array([0.0, 0.0, 1.0]), mouth_start=POSITIONS[FLOOR])
     turn = turned_by(angle, [0.4, -1.0, 0.7])

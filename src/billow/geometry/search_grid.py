@@ -60,12 +60,7 @@ class SearchGrid(NamedTuple):
         n = len(triangles)
         spans = np.empty((n, 6), np.int32)
         _find_spans(n, triangles, start, end, origin, cell, counts, margin, spans)
-        first = np.zeros(int(np.prod(counts)) + 1, dtype=np.int32)
-        _list.serial(n, spans, counts, first[1:], np.empty(0, np.uint32))
-        np.cumsum(first, out=first)
-        listed = np.empty(int(first[-1]), dtype=np.uint32)
-        _list.serial(n, spans, counts, first[:-1].copy(), listed)
-        return cls(origin, cell, counts, first, listed, margin, end.copy(), margin)
+        return cls(origin, cell, counts, *cell_lists(spans, counts), margin, end.copy(), margin)
 
     def follow(self, triangles: np.ndarray, start: np.ndarray, end: np.ndarray) -> SearchGrid:
         """The grid for a step from `start` to `end`: with the same lists if they are still valid, else a new one."""
@@ -79,6 +74,20 @@ class SearchGrid(NamedTuple):
         cells = np.empty(len(position), dtype=np.int32)
         _cells_of(len(position), position, self.origin, self.cell, self.counts, cells)
         return cells
+
+
+def cell_lists(spans: np.ndarray, counts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Triangles by cell, first and listed as in SearchGrid.
+
+    spans: (n, 6) int32, cells along x, y and z that each triangle touches: from, to (inclusive). counts: cells of each
+    axis, (3,).
+    """
+    first = np.zeros(int(np.prod(counts)) + 1, dtype=np.int32)
+    _list.serial(len(spans), spans, counts, first[1:], np.empty(0, np.uint32))
+    np.cumsum(first, out=first)
+    listed = np.empty(int(first[-1]), dtype=np.uint32)
+    _list.serial(len(spans), spans, counts, first[:-1].copy(), listed)
+    return first, listed
 
 
 def largest_move(before: np.ndarray, after: np.ndarray) -> float:
@@ -102,7 +111,7 @@ def clipped_cell(value, origin, per_cell, count):
 
 @kernel
 def _find_spans(n, triangles, start, end, origin, cell, counts, margin, spans_out):
-    """Cells along x, y and z that each moving triangle with its margin touches: from, to (inclusive)."""
+    """The spans of moving triangles with their margin, as in `cell_lists`."""
     for t in prange(n):
         a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
         for k in range(3):

@@ -1,4 +1,4 @@
-"""Cells hold who is in them, of one chamber each, and about as many as wanted."""
+"""Each cell holds its particles, all of one chamber, and about as many as wanted."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def test_each_chamber_has_its_own_size():
     assert cells.first[1] == cells.first[2]  # an empty chamber has no cells
 
 
-def test_a_lump_far_from_the_rest_does_not_ask_for_endless_cells():
+def test_a_distant_lump_of_particles_does_not_make_endless_cells():
     rng = np.random.default_rng(3)
     particles = scattered(np.concatenate([1e-6 * rng.random((3000, 3)), [[1.0, 1.0, 1.0]]]), 0)
     cells = Cells.of(1)

@@ -61,7 +61,7 @@ def test_maxwell():
     assert np.mean(kurtosis) == pytest.approx(3.0, rel=0.01)
 
 
-def test_store_fills_from_flight():
+def test_internal_energy_comes_from_flight():
     """zeta = 2, nothing stored at the start: 3/2 k T0 is shared by 5 degrees of freedom, T = 0.6 T0."""
     box = Box([DIATOMIC], [30000], [500.0], stored=False)
     start = box.flight_temperatures()[0]
@@ -73,7 +73,7 @@ def test_store_fills_from_flight():
     assert np.mean(found) == pytest.approx(0.6, rel=0.002)
 
 
-def test_helium_and_argon_find_a_common_temperature():
+def test_helium_and_argon_reach_a_common_temperature():
     box = Box(["He", "Ar"], [15000, 15000], [300.0, 900.0])
     settle(box, 60)  # a collision of 4 with 40 g/mol evens out a sixth of the difference
     relative = settled_flight(box, 60)

@@ -68,7 +68,7 @@ def test_an_evacuated_box_takes_the_first_particles():
     assert state.volume[0] == pytest.approx(VOLUME, rel=1e-14)
 
 
-def test_caches_are_made_anew_with_the_same_bits():
+def test_rebuilt_caches_give_the_same_bits():
     def end(forget):
         gas = blowing()
         state = gas.start(bag_of_height(HEIGHT))
@@ -109,7 +109,7 @@ def test_what_passed_between_chambers_is_what_they_gained():
     assert abs(into_second) > 1e-6
 
 
-def test_a_particle_that_is_nowhere_stops_the_run():
+def test_a_particle_without_a_finite_position_stops_the_run():
     gas = blowing()
     state = gas.start(bag_of_height(HEIGHT))
     for _ in steps(gas, state, 20, 4e-5):

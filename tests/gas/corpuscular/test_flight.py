@@ -102,7 +102,7 @@ def test_a_moving_scene_is_the_same_scene():
     ends = []
     for v in (np.zeros(3), drift):
         flock = random_flock(300, np.random.default_rng(7))
-        flock.velocity += v
+        flock.velocity[:] += v
         scene = Scene(triangles, positions, flock)
         for _ in range(10):
             scene.advance(DT, scene.positions + v * DT)
@@ -125,8 +125,8 @@ def test_exact_aim_at_corners_edges_and_diagonals_stays_inside():
     assert np.allclose((flock.velocity**2).sum(axis=1), (velocity**2).sum(axis=1), rtol=1e-12)
 
 
-def test_an_inner_wall_parts_two_rooms_and_its_opening_joins_them():
-    """Tight: nobody changes rooms, both sides feel their own gas. Open: particles carry their chamber with them."""
+def test_an_inner_wall_separates_two_rooms_and_its_opening_joins_them():
+    """Tight: no particle changes rooms, both sides feel their own gas. Open: a particle's chamber follows it."""
     triangles, positions, behind, ahead = box(rooms=2)
     rng = np.random.default_rng(9)
     inner = (behind == 0) & (ahead == 1)
@@ -231,7 +231,7 @@ def test_newborn_particles_fly_the_rest_of_the_step():
     assert flock.position[:, 0] == pytest.approx(folded(0.5 + 900.0 * np.array([0.75e-3, 0.25e-3])), abs=1e-8)
 
 
-def test_a_lost_number_is_reported():
+def test_a_particle_without_a_finite_position_is_reported():
     flock = random_flock(5, np.random.default_rng(19))
     flock.velocity[3, 1] = np.nan
     assert Scene(*CUBE[:2], flock).advance(DT).bad == 3

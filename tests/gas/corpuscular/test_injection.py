@@ -206,7 +206,7 @@ def test_a_moving_mouth_carries_its_gas():
     assert moving[0].energy == still[0].energy
 
 
-def test_newborns_stand_over_their_hole():
+def test_new_particles_start_at_their_hole():
     source = injector(3000)
     _, particles, _ = blow_all(source)
     position, nozzle = particles.position[: particles.count], particles.chamber[: particles.count]
@@ -224,7 +224,7 @@ def test_the_folded_normal():
     assert folded_shift(0.5) == 0.0
 
 
-def test_warmth_is_what_the_drift_leaves():
+def test_the_drift_lowers_the_temperature():
     """Temperature across the jet: e(T) = h(T_in) - u^2/2, each direction of flight with R T per mass (3 %)."""
     source = injector(20000, nozzles=ring(lean=0.0, half_angle=0.0), hot=700.0, cold=700.0)
     _, particles, _ = blow_all(source)

@@ -58,7 +58,7 @@ def test_down_to_the_last_particle_nothing_is_lost(counts, seed):
     assert box.particles.count <= sum(counts) // 32 + 3
 
 
-def test_flight_and_store_are_kept_apart_and_chamber_by_chamber():
+def test_energies_of_flight_and_internal_energies_are_kept_in_each_chamber():
     """Even numbers of everything: nothing is left over."""
     box = Divided(["N2", "CO2"], [4000, 4000], [300.0, 900.0])
     box.particles.chamber[:] = np.arange(8000) // 2 % 2
@@ -92,7 +92,7 @@ def test_a_gas_at_equilibrium_stays_there():
     n = box.particles.count
     velocity = box.particles.velocity[:n].ravel()
     sigma = np.sqrt(600.0 * box.kinds.heat / box.kinds.mass[0])
-    assert np.std(velocity) == pytest.approx(sigma, rel=4.0 * np.sqrt(0.5 / 180_000))  # of those who were there
+    assert np.std(velocity) == pytest.approx(sigma, rel=4.0 * np.sqrt(0.5 / 180_000))  # of the particles before
     kurtosis = np.mean(velocity**4) / np.mean(velocity**2) ** 2
     assert kurtosis == pytest.approx(3.0, abs=4.0 * np.sqrt(24.0 / len(velocity)) + 1.0 / GROUP)
     zeta = degrees_of_freedom(box.kinds.table[0], 600.0)
@@ -185,8 +185,8 @@ def test_a_rigid_box_fills_as_if_nothing_were_merged(monkeypatch):
     assert means[0][-1] == pytest.approx((GAMMA - 1.0) * thermal / VOLUME, rel=0.93 / np.sqrt(2.0 * 2000))
 
 
-def test_caches_and_vents_do_not_mind():
-    """Merged while gas leaves: same bits with all that can be made anew made anew, and books that close."""
+def test_merging_works_with_rebuilt_caches_and_vents():
+    """Merged while gas leaves: same bits after all caches are rebuilt, and books that close."""
     hole = Passage("hole", VENT, ORIFICE, 0, triangles=LID, area=1e-3)
 
     def end(forget):

@@ -131,7 +131,7 @@ def test_an_overlap_holds_its_share_of_the_gas():
     assert abs(inside - share) < spread
 
 
-def test_only_those_put_beside_a_wall_are_counted_and_housed_anew():
+def test_only_parked_particles_are_recounted_and_moved():
     triangles, positions = bent_through_itself(1.12)
     points = inside_points(triangles, positions, 3000, np.random.default_rng(10), 1e-3)
     depth = np.round(winding(points, triangles, positions)).astype(int)
@@ -146,7 +146,7 @@ def test_only_those_put_beside_a_wall_are_counted_and_housed_anew():
     assert (flock.overlap[1::2] == 7).all()
 
 
-def test_flight_leaves_those_uncounted_that_it_puts_beside_a_wall():
+def test_flight_marks_parked_particles_as_uncounted():
     """In a bag a hundredth of a millimetre thick, everybody hits a wall more often than flight follows."""
     bag = round_bag(0.35, 6, 1e-5)
     triangles = bag.surface.triangles

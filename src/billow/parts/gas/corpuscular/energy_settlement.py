@@ -1,8 +1,7 @@
-"""Settlement of energy that is owed to the gas, or by it: its particles are warmed or cooled.
+"""Settlement of energy that is owed to the gas, or by it (docs/theory.md, Outlets, inflow and returned energy).
 
-What a particle loses at a moving wall reaches the fabric later, when the wall has another speed. A molecule that leaves
-through a hole takes less energy along than continuum outflow does ((4 + zeta)/2 k T of flight and internal energy
-instead of the enthalpy (5 + zeta)/2 k T). Both differences are pooled by chamber. One factor on all thermal energy of a
+What the fabric receives differs from what particles lose at moving walls, and a molecule that leaves takes less along
+than the enthalpy of continuum outflow. Both differences are pooled by chamber. One factor on all thermal energy of a
 chamber settles them: velocities relative to the chamber's mean velocity are multiplied by s, internal energies by s^2.
 Momentum does not change.
 """

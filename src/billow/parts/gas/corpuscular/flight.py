@@ -1,20 +1,16 @@
-"""Particles fly straight and bounce off moving walls; none gets lost.
+"""Particles fly straight and bounce off moving walls; none gets lost (docs/theory.md, Flight).
 
-Walls are triangles between chambers. A particle knows its chamber. Only triangles that bound this chamber count, and
-only if they are crossed from its side: `crossing` finds the first of them without gaps. There the particle passes
-(vents, openings, porous fabric: with the triangle's probability), or it is reflected in the frame of the wall,
-v_n' = 2 w_n - v_n.
+A particle knows its chamber. Only triangles that bound this chamber count, and only if they are crossed from its side:
+`crossing` finds the first of them without gaps. There the particle passes (vents, openings, porous fabric: with the
+triangle's probability), or it is reflected in the frame of the wall, v_n' = 2 w_n - v_n.
 
 A reflected particle does not start again on the wall, where rounding would decide which side it is on, but STANDOFF
-before it (or half its path, if that is shorter). It has just flown through that place, so it is inside of every wall
-nearby, also in a sharp corner between two walls. After MOST_HITS hits in one step (deep in a closing fold) the particle
-is put beside the wall it hit last, where that wall is at the end of the step. This costs it flight time, but no energy.
+before it (or half its path, if that is shorter): it has just flown through that place, so it is inside of every wall
+nearby. After MOST_HITS hits in one step (deep in a closing fold) it is put beside the wall it hit last. This costs it
+flight time, but no energy.
 
-Crumpled fabric intersects itself in places: elements wrinkle, and their edges pass through each other. Where two parts
-of a bag overlap, the surface winds around a point twice. A particle that comes in through fabric from outside is in
-such an overlap. It counts how many layers it has come in through (`overlap`), and flies out through as many before it
-is reflected again. The count is the winding number of the surface at its position, less one, whatever the surface does,
-so no particle leaves the bag. Without the count an overlap acts as a valve: it fills and bursts.
+Where crumpled fabric intersects itself, a particle counts the layers it has come in through from outside (`overlap`),
+and flies out through as many before it is reflected (docs/theory.md, Overlapping fabric).
 
 The end of the path and the end of the walls' motion are the numbers with which the next step starts. Therefore `start`
 of a step must be `end` of the last one, bit for bit.
@@ -164,13 +160,19 @@ def fly(
 
 @kernel
 def _fly(n, flock, particle_mass, walls, swept, grid, motion, response, seed, step, born, hits, sums):
-    position, velocity, species, identity, chamber, exit_out, overlap = flock
-    nodes, corner, orientation, behind, ahead = walls
-    start, end, dt = motion
-    pass_probability, passage, wall_speed = response
+    # numba silently loses what a prange writes to an array of a group, unless the array was taken from the group
+    # before, by name, and not by unpacking a tuple of more than three.
+    position, velocity, overlap = flock.position, flock.velocity, flock.overlap
+    chamber, exit_out = flock.chamber, flock.exit
+    species, identity = flock.species, flock.identity
+    nodes, corner, orientation = walls.nodes, walls.corner, walls.orientation
+    behind, ahead = walls.behind, walls.ahead
+    start, end, dt = motion.start, motion.end, motion.dt
+    pass_probability, passage, wall_speed = response.pass_probability, response.passage, response.speed
     first, listed, counts = grid.first, grid.listed, grid.counts
-    hit_count, hit_triangle, hit_numbers = hits
-    next_particle, energy_out, tally_out, through_out = sums
+    hit_count, hit_triangle, hit_numbers = hits.count, hits.triangle, hits.numbers
+    next_particle, energy_out = sums.next_particle, sums.energy
+    tally_out, through_out = sums.counts, sums.through
     chunks = (n + CHUNK - 1) // CHUNK
     rate = 1.0 / dt
     ox, oy, oz, per_cell = grid.origin[0], grid.origin[1], grid.origin[2], 1.0 / grid.cell

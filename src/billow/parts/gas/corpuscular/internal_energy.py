@@ -1,14 +1,12 @@
 """The molecules that a particle represents, and its internal energy.
 
-Every particle represents the same number of molecules, whatever its species, so that a pair collision between particles
-is a pair collision between molecules: it conserves momentum and energy exactly and brings all species to the same
-temperature. The internal degrees of freedom of a molecule follow from its *integral* energy,
+Every particle represents the same number of molecules, whatever its species. The internal degrees of freedom of a
+molecule follow from its *integral* energy,
 
     zeta(T) = 2 e(T) / (R T) - 3,   not below zero,
 
 so that the mean internal energy zeta/2 k T of all molecules together with 3/2 k T of flight is e(T), and cp/cv follows
-from the energy table (docs/theory.md, Internal degrees of freedom of particles; Bird 1994). Using the slope cv instead
-of e/T would give CO2 at 650 K 6.7 instead of 4.3.
+from the energy table (docs/theory.md, Internal degrees of freedom of particles; Bird 1994).
 """
 
 from __future__ import annotations

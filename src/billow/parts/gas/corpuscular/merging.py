@@ -1,15 +1,13 @@
-"""Merging: of every two neighbours one is kept and represents the molecules of both.
+"""Merging: of every two neighbours one is kept and represents the molecules of both (docs/theory.md, Merging).
 
-The gas of a folded bag before the inflator fires is a few milligrams. It starts with the largest allowed number of
-particles, so that few molecules hit the fabric at a time. Whenever there would be more particles, all particles of the
-bag are merged in pairs at once. They all represent the same number of molecules before and after (LS-DYNA paper,
-section 4.3).
+A bag starts with the largest allowed number of particles, so that few molecules hit the fabric at a time. Whenever
+there would be more, all particles are merged in pairs at once. They all represent the same number of molecules before
+and after (LS-DYNA paper, section 4.3).
 
 Neighbours of one species and chamber, side by side in the order of the cells, form a pair, and it is random which of
-the two is kept, unchanged. That is a fair sample of the gas, of fast and slow particles, of jets and of what they blow
-into; a mean of both velocities would not be. The kept particles are then corrected in groups of at least GROUP of them.
-With W, F, U their mean velocity, energy of flight about it and internal energy, and V, F0, U0 those of all particles
-before,
+the two is kept, unchanged: a fair sample of fast and slow particles. The kept ones are then corrected in groups of at
+least GROUP. With W, F, U their mean velocity, energy of flight about it and internal energy, and V, F0, U0 those of all
+particles before,
 
     v = V + sqrt(F0/F) (w - W),    e = U0/U e_w.
 

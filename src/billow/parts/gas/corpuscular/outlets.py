@@ -1,28 +1,19 @@
-"""Outlets: how likely a particle is to pass a vent or porous fabric, so that the mass flow is that of the law; and the
-particles that leave the bag.
+"""Outlets: how likely a particle is to pass a vent or porous fabric, so that the mass flow is that of the passage's law
+(supply/passages.py); and the particles that leave the bag (docs/theory.md, Outlets, inflow and returned energy).
 
-A hole that lets every particle pass would lose gas as into a vacuum: nothing comes back from outside. The mass flow of
-each passage is therefore the one that its law gives for the gas beside it (supply/passages.py, as for uniform
-pressure), and a particle that strikes it passes with probability
+A particle that strikes a passage passes with probability
 
     P = min(1, (flow + short / window) / incident mass flow).
 
-The incident flow is that of the last `window` seconds, and `short` the mass that should have left but has not. This
-term keeps the total mass that leaves equal to that of the law: otherwise the mean of 1/incident, which exceeds 1/mean
-by 1/hits, would bias it. The gas beside the passage is that of the chamber. If a jet presses on the fabric around a
-vent, by more than the noise of so many hits, the pressure there counts instead. The pressure on the vent itself cannot
-be used: gas that streams out strikes it harder the faster it streams, and would drive itself.
-
-At most everything passes that strikes a hole. For gas at rest that is p/sqrt(2 pi R T), 0.583 of the flow through a
-choked hole of discharge coefficient 1 (air). Real gas flows towards the hole from a few diameters away; particles do so
-as far as their mean free path is smaller than the hole. The rest is taken from the particles nearest to the hole.
-
-Molecules that strike a hole have less energy than the enthalpy of the outflow, by k T/2 if the gas is at rest, and less
-so the faster it streams.
+The incident flow is that of the last `window` seconds. `short` is the mass that should have left but has not: without
+it, the mean of 1/incident, which exceeds 1/mean by 1/hits, would bias the outflow. The gas beside the passage is that
+of the chamber. If a jet presses on the fabric around a vent, by more than the noise of so many hits, the pressure there
+counts instead; that on the vent itself rises with the outflow and would drive it. What the law asks for beyond all that
+strikes the hole is taken from the particles nearest to it.
 
 Fabric between two chambers is struck on both sides. The net flow is P (incident from behind - incident from ahead), so
-P = flow / (incident upstream (1 - p_down/p_up)). An opening is a hole: whatever reaches it passes. If the pressure
-outside is higher, air is drawn in.
+P = flow / (incident upstream (1 - p_down/p_up)). Whatever reaches an opening passes. If the pressure outside is higher,
+air is drawn in.
 """
 
 from __future__ import annotations

@@ -1,28 +1,18 @@
 """The load on the fabric: the particles' impulses, patch by patch, and the ambient pressure from outside.
 
-One particle represents many molecules and would hit a light node like a bullet: nodes and particles would share energy
-evenly, until the fabric vibrates at a hundred metres a second. Spreading impulses over *time* does not help a slack
-node, and makes the gas a spring that answers late, which feeds every oscillation: a lag t adds k t/2 of negative
-damping. Impulses are therefore spread over *space*: everything that strikes a patch of fabric in a gas step pushes
-evenly on the whole patch until the next gas step. The part along the normals of its triangles becomes the pressure of
-the patch; the rest (jets along the fabric, curvature) is distributed by area. Particles bounce off the patch as this
-load moves with it (`wall_speed`), not off each triangle: motion of the triangles of a patch relative to each other
-neither heats nor cools the gas, and the patch gets what the particles lose.
-
-A patch takes k T/2 of spurious energy for each of its motions, and a particle of a diatomic gas holds five times that:
-with N particles beside each patch it is 1/(5 N) of the energy of the gas there. Patches are therefore smaller where
-there is more gas: squares of the flat cut are quartered as long as each quarter has its PARTICLES_PER_PATCH (each: a
-light sliver at the rim that is seldom hit would be shot out of the bag).
+Everything that strikes a patch of fabric in a gas step pushes evenly on the whole patch until the next gas step
+(docs/theory.md, Wall load). The part along the normals of its triangles becomes the pressure of the patch; the rest
+(jets along the fabric, curvature) is distributed by area. Particles bounce off the patch as this load moves with it
+(`wall_speed`), so that the patch gets what they lose. With N particles of a diatomic gas beside each patch, its
+spurious energy is 1/(5 N) of the energy of the gas there. Squares of the flat cut are therefore quartered only as long
+as each quarter has its PARTICLES_PER_PATCH: a light sliver at the rim that is seldom hit would be shot out of the bag.
 
 The structure takes half of F dt in the step that ends where F is evaluated, and half in the next one. Exactly that is
-taken from what a patch holds, so the momentum of gas, patches and structure together is constant to rounding for any
-steps. What is left at the end of a gas step goes into the next load. Work is booked in the same way: half of each of
-two forces over the motion between them.
+taken from what a patch holds, so the momentum of gas, patches and structure together is constant to rounding. What is
+left at the end of a gas step goes into the next load. Work is booked in the same way.
 
-The load is the mean of the last gas step. That would still be late for a whole chamber, whose gas is a stiff spring as
-long as the bag is flat. The chamber's pressure is therefore extrapolated along the adiabat from the middle of that gas
-step to the present volume. This is a loan: what the patches hold decreases by as much, and the particles, which feel
-the walls move, pay it back.
+The pressure of a chamber is extrapolated along the adiabat to the present volume (`lead`). This is a loan: what the
+patches hold decreases by as much, and the particles, which feel the walls move, pay it back.
 
 Ambient pressure acts on the outside of fabric, not of holes. The surroundings take what the particles do to a hole.
 """
@@ -49,13 +39,11 @@ BLEED = 0.2e-3
 class Patches:
     """Groups of triangles that share a load.
 
-    start: (patches + 1,) int64 and members: (triangles,) int64, the triangles of each patch; patch: (triangles,)
-    int32, the patch of each triangle.
+    start: (patches + 1,) int64 and members: (triangles,) int64, the triangles of each patch.
     """
 
     start: np.ndarray
     members: np.ndarray
-    patch: np.ndarray
 
     @classmethod
     def of(cls, patch: np.ndarray) -> Patches:
@@ -63,7 +51,7 @@ class Patches:
         _, patch = np.unique(patch, return_inverse=True)
         members = np.argsort(patch, kind="stable")
         start = np.concatenate([[0], np.cumsum(np.bincount(patch))])
-        return cls(start.astype(np.int64), members.astype(np.int64), patch.astype(np.int32))
+        return cls(start.astype(np.int64), members.astype(np.int64))
 
     @property
     def count(self) -> int:

@@ -17,7 +17,8 @@ import numpy as np
 from numba import prange
 from scipy.spatial import cKDTree
 
-from billow.base.compiled import CHUNK, kernel, scalar
+from billow.base.compiled import CHUNK, kernel
+from billow.geometry.search_grid import cell_lists
 from billow.geometry.triangle import double_area_vector
 from billow.parts.gas.corpuscular.flight import UNCOUNTED, Flock
 from billow.parts.gas.corpuscular.inside_points import meet, thin_axis_last
@@ -78,41 +79,15 @@ def winding_numbers(
     field = math.sqrt(max(width * depth, 1e-300) / len(triangles))
     shape = np.array([int(width / field) + 1, int(depth / field) + 1])
     corners = triangles.astype(np.int64)
-    start, listed = _list_by_field(corners, turned, field, shape)
+    fields, spans = (turned[corners][:, :, :2] / field).astype(np.int32), np.zeros((len(corners), 6), np.int32)
+    spans[:, 0:4:2], spans[:, 1:5:2] = fields.min(axis=1), fields.max(axis=1)
+    start, listed = cell_lists(spans, np.array([*shape, 1]))  # of the plane across the rays
     found = np.zeros(len(points), np.int32)
     _count_passages(
         len(points), np.ascontiguousarray((points - low)[:, order]), np.asarray(chamber), corners, turned, behind,
         ahead, field, shape, start, listed, found,
     )  # fmt: skip
     return found
-
-
-@scalar
-def _list_by_field(triangles, positions, field, shape):
-    """Triangles over each square field of the plane across the rays, in ascending order within a field: those of field
-    f are listed[start[f] : start[f + 1]]."""
-    start = np.zeros(shape[0] * shape[1] + 2, np.int64)
-    listed = np.empty(0, np.int64)
-    for filling in range(2):
-        for t in range(len(triangles)):
-            a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
-            x0 = int(min(positions[a, 0], positions[b, 0], positions[c, 0]) / field)
-            x1 = int(max(positions[a, 0], positions[b, 0], positions[c, 0]) / field)
-            y0 = int(min(positions[a, 1], positions[b, 1], positions[c, 1]) / field)
-            y1 = int(max(positions[a, 1], positions[b, 1], positions[c, 1]) / field)
-            for x in range(x0, x1 + 1):
-                for y in range(y0, y1 + 1):
-                    place = x * shape[1] + y
-                    if filling == 0:
-                        start[place + 2] += 1
-                    else:
-                        listed[start[place + 1]] = t
-                        start[place + 1] += 1
-        if filling == 0:
-            for place in range(len(start) - 1):
-                start[place + 1] += start[place]
-            listed = np.empty(start[-1], np.int64)
-    return start, listed
 
 
 @kernel

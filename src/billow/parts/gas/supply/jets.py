@@ -7,27 +7,28 @@ the normal). The profile is scaled so that the force along each jet's axis equal
 fabric delivers nothing, and both sums are booked. The footprint is never narrower than the hole and the element it
 falls on.
 
-Where the jets fall is found anew every UPDATE_INTERVAL; in between the pattern moves with the fabric.
+Where the jets fall is determined every UPDATE_INTERVAL; in between the pattern moves with the fabric.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from billow.base.compiled import kernel, scalar
+from billow.geometry.triangle import cross, double_area_vector
 from billow.parts.gas.supply.inflator import JetRing
 
 UPDATE_INTERVAL = 1e-4
 """Time [s] between two searches for what the jets hit."""
 
 REACH = 1.5
-"""Footprint radius considered, in radii of the Gaussian; 99 % of the momentum flux lies within (1 - e^-4.5)."""
-
+"""Radius of the footprint in radii of the Gaussian; 99 % of the momentum flux lies within (1 - e^-4.5)."""
 
 STRIPS, WIDEST = 32, 0.4
-"""Strips into which directions of -WIDEST to WIDEST (lateral over axial distance) are sorted."""
+"""Number of strips into which directions from -WIDEST to WIDEST (lateral over axial distance) are sorted."""
 
 
 @dataclass(frozen=True)
@@ -48,18 +49,18 @@ class Jets:
     mouth_start: np.ndarray | None = None
 
     def turn(self, positions: np.ndarray) -> np.ndarray:
-        """How the mouth has turned since the start, (3, 3): the rotation that brings its nodes nearest to where they
-        are now (Kabsch, Acta Crystallographica A32, 922, 1976). positions: [m], (nodes, 3)."""
+        """Rotation of the mouth since the start, (3, 3): the one that fits its nodes best to their present positions
+        (Kabsch, Acta Crystallographica A32, 922, 1976). positions: [m], (nodes, 3)."""
         if self.mouth_start is None:
             return np.eye(3)
         before, after = (nodes - nodes.mean(axis=0) for nodes in (self.mouth_start, positions[self.mouth_nodes]))
-        if np.array_equal(before, after):  # most mouths are held, and no digit should change
+        if np.array_equal(before, after):  # most mouths are fixed; their digits must not change
             return np.eye(3)
         left, _, right = np.linalg.svd(after.T @ before)
         return (left * [1.0, 1.0, np.sign(np.linalg.det(left @ right))]) @ right
 
     def nozzles(self, positions: np.ndarray, time: float = 0.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Where the jets start and point at a time [s].
+        """Positions and directions of the jets at a time [s].
 
         Returns hole positions [m] (jets, 3); frames (jets, 3, 3), rows: jet direction, tangent to the ring, and the
         vector perpendicular to both; (3, 3) rows: axis, first and second radial vector of the ring.
@@ -81,9 +82,11 @@ class Jets:
 
 @dataclass
 class JetPattern:
-    """What the jets fall on: triangles (n,) int64; pressure per thrust of one jet [1/m^2], (n,), negative where the
-    triangle's normal points into the chamber; number of jets that see fabric; force [N] on each corner of these
-    triangles when it was last evaluated, (n, 3)."""
+    """What the jets fall on.
+
+    triangles: (n,) int64. share: pressure per thrust of one jet [1/m^2], (n,), negative where the triangle's normal
+    points into the chamber. seen: number of jets that see fabric. force: last force [N] on each corner, (n, 3).
+    """
 
     triangles: np.ndarray
     share: np.ndarray
@@ -125,10 +128,10 @@ def add_jet_force(
     pattern: JetPattern, thrust: float, triangles: np.ndarray, positions: np.ndarray, velocities: np.ndarray,
     mouth_velocity: np.ndarray, corner_force: np.ndarray,
 ) -> tuple[float, float]:  # fmt: skip
-    """Add the force of jets of `thrust` [N] each to corner_force [N] (triangles, 3, 3); returns power [W]: of the last
-    force on this pattern, none at first, and of this one.
+    """Add the force of jets of `thrust` [N] each to corner_force [N] (triangles, 3, 3); returns the power [W] of the
+    last force on this pattern, zero at first, and of the new one.
 
-    Power is measured against fabric moving relative to the mouth, so that it does not depend on the observer.
+    Power refers to the motion of the fabric relative to the mouth, so it does not depend on the observer.
     """
     return _add_jet_force.serial(
         len(pattern.triangles), pattern.triangles, pattern.share, thrust, triangles, positions, velocities,
@@ -139,14 +142,14 @@ def add_jet_force(
 def power_of_last_force(
     pattern: JetPattern, triangles: np.ndarray, velocities: np.ndarray, mouth_velocity: np.ndarray
 ) -> float:
-    """Power [W] of the force of the last evaluation against velocities [m/s] (nodes, 3) of now."""
+    """Power [W] of the last force with the present velocities [m/s] (nodes, 3)."""
     return _power.serial(
         len(pattern.triangles), pattern.triangles, pattern.force, triangles, velocities, mouth_velocity
     )
 
 
 @scalar
-def _corner_vectors(triangles, positions, i, ox, oy, oz):
+def _corners(triangles, positions, i, ox, oy, oz):
     """The three corners of triangle i relative to a point: nine numbers."""
     a, b, c = triangles[i, 0], triangles[i, 1], triangles[i, 2]
     return (
@@ -158,9 +161,9 @@ def _corner_vectors(triangles, positions, i, ox, oy, oz):
 
 @scalar
 def _covers(outline, i, u, v, nearness):
-    """Whether blocker i hides what is seen in direction (u, v) at 1/distance `nearness`.
+    """Whether triangle i hides what is seen in direction (u, v) at 1/distance `nearness`.
 
-    outline: projected corners and their nearness, (triangles, 9). Nearness is linear over a triangle as it is seen.
+    outline: projected corners and their nearness, (triangles, 9). Nearness is linear over a projected triangle.
     """
     au, av, an = outline[i, 0], outline[i, 1], outline[i, 2]
     bu, bv, bn = outline[i, 3], outline[i, 4], outline[i, 5]
@@ -179,45 +182,44 @@ def _covers(outline, i, u, v, nearness):
 
 @scalar
 def _strip(u):
-    """Strip of the lateral direction u; the outermost ones take all that lies beyond."""
+    """Strip of the lateral direction u; the outermost strips take everything beyond."""
     return int(min(max(0.5 * STRIPS * (1.0 + u / WIDEST), 0.0), STRIPS - 1.0))
 
 
 @scalar
 def _aim(n, triangles, positions, holes, frames, centre, ring, diameter, weight, jet, along):
     jets = len(holes)
-    pitch = 2.0 * np.pi / jets
+    pitch = 2.0 * math.pi / jets
     ox, oy, oz = holes[0, 0] - centre[0], holes[0, 1] - centre[1], holes[0, 2] - centre[2]
-    radius_of_ring = np.sqrt(ox * ox + oy * oy + oz * oz)
+    radius_of_ring = math.sqrt(ox * ox + oy * oy + oz * oz)
     rise = frames[0, 0, 0] * ring[0, 0] + frames[0, 0, 1] * ring[0, 1] + frames[0, 0, 2] * ring[0, 2]
-    lean = np.sqrt(max(0.0, 1.0 - rise * rise))
+    lean = math.sqrt(max(0.0, 1.0 - rise * rise))
     # Seen from its hole, a point has lateral over axial coordinates (u, v) and nearness 1/axial. A line of sight is one
-    # point (u, v), so hiding is a matter of plane triangles, listed by strips of u.
+    # point (u, v), so hiding is a test of plane triangles, listed by strips of u.
     sight = np.empty((n, 3))
     outline = np.empty((n, 9))
     first = np.full((jets, STRIPS), -1, dtype=np.int64)
     entry_triangle, entry_next = np.empty(4 * n, dtype=np.int64), np.empty(4 * n, dtype=np.int64)
     entries = 0
     for i in range(n):
-        ax, ay, az, bx, by, bz, cx, cy, cz = _corner_vectors(triangles, positions, i, centre[0], centre[1], centre[2])
+        ax, ay, az, bx, by, bz, cx, cy, cz = _corners(triangles, positions, i, centre[0], centre[1], centre[2])
         gx, gy, gz = (ax + bx + cx) / 3.0, (ay + by + cy) / 3.0, (az + bz + cz) / 3.0
-        ux, uy, uz, wx, wy, wz = bx - ax, by - ay, bz - az, cx - ax, cy - ay, cz - az
-        nx, ny, nz = uy * wz - uz * wy, uz * wx - ux * wz, ux * wy - uy * wx
-        double_area = np.sqrt(nx * nx + ny * ny + nz * nz)
+        nx, ny, nz = cross(bx - ax, by - ay, bz - az, cx - ax, cy - ay, cz - az)
+        double_area = math.sqrt(nx * nx + ny * ny + nz * nz)
         if double_area == 0.0:
             continue
-        # All jets lie on one cone; most fabric is too far from it to need to know which jet is nearest.
+        # All jets lie on one cone; most fabric is too far from it for the nearest jet to matter.
         height = gx * ring[0, 0] + gy * ring[0, 1] + gz * ring[0, 2]
-        beyond = np.sqrt(max(0.0, gx * gx + gy * gy + gz * gz - height * height)) - radius_of_ring
+        beyond = math.sqrt(max(0.0, gx * gx + gy * gy + gz * gz - height * height)) - radius_of_ring
         axial = beyond * lean + height * rise
         widest2 = (0.11 * axial) ** 2 + 0.25 * diameter * diameter + 0.25 * double_area
         if axial <= 0.0 or (beyond * rise - height * lean) ** 2 > REACH * REACH * widest2 + 2.0 * double_area:
             continue
-        azimuth = np.arctan2(
+        azimuth = math.atan2(
             gx * ring[2, 0] + gy * ring[2, 1] + gz * ring[2, 2], gx * ring[1, 0] + gy * ring[1, 1] + gz * ring[1, 2]
         )
-        k = int(np.floor(azimuth / pitch + 0.5)) % jets
-        jet[i] = k  # the only one that matters: neighbours' footprints hardly overlap
+        k = math.floor(azimuth / pitch + 0.5) % jets
+        jet[i] = k  # the footprints of neighbouring jets hardly overlap
         rx, ry, rz = gx + centre[0] - holes[k, 0], gy + centre[1] - holes[k, 1], gz + centre[2] - holes[k, 2]
         s = rx * frames[k, 0, 0] + ry * frames[k, 0, 1] + rz * frames[k, 0, 2]
         if s <= 0.0:
@@ -228,7 +230,7 @@ def _aim(n, triangles, positions, holes, frames, centre, ring, diameter, weight,
         distance2 = rx * rx + ry * ry + rz * rz
         spread2 = (0.11 * s) ** 2 + 0.25 * diameter * diameter + 0.25 * double_area
         across2 = max(0.0, distance2 - s * s)
-        facing = (nx * rx + ny * ry + nz * rz) / (double_area * np.sqrt(distance2))
+        facing = (nx * rx + ny * ry + nz * rz) / (double_area * math.sqrt(distance2))
         if facing < 0.0 and across2 <= REACH * REACH * spread2 + 2.0 * double_area:
             behind = False
             for c, (px, py, pz) in enumerate(((ax, ay, az), (bx, by, bz), (cx, cy, cz))):
@@ -254,9 +256,9 @@ def _aim(n, triangles, positions, holes, frames, centre, ring, diameter, weight,
             cosine = (nx * frames[k, 0, 0] + ny * frames[k, 0, 1] + nz * frames[k, 0, 2]) / double_area
             speed = min(1.0, 6.0 * diameter / s)
             if cosine > 0.0:
-                weight[i] = speed * speed * cosine * cosine * np.exp(-2.0 * across2 / spread2)
-    # A ray that starts inside leaves through a wall it sees from inside; it can only come back in through a wall seen
-    # from outside. So fabric is hidden only if such a wall crosses the line of sight.
+                weight[i] = speed * speed * cosine * cosine * math.exp(-2.0 * across2 / spread2)
+    # A ray that starts inside leaves through a wall seen from inside, and only comes back through a wall seen from
+    # outside. So fabric is hidden only if a wall seen from outside crosses the line of sight.
     for i in range(n):
         if weight[i] == 0.0:
             continue
@@ -268,9 +270,7 @@ def _aim(n, triangles, positions, holes, frames, centre, ring, diameter, weight,
                 break
             entry = entry_next[entry]
         if weight[i] > 0.0:
-            ax, ay, az, bx, by, bz, cx, cy, cz = _corner_vectors(triangles, positions, i, 0.0, 0.0, 0.0)
-            ux, uy, uz, wx, wy, wz = bx - ax, by - ay, bz - az, cx - ax, cy - ay, cz - az
-            nx, ny, nz = uy * wz - uz * wy, uz * wx - ux * wz, ux * wy - uy * wx
+            nx, ny, nz = double_area_vector(positions, triangles[i, 0], triangles[i, 1], triangles[i, 2])
             along[k] += 0.5 * weight[i] * (nx * frames[k, 0, 0] + ny * frames[k, 0, 1] + nz * frames[k, 0, 2])
 
 
@@ -279,13 +279,12 @@ def _add_jet_force(n, lit, share, thrust, triangles, positions, velocities, mout
     last, power = 0.0, 0.0
     for m in range(n):
         i = lit[m]
-        sway_x, sway_y, sway_z = _sway(triangles, i, velocities, mouth_velocity)
-        last += force_out[m, 0] * sway_x + force_out[m, 1] * sway_y + force_out[m, 2] * sway_z
-        ax, ay, az, bx, by, bz, cx, cy, cz = _corner_vectors(triangles, positions, i, 0.0, 0.0, 0.0)
-        ux, uy, uz, wx, wy, wz = bx - ax, by - ay, bz - az, cx - ax, cy - ay, cz - az
+        sx, sy, sz = _corner_speeds(triangles, i, velocities, mouth_velocity)
+        last += force_out[m, 0] * sx + force_out[m, 1] * sy + force_out[m, 2] * sz
+        nx, ny, nz = double_area_vector(positions, triangles[i, 0], triangles[i, 1], triangles[i, 2])
         third = thrust * share[m] / 6.0
-        fx, fy, fz = third * (uy * wz - uz * wy), third * (uz * wx - ux * wz), third * (ux * wy - uy * wx)
-        power += fx * sway_x + fy * sway_y + fz * sway_z
+        fx, fy, fz = third * nx, third * ny, third * nz
+        power += fx * sx + fy * sy + fz * sz
         force_out[m, 0], force_out[m, 1], force_out[m, 2] = fx, fy, fz
         for k in range(3):
             corner_force[i, k, 0] += fx
@@ -298,13 +297,13 @@ def _add_jet_force(n, lit, share, thrust, triangles, positions, velocities, mout
 def _power(n, lit, force, triangles, velocities, mouth_velocity):
     power = 0.0
     for m in range(n):
-        sway_x, sway_y, sway_z = _sway(triangles, lit[m], velocities, mouth_velocity)
-        power += force[m, 0] * sway_x + force[m, 1] * sway_y + force[m, 2] * sway_z
+        sx, sy, sz = _corner_speeds(triangles, lit[m], velocities, mouth_velocity)
+        power += force[m, 0] * sx + force[m, 1] * sy + force[m, 2] * sz
     return power
 
 
 @scalar
-def _sway(triangles, i, velocities, mouth_velocity):
+def _corner_speeds(triangles, i, velocities, mouth_velocity):
     """Sum of the velocities [m/s] of the corners of triangle i, relative to the mouth."""
     a, b, c = triangles[i, 0], triangles[i, 1], triangles[i, 2]
     return (

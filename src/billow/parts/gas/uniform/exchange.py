@@ -1,15 +1,9 @@
 """How much gas goes through each passage within a step: one flow per passage, all from the same old state.
 
-A flow computed from the old pressures alone overshoots where a hole is large for the chamber behind it, and then the
-pressure oscillates. Each flow is therefore the conductance of its law (the chord, from the old state) times the
-difference of the *new* pressures, which are found for all chambers together from the linear system
-
-    p_new = p* + dt sum(g R_u T_u gamma/V (p_new,other - p_new)),
-
-where p* is the pressure that inflow and change of volume alone would give. Its matrix is an M-matrix: the new pressures
-lie between the old ones, for any step and any passage (Varga, Matrix Iterative Analysis, section 3.5). For small steps
-the flow is that of the old state; the error is of first order. The pressures only serve to find the flows: the state
-follows from the books.
+A flow computed from the old pressures alone overshoots where a hole is large for the chamber behind it. Each flow is
+therefore the conductance of its law (the chord, from the old state) times the difference of the *new* pressures, which
+are found for all chambers together from one linear system (docs/theory.md, Stiff exchange; Varga, Matrix Iterative
+Analysis, section 3.5). These pressures only serve to find the flows: the state follows from the books.
 """
 
 from __future__ import annotations
