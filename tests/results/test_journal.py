@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from billow.base.errors import IntegrityError
-from billow.results.journal import Journal, frames, pieces, read_histories
+from billow.results.journal import Journal, frames, pieces, read_history
 
 KILLED = """
 import os, sys, numpy as np
@@ -32,7 +32,7 @@ def path(tmp_path):
 
 
 def test_what_was_synced_survives_a_kill(path):
-    np.testing.assert_array_equal(read_histories(path)["load [N]"], 2.0 * np.arange(5))
+    np.testing.assert_array_equal(read_history(path)["load [N]"], 2.0 * np.arange(5))
     assert [frame["positions"][0, 0] for frame in frames(path)] == [0.0, 1.0, 2.0, 3.0, 4.0]
 
 
@@ -42,7 +42,7 @@ def test_going_on_drops_what_lies_behind_the_offset(path):
     journal = Journal(path, offset)
     journal.row(np.array([7.0, 70.0]))
     journal.close()
-    np.testing.assert_array_equal(read_histories(path)["time [s]"], [0.0, 1.0, 7.0])
+    np.testing.assert_array_equal(read_history(path)["time [s]"], [0.0, 1.0, 7.0])
     assert len(list(frames(path))) == 2
 
 

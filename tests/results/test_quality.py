@@ -2,21 +2,16 @@
 
 from __future__ import annotations
 
+import dataclasses
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
-from billow.base.quality import judge
+from billow.base.quality import VERDICTS, criterion, overall
+from billow.parts.gas.corpuscular.corpuscular import Corpuscular
 
-HISTORIES = {
-    name: np.zeros(2) for name in ("strain [J]", "strap [J]", "contact [J]", "pressure [Pa]")
-} | {"time [s]": np.array([0.0, 0.05])}  # fmt: skip
-BOOKS = dict.fromkeys(
-    (
-        "energy_residual_of_largest", "energy_gain_of_largest", "gas_mass_error", "gas_energy_error", "shooting_nodes",
-        "inverted_elements", "plausibility_warnings",
-    ),
-    0.0,
-)  # fmt: skip
+PARTICLES = 100_000
 
 
 @pytest.mark.parametrize(
@@ -24,7 +19,19 @@ BOOKS = dict.fromkeys(
 )
 def test_few_particles_outside_are_no_fault_and_many_are(escaped, verdict):
     """Of 100,000: up to one in 10,000 no book and no curve notices, one in a hundred means broken walls."""
-    criteria = judge(HISTORIES, BOOKS | {"leaked_particles_share": escaped / 100_000}, {}, 0.05)
-    (found,) = (c for c in criteria if "particles" in c.name)
+    gas = SimpleNamespace(particles=PARTICLES)
+    books = Corpuscular.books(gas, SimpleNamespace(escaped=escaped))
+    (found,) = (c for c in Corpuscular.verdicts(gas, books) if "particles" in c.name)
     assert found.verdict == verdict
-    assert {c.verdict for c in criteria if c is not found} == {"PASS"}
+
+
+@pytest.mark.parametrize(("measured", "verdict"), [(1.0, 0), (1.01, 1), (4.99, 1), (5.0, 2), (np.nan, 2), (-np.inf, 2)])
+def test_a_criterion_passes_up_to_one_bound_and_fails_from_another(measured, verdict):
+    assert criterion("energy gain", measured, 1.0, 5.0, "%").verdict == VERDICTS[verdict]
+
+
+def test_a_run_is_as_good_as_its_worst_criterion():
+    good = criterion("energy gain", 0.0, 1.0, 5.0, "%")
+    assert overall([]) == overall([good]) == "PASS"
+    assert overall([good, dataclasses.replace(good, verdict="REVIEW"), good]) == "REVIEW"
+    assert overall([dataclasses.replace(good, verdict=v) for v in ("FAIL", "REVIEW")]) == "FAIL"

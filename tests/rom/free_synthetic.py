@@ -9,6 +9,7 @@ from scipy.stats import qmc
 from synthetic import disc
 
 from billow.results.dataset_files import Parameter
+from billow.results.histories import History
 from billow.rom.coupled.contact_force import area_vectors, node_area
 from billow.rom.coupled.impactor import Impactor
 
@@ -73,7 +74,13 @@ class FreeDataset:
         histories = {"time [s]": self.steps}
         for name, unit, vector in (("centre", "m", centre), ("velocity", "m/s", velocity), ("force", "N", force)):
             histories |= {f"head_{name}_{axis} [{unit}]": vector[:, k] for k, axis in enumerate("xyz")}
-        return SimpleNamespace(histories=histories, case_toml=case(radius), record={}, folder="RUN")
+        return finished(histories, case(radius))
+
+
+def finished(columns, effective_case):
+    """A finished run as the coupled model reads it."""
+    history = History(columns)
+    return SimpleNamespace(histories=history, body=history.of, case_toml=effective_case, record={}, folder="RUN")
 
 
 def case(radius, **changes):

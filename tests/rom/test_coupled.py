@@ -8,7 +8,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from free_synthetic import CLEARANCE, MASS, FreeDataset, case
+from free_synthetic import CLEARANCE, MASS, FreeDataset, case, finished
 
 from billow.base.errors import InputError, IntegrityError
 from billow.geometry.shapes.super_ellipsoid import closest_point
@@ -174,7 +174,7 @@ def test_the_force_that_is_learned_bears_the_body(free, coupled, monkeypatch):
         def result(self, run):
             found = free.result(run)
             heavy = found.case_toml | {"run": {"gravity": [0.0, 0.0, -9.81]}}
-            return SimpleNamespace(histories=found.histories, case_toml=heavy, record={}, folder="RUN")
+            return finished(found.histories, heavy)
 
     for dataset in (free, Heavy()):
         Coupled.train(dataset, coupled.surrogate)
@@ -191,8 +191,8 @@ def test_runs_whose_histories_differ_in_their_times_are_refused(free, coupled):
             found = free.result(run)
             if run != free.train[3]:
                 return found
-            histories = found.histories | {"time [s]": found.histories["time [s]"] * 1.01}
-            return SimpleNamespace(histories=histories, case_toml=found.case_toml, record={}, folder="RUN")
+            later = {**found.histories, "time [s]": found.histories.time * 1.01}
+            return finished(later, found.case_toml)
 
     with pytest.raises(InputError, match=f"E-CPL-005(?s:.*){free.train[3]}"):
         Coupled.train(Ragged(), coupled.surrogate)

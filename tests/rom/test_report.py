@@ -121,7 +121,8 @@ def test_section_of_a_slanted_triangle():
 def test_obstacle_outline_follows_radii_degree_and_rotation():
     cosine, sine = 0.8, 0.6
     turned = np.array([[cosine, 0.0, sine], [0.0, 1.0, 0.0], [-sine, 0.0, cosine]])  # body to space
-    obstacle = {"center": [1.0, 0.0, 2.0], "radii": [0.1, 0.2, 0.3], "degree": 4.0, "rotation": turned}
+    shape = {"kind": "super-ellipsoid", "radii": [0.1, 0.2, 0.3], "degree": 4.0}
+    obstacle = shape | {"center": [1.0, 0.0, 2.0], "rotation": turned}
     body_x, body_z = 1.5 * 0.1, 0.5 * 0.3
     x = 1.0 + cosine * body_x + sine * body_z
     z = 2.0 - sine * body_x + cosine * body_z

@@ -46,10 +46,11 @@ def obstacles_at(result: Result, time: float) -> list[dict]:
     for obstacle in result.record.get("obstacles", []):
         if not np.isfinite(from_description(obstacle).bound):
             continue
-        body = result.histories.of(obstacle["name"])
         if obstacle.get("locked", True):
             found.append(obstacle)
-        elif "quaternion" in body:
+            continue
+        body = result.histories.of(obstacle["name"])
+        if "quaternion" in body:
             row = int(np.abs(result.histories.time - time).argmin())
             rotation = rotation_matrix(body.quaternion[row])
             found.append(obstacle | {"center": body.centre[row].tolist(), "rotation": rotation.tolist()})
