@@ -25,6 +25,7 @@ from billow.parts.gas.corpuscular.winding_number import audit
 from billow.parts.gas.gas_model import Bag
 from billow.parts.gas.supply.ambient import Ambient
 from billow.parts.gas.supply.species import AIR, SPECIES, thermo_table
+from billow.parts.gas.supply.supply import Supply
 
 RADIUS, HALF_DEPTH, SPEED, MASS = 0.28, 0.16, 431.0, 2e-7
 SORT_EVERY = 4
@@ -135,7 +136,8 @@ def gas_step(particles: int, element: float, dt: float = 4e-6, steps: int = 20) 
     table = thermo_table([SPECIES[name] for name in AIR])
     fractions = np.array(list(AIR.values())) / table[:, 0]  # by mass
     air = Ambient(1.5e5, 650.0, fractions / fractions.sum())
-    gas = Corpuscular(table, tuple(AIR), (), air, bag.surface, bag.reference, particles=particles)
+    supply = Supply(table, tuple(AIR), (), air, bag.surface.chambers)
+    gas = Corpuscular(supply, bag.surface, bag.reference, particles)
     now = Bag(bag.surface, shape, np.zeros_like(shape))
     state, push = gas.start(now), np.zeros((len(bag.surface.triangles), 3, 3))
     corpuscular.fly, rows, time_now = FlightClock(), [], 0.0

@@ -44,11 +44,11 @@ def test_stopped_half_way_and_resumed(in_two, brief, straight, tmp_path):
 def test_a_checkpoint_may_hold_more_particles_than_a_fresh_state_has_room_for(brief):
     model = build_model(brief)
     grown = start_state(model)
-    grown.gas.particles.make_room(2 * grown.gas.particles.capacity)
+    grown.gas.content.particles.make_room(2 * grown.gas.content.particles.capacity)
     arrays, numbers = flatten(grown)
     restored = restore(start_state(model), arrays, numbers)
-    assert restored.gas.particles.capacity == grown.gas.particles.capacity
-    for path in ("gas.pool", "gas.particles.position"):  # other shapes are refused
+    assert restored.gas.content.particles.capacity == grown.gas.content.particles.capacity
+    for path in ("gas.content.pool", "gas.content.particles.position"):  # other shapes are refused
         wrong = arrays | {path: np.zeros((7, 2))}
         with pytest.raises(ValueError, match=path):
             restore(start_state(model), wrong, numbers)

@@ -8,9 +8,9 @@ import pytest
 from billow.base.errors import InputError
 from billow.case.bag.build_bag import build_shape
 from billow.case.gas.build_gas import build_gas
-from billow.case.gas.build_passages import flat_area
 from billow.case.schema import Case
 from billow.geometry.chambers import OUTSIDE
+from billow.geometry.flat_cut import flat_area
 from billow.parts.gas.gas_model import Bag
 from billow.parts.gas.supply.mixture import mixture_enthalpy, species_cp
 from billow.parts.gas.supply.outflow import ORIFICE, PERMEABILITY, POROUS_MEDIUM
@@ -27,7 +27,7 @@ def built(**tables):
 
 
 def rows(gas):
-    return {row.name: row for row in gas.passages.rows}
+    return {row.name: row for row in gas.supply.passages.rows}
 
 
 def test_a_driver_bag_has_its_panels_and_vents():
@@ -37,7 +37,7 @@ def test_a_driver_bag_has_its_panels_and_vents():
         "front": FABRIC, "rear": FABRIC, "vent_1": VENT, "vent_2": VENT,
     }  # fmt: skip
     assert all((row.behind, row.ahead) == (0, OUTSIDE) for row in found.values())
-    area = flat_area(shape)
+    area = flat_area(shape.reference)
     for name, row in found.items():
         assert row.area == pytest.approx(area[shape.surface.triangles_of(name)].sum(), rel=1e-12)
     assert found["vent_1"].area == pytest.approx(np.pi * 0.0175**2, rel=1e-9)
@@ -121,17 +121,17 @@ TWO_INFLATORS = [
 
 def test_several_inflators_blow_each_into_its_chamber_from_its_time_on():
     gas, shape = built(bag=TWO_CHAMBERS, inflator=TWO_INFLATORS)
-    main, late = gas.inflators
+    main, late = gas.supply.inflators
     assert (main.chamber, late.chamber) == (0, 1)
     assert late.flow_time.tolist() == pytest.approx([0.005, 0.015], rel=1e-12)
     assert late.temperature_time.tolist() == pytest.approx([0.005, 0.015], rel=1e-12)
-    assert late.mass_fractions[gas.species_names.index("Ar")] == pytest.approx(0.5, rel=1e-15)
+    assert late.mass_fractions[gas.supply.species_names.index("Ar")] == pytest.approx(0.5, rel=1e-15)
     still = Bag(shape.surface, shape.positions, np.zeros_like(shape.positions))
     state, force = gas.start(still), np.zeros((shape.surface.triangle_count, 3, 3))
     for k in range(200):
         gas.advance(state, still, k * 1e-4, 1e-4, force)
         if k == 40:
-            assert gas.totals(state).mass_by_species[gas.species_names.index("He")] == 0.0
+            assert gas.totals(state).mass_by_species[gas.supply.species_names.index("He")] == 0.0
     totals = gas.totals(state)
     assert totals.injected == pytest.approx(0.015, rel=1e-12)
     assert totals.mass_error <= 1e-12
@@ -154,15 +154,15 @@ def test_inflators_are_varied_by_name():
 def test_a_gas_of_ones_own_has_its_heat_capacity():
     smoke = {"molar_mass": 0.04, "a": 30.0, "b": 0.01, "c": -1e-6}
     gas, _ = built(inflator={"gas": {"smoke": 0.4, "N2": 0.6}, "jets": {"count": 0}}, gas={"species": {"smoke": smoke}})
-    row = gas.table[gas.species_names.index("smoke")]
+    row = gas.supply.table[gas.supply.species_names.index("smoke")]
     for t in (250.0, 650.0, 999.0, 1001.0, 2500.0):
         assert species_cp(row, t) == pytest.approx((30.0 + 0.01 * t - 1e-6 * t * t) / 0.04, rel=1e-13)
-    only = np.zeros(len(gas.species_names))
-    only[gas.species_names.index("smoke")] = 1.0
-    rise = mixture_enthalpy(gas.table, only, 1200.0) - mixture_enthalpy(gas.table, only, 300.0)
+    only = np.zeros(len(gas.supply.species_names))
+    only[gas.supply.species_names.index("smoke")] = 1.0
+    rise = mixture_enthalpy(gas.supply.table, only, 1200.0) - mixture_enthalpy(gas.supply.table, only, 300.0)
     expected = (30.0 * 900.0 + 0.005 * (1200.0**2 - 300.0**2) - 1e-6 / 3.0 * (1200.0**3 - 300.0**3)) / 0.04
     assert rise == pytest.approx(expected, rel=1e-12)
-    share = gas.inflators[0].mass_fractions[gas.species_names.index("smoke")]
+    share = gas.supply.inflators[0].mass_fractions[gas.supply.species_names.index("smoke")]
     assert share == pytest.approx(0.4 * 0.04 / (0.4 * 0.04 + 0.6 * 28.0134e-3), rel=1e-12)
 
 
@@ -170,17 +170,19 @@ def test_the_bag_starts_with_what_was_asked_for():
     gas, shape = built(gas={"initial": {"gas": {"Ar": 1.0}, "temperature": 350.0, "pressure": "1.2 bar"}})
     still = Bag(shape.surface, shape.positions, np.zeros_like(shape.positions))
     totals = gas.totals(gas.start(still))
-    argon = gas.species_names.index("Ar")
+    argon = gas.supply.species_names.index("Ar")
     assert totals.mass == totals.mass_by_species[argon]
     assert (totals.pressure, totals.temperature) == (1.2e5, 350.0)
-    assert totals.mass == pytest.approx(1.2e5 * totals.volume / (gas.table[argon, 0] * 350.0), rel=1e-12)
+    assert totals.mass == pytest.approx(1.2e5 * totals.volume / (gas.supply.table[argon, 0] * 350.0), rel=1e-12)
 
 
 def test_heat_goes_through_the_outer_fabric():
     gas, shape = built(bag=TWO_CHAMBERS, gas={"heat_transfer": 50.0})
     fabric = shape.surface.triangles_of_kind("fabric")
-    assert gas.heat_conductance.sum() == pytest.approx(50.0 * flat_area(shape)[fabric].sum(), rel=1e-12)
-    assert (gas.heat_conductance > 0.0).all()
+    assert gas.supply.heat_conductance.sum() == pytest.approx(
+        50.0 * flat_area(shape.reference)[fabric].sum(), rel=1e-12
+    )
+    assert (gas.supply.heat_conductance > 0.0).all()
 
 
 REFUSED = [

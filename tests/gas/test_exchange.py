@@ -74,7 +74,7 @@ def test_outflow_is_split_by_passage(rows, pressure, temperature, share):
     assert sum(totals.vented_by.values()) == pytest.approx(totals.vented, rel=1e-12)
     assert sum(totals.leaked_by.values()) == pytest.approx(totals.leaked, rel=1e-12)
     named = [*totals.vented_by, *totals.leaked_by, *totals.passed]
-    assert sorted(named) == sorted(row.name for row in gas.passages.rows)
+    assert sorted(named) == sorted(row.name for row in gas.supply.passages.rows)
 
 
 def test_small_steps_give_the_flow_of_the_old_state():

@@ -17,6 +17,7 @@ from billow.parts.gas.supply.inflator import Inflator, JetRing
 from billow.parts.gas.supply.jets import Jets, add_jet_force, aim, power_of_last_force
 from billow.parts.gas.supply.outflow import jet_speed
 from billow.parts.gas.supply.species import SPECIES, thermo_table
+from billow.parts.gas.supply.supply import Source, Supply
 from billow.parts.gas.uniform.uniform_pressure import UniformPressure
 
 COUNT, LEAN = 6, np.radians(45.0)
@@ -170,10 +171,10 @@ def blown_dome(flow, steps, dt, *, wall):
     """A still dome of nitrogen blown into; flow: times and mass flow. Returns totals and the impulse of each jet."""
     species = thermo_table([SPECIES["N2"]])
     air = Ambient(101325.0, 295.0, np.ones(1))
-    source = Inflator(*map(np.array, flow), np.array([0.0, 1.0]), np.array([600.0, 600.0]), np.ones(1))
+    inflator = Inflator(*map(np.array, flow), np.array([0.0, 1.0]), np.array([600.0, 600.0]), np.ones(1))
     triangles, positions = with_plate(2, 0.08, 0.05, (0.0, 0.0), False) if wall else (TRIANGLES, POSITIONS)
     chambers = Chambers.single(len(triangles))
-    gas = UniformPressure(species, ("N2",), (source,), air, chambers, jets=(JETS,))
+    gas = UniformPressure(Supply(species, ("N2",), (Source(inflator, JETS),), air, chambers))
     bag = Bag(Surface.build(triangles, np.zeros(len(triangles)), ("bag",), len(positions)), positions, 0.0 * positions)
     state = gas.start(bag)
     received = np.zeros(COUNT)

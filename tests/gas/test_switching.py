@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import dataclasses
 
 import numpy as np
 import pytest
@@ -13,7 +14,6 @@ from billow.case.schema import Case
 from billow.parts.gas.corpuscular.corpuscular import Corpuscular
 from billow.parts.gas.gas_model import Bag, LocalGas
 from billow.parts.gas.supply.mixture import mixture_enthalpy, mixture_gas_constant
-from billow.parts.gas.switching import Switching
 from billow.run.check import describe
 from billow.solver.checkpoint import flatten, restore
 
@@ -77,10 +77,10 @@ def test_it_switches_in_the_step_that_ends_at_the_time():
     drive = Drive(*scene())
     drive.to(LAST)
     assert not drive.state.switched
-    assert drive.state.corpuscular.particles.count > 100
+    assert drive.state.local.particles.count > 100
     drive.to(LAST + 1)
     assert drive.state.switched
-    assert drive.state.corpuscular.particles.count == 0
+    assert drive.state.local.particles.count == 0
     assert isinstance(scene(switch_time=0.0)[0], Corpuscular)
 
 
@@ -92,7 +92,7 @@ def test_mass_by_species_and_energy_go_over_exactly(bag):
     start = drive.to(0)
     for step in (LAST, LAST + 1, LAST + 2, LAST + 60):
         now = drive.to(step)
-        came = start.mass_by_species + now.injected * drive.gas.inflators[0].mass_fractions
+        came = start.mass_by_species + now.injected * drive.gas.supply.inflators[0].mass_fractions
         assert now.mass_by_species == pytest.approx(came, rel=1e-12)
         booked = start.energy + now.enthalpy_in - now.enthalpy_out - now.work - now.jet_work
         assert now.energy == pytest.approx(booked, rel=1e-12)
@@ -105,11 +105,11 @@ def test_the_flow_comes_to_rest_as_heat():
     drive = Drive(*scene(DRIVER | {"vents": VENTS | {"count": 0}}, permeability=0.0), motion=still)
     before, after = drive.to(LAST), drive.to(LAST + 1)
     masses, gas = after.mass_by_species, drive.gas
-    thermal = mixture_enthalpy(gas.table, masses, after.temperature)
-    thermal -= mixture_gas_constant(gas.table, masses) * after.temperature
+    thermal = mixture_enthalpy(gas.supply.table, masses, after.temperature)
+    thermal -= mixture_gas_constant(gas.supply.table, masses) * after.temperature
     assert after.energy == pytest.approx(thermal, rel=1e-12)
     assert after.energy - before.energy == pytest.approx(after.enthalpy_in - before.enthalpy_in, rel=1e-9)
-    ideal = mixture_gas_constant(gas.table, masses) * after.temperature
+    ideal = mixture_gas_constant(gas.supply.table, masses) * after.temperature
     assert after.pressure * after.volume == pytest.approx(ideal, rel=1e-12)
 
 
@@ -149,10 +149,10 @@ def test_a_vent_that_is_open_stays_open():
         return start * [1.0, 1.0, 1.0 + 3.0 * min(1.0, max(0.0, time - 0.5 * SWITCH) / (0.5 * SWITCH))]
 
     drive = Drive(*scene(DRIVER | {"vents": vents}, permeability=0.0), motion=growing)
-    rows = drive.gas.uniform.passages.rows
+    rows = drive.gas.uniform.supply.passages.rows
     before = drive.to(LAST)
-    assert before.pressure - drive.gas.ambient.pressure < 2e4
-    opened = drive.state.corpuscular.is_open.copy()
+    assert before.pressure - drive.gas.supply.ambient.pressure < 2e4
+    opened = drive.state.local.is_open.copy()
     assert opened[[row.opens_at > 0.0 for row in rows]].all()
     drive.to(LAST + 1)
     assert (drive.state.uniform.is_open == opened).all()
@@ -183,8 +183,8 @@ def test_frames_have_the_same_names_and_shapes_before_and_after():
     assert (boxes["centre"] + 0.5 * boxes["size"]).max(axis=0) == pytest.approx(positions.max(axis=0), abs=1e-12)
     assert set(fields["gas_temperature"]) == {first.temperature, second.temperature}
     assert read["pressure"][0] == first.pressure
-    assert read["pressure"][1] == drive.gas.ambient.pressure
-    assert read["temperature"].tolist()[1] == drive.gas.ambient.temperature
+    assert read["pressure"][1] == drive.gas.supply.ambient.pressure
+    assert read["temperature"].tolist()[1] == drive.gas.supply.ambient.temperature
     drive.to(LAST + 30)  # the boxes follow the bag
     boxes, positions = drive.gas.cells(drive.state), swaying(drive.shape.positions, SWITCH + 30 * DT - DT)
     assert (boxes["centre"] + 0.5 * boxes["size"]).max(axis=0) == pytest.approx(positions.max(axis=0), abs=1e-12)
@@ -214,9 +214,9 @@ def test_it_waits_until_every_chamber_holds_gas():
     gas, shape = scene(TWO_CHAMBERS | {"vents": TWO_CHAMBERS["vents"] | {"chambers": []}})
     drive = Drive(gas, shape, motion=still)
     drive.to(LAST)
-    drive.state.corpuscular.masses[1] = 0.0
-    late = Switching(gas.corpuscular, gas.uniform, 0.0)
-    kept = drive.state.corpuscular.masses.copy()
+    drive.state.local.masses[1] = 0.0
+    late = dataclasses.replace(gas, time=0.0)
+    kept = drive.state.local.masses.copy()
     drive.gas = late
     drive.to(LAST + 1)
     assert not drive.state.switched

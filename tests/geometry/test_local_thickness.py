@@ -62,7 +62,8 @@ def test_mass_and_stiffness_follow():
     )
     extra = 2.0 * (0.6**2 - (0.6 - 0.016) ** 2) * 4.0
     assert thick.mass.sum() - thin.mass.sum() == pytest.approx(extra * 800.0 * 3e-4, rel=0.01)
-    assert thick.membranes[0].volume.sum() - thin.membranes[0].volume.sum() == pytest.approx(extra * 3e-4, rel=0.01)
+    more = thick.fabric.membranes[0].volume.sum() - thin.fabric.membranes[0].volume.sum()
+    assert more == pytest.approx(extra * 3e-4, rel=0.01)
 
 
 def test_lines_have_round_ends():

@@ -8,6 +8,7 @@ import pytest
 from billow.base.errors import InputError
 from billow.injury.criteria import GRAVITY
 from billow.injury.motion import assess, assess_run, mean_acceleration
+from billow.results.histories import History
 
 TIMES = np.arange(501) * 1e-4
 
@@ -19,7 +20,8 @@ def half_sine(height, length):
 
 
 def histories(velocity):
-    return {"time [s]": TIMES} | {f"head_velocity_{a} [m/s]": velocity[:, k] for k, a in enumerate("xyz")}
+    columns = {"time [s]": TIMES, "head_centre_x [m]": 0.0 * TIMES}
+    return History(columns | {f"head_velocity_{a} [m/s]": velocity[:, k] for k, a in enumerate("xyz")})
 
 
 def test_half_sine_pulse_in_any_direction():
@@ -43,10 +45,11 @@ def test_mean_acceleration_keeps_the_velocity():
 
 def test_every_free_obstacle_of_a_run_and_none():
     velocity = half_sine(500.0, 10e-3)[:, None] * np.array([0.0, 0.0, 1.0])
-    run = SimpleNamespace(histories=histories(velocity), folder="RUN")
+    curves = histories(velocity)
+    run = SimpleNamespace(histories=curves, body=curves.of, folder="RUN")
     assert assess_run(run)["head"].peak == pytest.approx(500.0, rel=3e-3)
     with pytest.raises(InputError, match="E-INJ-005"):
-        assess_run(SimpleNamespace(histories={"time [s]": TIMES}, folder="RUN"))
+        assess_run(SimpleNamespace(histories=History({"time [s]": TIMES}), folder="RUN"))
 
 
 def test_coarse_histories_are_refused():

@@ -25,7 +25,7 @@ def test_the_work_of_the_clamps_is_what_the_fabric_stores_and_turns_to_heat(name
         assert ledger["drive_work"] > 0.9 * ledger["strain"] > 0.0
         errors.append(ledger.relative_error)
     assert errors[0] < 5e-3
-    assert errors[1] < 0.5 * errors[0]
+    assert errors[1] < 0.6 * errors[0]  # the work of a step is right to first order
 
 
 def test_driven_nodes_are_where_their_path_says():

@@ -51,8 +51,10 @@ in the first steps of a motion the error of the scheme is as large as the energy
 FIRST_STEPS = 1000
 
 
-def check_state(model: Model, state: State) -> None:
+def check_state(model: Model, state: State, largest_gain: float = LARGEST_GAIN) -> None:
     """Raises NumericalStop: E-NUM-001 non-finite, E-NUM-003 energy created, and what parts find.
+
+    largest_gain: of the largest energy so far [-].
 
     The gas, the first part, is asked first: what a chamber without volume does to pressures looks like anything else.
     """
@@ -62,7 +64,7 @@ def check_state(model: Model, state: State) -> None:
     if not math.isfinite(ledger.residual):
         raise _non_finite(model, state)
     floor = LARGE_ENERGY if state.step <= FIRST_STEPS else SMALLEST_ENERGY
-    if ledger.residual > LARGEST_GAIN * ledger.largest_energy and ledger.largest_energy > floor:
+    if ledger.residual > largest_gain * ledger.largest_energy and ledger.largest_energy > floor:
         fastest = int(np.argmax(model.mass * np.sum(state.velocities**2, axis=1)))
         stop = ENERGY_CREATED(
             created=ledger.residual, largest=ledger.largest_energy, dt=state.dt,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from billow.solver.guards import check_state, check_step_size
+from billow.solver.guards import LARGEST_GAIN, check_state, check_step_size
 from billow.solver.model import Model, State, start_state
 from billow.solver.step import advance, first_forces, stable_dt
 
@@ -13,12 +13,14 @@ from billow.solver.step import advance, first_forces, stable_dt
 @dataclass(frozen=True)
 class Schedule:
     """end [s]; frames: number of output frames after the start; histories_per_frame: history rows between two frames;
-    dt_scale: fraction of the stable step that is used [-]."""
+    dt_scale: fraction of the stable step that is used [-]. largest_gain: energy created, of the largest energy so far
+    [-], that stops the run."""
 
     end: float
     frames: int
     histories_per_frame: int
     dt_scale: float = 1.0
+    largest_gain: float = LARGEST_GAIN
 
 
 class Recorder:
@@ -55,7 +57,7 @@ def run(model: Model, schedule: Schedule, recorder: Recorder = SILENT, state: St
         while state.steps_left > 0:
             advance(model, state, state.dt)
             state.steps_left -= 1
-            check_state(model, state)
+            check_state(model, state, schedule.largest_gain)
             if state.steps_left > 0:
                 recorder.step(model, state)
         state.time = target  # the sum of the steps differs in the last digit

@@ -13,6 +13,7 @@ from billow.case.bag.build_bag import build_shape
 from billow.case.gas.build_gas import build_gas
 from billow.case.schema import Case
 from billow.geometry.surface import Surface
+from billow.parts.gas.corpuscular.books import content
 from billow.parts.gas.corpuscular.corpuscular import Corpuscular
 from billow.parts.gas.corpuscular.inflow import blow
 from billow.parts.gas.corpuscular.internal_energy import ParticleKinds
@@ -21,6 +22,7 @@ from billow.parts.gas.supply.ambient import Ambient, InitialGas
 from billow.parts.gas.supply.outflow import ORIFICE, orifice_flux
 from billow.parts.gas.supply.passages import VENT, Passage, Passages
 from billow.parts.gas.supply.species import thermo_table
+from billow.parts.gas.supply.supply import Supply
 
 WHOLE = np.ones(1)
 
@@ -98,12 +100,12 @@ def test_what_passed_between_chambers_is_what_they_gained():
     gas = build_gas(case, shape).model
     bag = Bag(shape.surface, shape.positions, np.zeros_like(shape.positions))
     state = gas.start(bag)
-    start = gas.content(state)[0].sum(axis=1)
+    start = content(gas, state)[0].sum(axis=1)
     span = 1e-4  # a gas step in which most particles cross the bag
     for step in range(20):
         state.steps_to_go = 0
         gas.advance(state, bag, step * span, span, np.zeros((shape.surface.triangle_count, 3, 3)))
-        gained = gas.content(state)[0].sum(axis=1) - start
+        gained = content(gas, state)[0].sum(axis=1) - start
         into_second = sum(gas.totals(state).passed.values())
         assert gained[1] == pytest.approx(into_second, abs=1e-13 * start.sum())
     assert abs(into_second) > 1e-6
@@ -156,10 +158,11 @@ def cube_with_a_vent(coefficient, particles=4000):
     surface = Surface.build(triangles, vent.astype(np.int32), ("fabric", "vent"), len(positions))
     flat = np.array([[0.0, 0.0], [0.05, 0.0], [0.05, 0.05]]) + middle[:, None, :2]
     hole = Passage("vent", VENT, ORIFICE, 0, triangles=np.flatnonzero(vent), area=0.01, coefficient=coefficient)
-    gas = Corpuscular(
-        thermo_table(IDEAL), ("ideal",), (), Ambient(1e5, 295.0, WHOLE), surface, flat, Passages((hole,)),
-        InitialGas.like(Ambient(4e5, 600.0, WHOLE), 1), particles,
+    supply = Supply(
+        thermo_table(IDEAL), ("ideal",), (), Ambient(1e5, 295.0, WHOLE), surface.chambers, Passages((hole,)),
+        InitialGas.like(Ambient(4e5, 600.0, WHOLE), 1),
     )  # fmt: skip
+    gas = Corpuscular(supply, surface, flat, particles)
     return gas, Bag(surface, positions, np.zeros_like(positions)), 0.01
 
 

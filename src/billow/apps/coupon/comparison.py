@@ -147,7 +147,7 @@ def write_comparison(
         "test": test,
         "laws": ratings,
         "energy": {
-            law: {"work": m.work, "stored": m.stored, "lost": m.lost, "kinetic_share": m.kinetic_share}
+            law: {key: getattr(m, key) for key in ("work", "stored", "lost", "created", "kinetic_share")}
             for law, m in measured.items()
         },
         "fabric": fabric.model_dump(mode="python"),

@@ -96,9 +96,9 @@ def _settled(gas: UniformPressure, bag: Bag, state: UniformState, tolerance: flo
     """All pressures equal (gamma - 1) U / V of the whole, and nothing is lost."""
     start = gas.start(bag)
     common = (GAMMA - 1.0) * start.energy.sum() / start.volume.sum()
-    for name, pressure in zip(gas.chambers.names, state.pressure, strict=True):
+    for name, pressure in zip(gas.supply.chambers.names, state.pressure, strict=True):
         yield Measurement(f"pressure in {name} [Pa]", pressure, common, tolerance)
-    for k, name in enumerate(gas.species_names):
+    for k, name in enumerate(gas.supply.species_names):
         yield Measurement(f"mass of the {name} gas [kg]", state.masses[:, k].sum(), start.masses[:, k].sum(), 1e-12)
     yield Measurement("energy [J]", state.energy.sum(), start.energy.sum(), 1e-12)
     totals = gas.totals(state)

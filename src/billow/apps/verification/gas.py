@@ -119,7 +119,7 @@ def choked_blow_down() -> Iterator[Measurement]:
     """
     hole = Passage("hole", VENT, ORIFICE, 0, area=1e-3)
     inside = InitialGas.like(Ambient(5e5, 600.0, np.ones(1)), 1)
-    tank = replace(still_gas(IDEAL, np.ones(1), 101325.0, 295.0), initial=inside, passages=Passages((hole,)))
+    tank = supplied(still_gas(IDEAL, np.ones(1), 101325.0, 295.0), initial=inside, passages=Passages((hole,)))
     bag = bag_of_height(HEIGHT)
     state = tank.start(bag)
     dt, full = 2e-5, state.masses.sum()

@@ -160,7 +160,7 @@ def leak_audit() -> Iterator[Measurement]:
     """
     case = Case.from_dict(DRIVER)
     shape = build_shape(case.bag)
-    gas, x = build_gas(case, shape), shape.positions
+    gas, x = build_gas(case, shape).model, shape.positions
     still = np.zeros_like(x)
     state = gas.start(Bag(shape.surface, x.copy(), still))
     dt, last, force = 2e-5, x.copy(), np.zeros((shape.surface.triangle_count, 3, 3))

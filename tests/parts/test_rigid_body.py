@@ -7,18 +7,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from billow.geometry.shapes.super_ellipsoid import principal_inertia
+from billow.geometry.shapes.pose import quaternion_about, rotation_matrix
+from billow.geometry.shapes.super_ellipsoid import SuperEllipsoid
 from billow.parts.bodies.rigid_body import (
     RigidBody,
     RigidState,
     advance,
     kinetic_energy,
-    quaternion_about,
-    rotation_matrix,
     spin,
 )
 
-BODY = RigidBody(4.5, principal_inertia(4.5, np.array([0.2, 0.12, 0.08]), 3.0), locked=False)
+BODY = RigidBody(4.5, SuperEllipsoid(np.array([0.2, 0.12, 0.08]), 3.0).inertia(4.5), locked=False)
 GRAVITY = np.array([0.0, 0.0, -9.81])
 
 
