@@ -76,7 +76,7 @@ MUTANTS = (
     Mutant(
         "sign of the energy gain in the guard",
         "solver/guards.py",
-        "if ledger.residual > LARGEST_GAIN",
+        "if ledger.residual > largest_gain",
         "if -ledger.residual > LARGEST_GAIN",
         PROMISES + "test_a_run_that_gains_energy_is_stopped_and_fails",
     ),
