@@ -77,7 +77,7 @@ MUTANTS = (
         "sign of the energy gain in the guard",
         "solver/guards.py",
         "if ledger.residual > largest_gain",
-        "if -ledger.residual > LARGEST_GAIN",
+        "if -ledger.residual > largest_gain",
         PROMISES + "test_a_run_that_gains_energy_is_stopped_and_fails",
     ),
     Mutant(
