@@ -9,7 +9,8 @@ from free_scene import EachStep, free_model
 from billow.base.errors import InputError, NumericalStop
 from billow.case.build import build_model
 from billow.case.schema import Case
-from billow.solver.run import Schedule, run
+from billow.solver.guards import check_state
+from billow.solver.run import Schedule, begin, run
 
 
 def stopped(model, spoil, at_step=20):
@@ -84,6 +85,19 @@ def test_energy_from_nowhere_stops_the_run():
         run(model, Schedule(0.01, 2, 1, dt_scale=3.0))
     assert caught.value.code == "E-NUM-003"
     assert "dt_scale" in caught.value.remedy
+
+
+@pytest.mark.parametrize(("largest", "step", "stops"), [(5.0, 10, True), (1e-5, 1001, True), (1e-5, 10, False)])
+def test_created_energy_stops_a_small_bag_too(largest, step, stops):
+    """From 1 J on at once; below, after the first steps, in which the error of the scheme is as large as the energy."""
+    model = free_model()
+    state = begin(model, Schedule(0.01, 2, 1))
+    state.step, state.ledger.largest_energy, state.ledger.residual = step, largest, 0.21 * largest
+    if stops:
+        with pytest.raises(NumericalStop, match="E-NUM-003"):
+            check_state(model, state)
+    else:
+        check_state(model, state)
 
 
 def test_a_collapsing_step_stops_the_run():
