@@ -113,11 +113,11 @@ class Ball:
 
 
 @scalar
-def near_ball(numbers, pose, o, rx, ry, rz, tx, ty, tz):
+def near_ball(numbers, pose, rx, ry, rz, tx, ty, tz):
     far = math.sqrt(rx * rx + ry * ry + rz * rz)
-    near = far < numbers[o, 0] + math.sqrt(tx * tx + ty * ty + tz * tz) and far > 0.0
+    near = far < numbers[0] + math.sqrt(tx * tx + ty * ty + tz * tz) and far > 0.0
     over = max(far, 1e-12)
-    return near, numbers[o, 0] - far, rx / over, ry / over, rz / over
+    return near, numbers[0] - far, rx / over, ry / over, rz / over
 '''
 
 TABLE = '''"""A toy: the table of a ball."""
@@ -229,7 +229,7 @@ ENTRIES = {
         ("SHAPES = (HalfSpace, SuperEllipsoid)", "SHAPES = (HalfSpace, SuperEllipsoid, Ball)"),
         (
             "    return near_super_ellipsoid(",
-            "    if number == 2:\n        return near_ball(numbers, pose, o, rx, ry, rz, tx, ty, tz)\n"
+            "    if number == 2:\n        return near_ball(numbers, pose, rx, ry, rz, tx, ty, tz)\n"
             "    return near_super_ellipsoid(",
         ),
     ],

@@ -221,6 +221,12 @@ def scalar(function):
     return _compile(function, inline="never")
 
 
+def inlined(function):
+    """Compile a function that stands as its text where it is called, for the few that take arrays in inner loops: a
+    call counts the references of its arrays, which costs more than a handful of sums."""
+    return _compile(function, inline="always")
+
+
 def kernel(function):
     """Compile `function(n, ...)`; `n` is the number of items its outer loop runs over.
 

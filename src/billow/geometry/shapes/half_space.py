@@ -43,8 +43,8 @@ class HalfSpace:
 
 
 @scalar
-def near_half_space(numbers, pose, o, rx, ry, rz, tx, ty, tz):
+def near_half_space(numbers, pose, rx, ry, rz, tx, ty, tz):
     """As `Shape` says: only a node that is below the plane now or at the end of the step."""
-    _, _, z = into_axes(pose, o, rx, ry, rz)
-    _, _, travel = into_axes(pose, o, tx, ty, tz)
-    return max(-z, -z - travel) > 0.0, -z, pose[o, 2], pose[o, 5], pose[o, 8]
+    _, _, z = into_axes(pose, rx, ry, rz)
+    _, _, travel = into_axes(pose, tx, ty, tz)
+    return max(-z, -z - travel) > 0.0, -z, pose[2], pose[5], pose[8]

@@ -21,8 +21,8 @@ def from_description(described: dict) -> Shape:
 
 
 @scalar
-def near_shape(number, numbers, pose, o, rx, ry, rz, tx, ty, tz):
-    """Whether and how a point touches shape o, as `Shape` says."""
+def near_shape(number, numbers, pose, rx, ry, rz, tx, ty, tz):
+    """Whether and how a point touches a shape of kind `number`, as `Shape` says."""
     if number == 0:
-        return near_half_space(numbers, pose, o, rx, ry, rz, tx, ty, tz)
-    return near_super_ellipsoid(numbers, pose, o, rx, ry, rz, tx, ty, tz)
+        return near_half_space(numbers, pose, rx, ry, rz, tx, ty, tz)
+    return near_super_ellipsoid(numbers, pose, rx, ry, rz, tx, ty, tz)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from billow.base.compiled import scalar
+from billow.base.compiled import inlined, scalar
 
 
 @dataclass(frozen=True)
@@ -60,24 +60,33 @@ def rotation_matrix(q):
     return out
 
 
-# Rows of poses for kernels, (n, 9): a rotation body to space, row by row.
+# Poses for kernels, nine numbers: a rotation from the shape's axes to space, row by row.
+
+
+@inlined
+def pose_of(poses, o):
+    """Row o of poses (n, 9)."""
+    return (
+        poses[o, 0], poses[o, 1], poses[o, 2], poses[o, 3], poses[o, 4], poses[o, 5], poses[o, 6], poses[o, 7],
+        poses[o, 8],
+    )  # fmt: skip
 
 
 @scalar
-def into_axes(pose, o, x, y, z):
-    """A vector of space in the axes of row o."""
+def into_axes(pose, x, y, z):
+    """A vector of space in the axes of a pose."""
     return (
-        pose[o, 0] * x + pose[o, 3] * y + pose[o, 6] * z,
-        pose[o, 1] * x + pose[o, 4] * y + pose[o, 7] * z,
-        pose[o, 2] * x + pose[o, 5] * y + pose[o, 8] * z,
+        pose[0] * x + pose[3] * y + pose[6] * z,
+        pose[1] * x + pose[4] * y + pose[7] * z,
+        pose[2] * x + pose[5] * y + pose[8] * z,
     )
 
 
 @scalar
-def into_space(pose, o, x, y, z):
-    """A vector in the axes of row o in space."""
+def into_space(pose, x, y, z):
+    """A vector in the axes of a pose in space."""
     return (
-        pose[o, 0] * x + pose[o, 1] * y + pose[o, 2] * z,
-        pose[o, 3] * x + pose[o, 4] * y + pose[o, 5] * z,
-        pose[o, 6] * x + pose[o, 7] * y + pose[o, 8] * z,
+        pose[0] * x + pose[1] * y + pose[2] * z,
+        pose[3] * x + pose[4] * y + pose[5] * z,
+        pose[6] * x + pose[7] * y + pose[8] * z,
     )

@@ -18,10 +18,11 @@ class Shape(Protocol):
     sphere about the centre that holds it [m], inf for a half space. size: its smallest radius [m], or the depth it is
     taken to have.
 
-    Its compiled function `near(numbers, pose, o, rx, ry, rz, tx, ty, tz)` takes row o of the shapes' numbers and poses
-    (see `into_axes`), a point r relative to the centre [m] and its travel t relative to the shape over the step [m],
-    both in space. It returns whether the point may touch it within the step, the point's depth (negative outside) [m],
-    and the outward unit normal in space, three numbers.
+    Its compiled function `near(numbers, pose, rx, ry, rz, tx, ty, tz)` takes the shape's numbers and its pose (see
+    `into_axes`) as tuples, since arrays would be counted at each call and cost more than all the rest, a point r
+    relative to the centre [m] and its travel t relative to the shape over the step [m], both in space. It returns
+    whether the point may touch it within the step, the point's depth (negative outside) [m], and the outward unit
+    normal in space, three numbers.
     """
 
     kind: str

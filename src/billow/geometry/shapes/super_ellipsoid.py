@@ -80,10 +80,10 @@ class SuperEllipsoid:
 
 
 @scalar
-def near_super_ellipsoid(numbers, pose, o, rx, ry, rz, tx, ty, tz):
+def near_super_ellipsoid(numbers, pose, rx, ry, rz, tx, ty, tz):
     """As `Shape` says."""
-    a, b, c, degree, flatness = numbers[o, 0], numbers[o, 1], numbers[o, 2], numbers[o, 3], numbers[o, 4]
-    x, y, z = into_axes(pose, o, rx, ry, rz)
+    a, b, c, degree, flatness = numbers
+    x, y, z = into_axes(pose, rx, ry, rz)
     # G is convex with slope at most 1/smallest, so (G - 1) smallest is a lower bound of the distance. No power is taken
     # where the box or the enclosing and enclosed ellipsoids (norm inequalities, n >= 2) decide.
     near = 1.0 + math.sqrt(tx * tx + ty * ty + tz * tz) / min(a, b, c)
@@ -94,7 +94,7 @@ def near_super_ellipsoid(numbers, pose, o, rx, ry, rz, tx, ty, tz):
         return False, 0.0, 0.0, 0.0, 0.0
     qx, qy, qz, mx, my, mz = closest_point(x, y, z, a, b, c, degree)
     depth = (qx - x) * mx + (qy - y) * my + (qz - z) * mz
-    nx, ny, nz = into_space(pose, o, mx, my, mz)
+    nx, ny, nz = into_space(pose, mx, my, mz)
     return True, depth, nx, ny, nz
 
 

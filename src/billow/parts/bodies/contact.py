@@ -17,7 +17,7 @@ from numba import prange
 
 from billow.base.compiled import CHUNK, kernel
 from billow.geometry.shapes.kinds import near_shape, number_of
-from billow.geometry.shapes.pose import into_axes, into_space
+from billow.geometry.shapes.pose import into_axes, into_space, pose_of
 from billow.geometry.shapes.shape import Shape
 from billow.parts.bodies.penalty import A_REFERENCE, contact_force
 
@@ -118,7 +118,8 @@ def _push(
     n, table, motion, area, inverse_mass, positions, velocities, dt, force, offset, touching, stored_out,
     dissipated_out, deepest_out, reaction_out,
 ):  # fmt: skip
-    body, centre, pose, law = motion.body, motion.centre, motion.pose, table.law
+    body, centre, pose = motion.body, motion.centre, motion.pose
+    kind, numbers, bound, law = table.kind, table.numbers, table.bound, table.law
     chunks, shapes = (n + CHUNK - 1) // CHUNK, len(table.kind)
     partial = np.empty((chunks, shapes, 9))  # reaction, stored, dissipated, deepest
     for chunk in prange(chunks):
@@ -136,13 +137,15 @@ def _push(
                 tz = dt * (velocities[i, 2] - body[o, 5] - (body[o, 6] * ry - body[o, 7] * rx))
                 sx, sy, sz = rx - centre[o, 0], ry - centre[o, 1], rz - centre[o, 2]
                 # The cheap question first: within the sphere around the shape?
-                reach = table.bound[o] + math.sqrt(tx * tx + ty * ty + tz * tz)
-                touches = sx * sx + sy * sy + sz * sz < reach * reach
+                touches = bound[o] == math.inf
+                if not touches:
+                    reach = bound[o] + math.sqrt(tx * tx + ty * ty + tz * tz)
+                    touches = sx * sx + sy * sy + sz * sz < reach * reach
                 if touches:
-                    touches, depth, nx, ny, nz = near_shape(
-                        table.kind[o], table.numbers, pose, o, sx, sy, sz, tx, ty, tz
-                    )
-                    geometry[o, 0], geometry[o, 1], geometry[o, 2], geometry[o, 3] = depth, nx, ny, nz
+                    own = numbers[o, 0], numbers[o, 1], numbers[o, 2], numbers[o, 3], numbers[o, 4]
+                    touches, depth, nx, ny, nz = near_shape(kind[o], own, pose_of(pose, o), sx, sy, sz, tx, ty, tz)
+                    if touches:
+                        geometry[o, 0], geometry[o, 1], geometry[o, 2], geometry[o, 3] = depth, nx, ny, nz
                 if touches and area[i] > 0.0:
                     near[count] = o
                     answer[o, 0] = answer[o, 1] = answer[o, 2] = 0.0
@@ -165,7 +168,7 @@ def _push(
                     ux = velocities[i, 0] - half * answer[o, 0]
                     uy = velocities[i, 1] - half * answer[o, 1]
                     uz = velocities[i, 2] - half * answer[o, 2]
-                    sx, sy, sz = into_space(pose, o, offset[o, i, 0], offset[o, i, 1], offset[o, i, 2])
+                    sx, sy, sz = into_space(pose_of(pose, o), offset[o, i, 0], offset[o, i, 1], offset[o, i, 2])
                     fx, fy, fz, sx, sy, sz, stored, lost, after = contact_force(
                         geometry[o, 0], geometry[o, 1], geometry[o, 2], geometry[o, 3],
                         ux - body[o, 3] - (body[o, 7] * rz - body[o, 8] * ry),
@@ -189,7 +192,7 @@ def _push(
                 fx, fy, fz = answer[o, 0], answer[o, 1], answer[o, 2]
                 force[o, i, 0], force[o, i, 1], force[o, i, 2] = fx, fy, fz
                 # Kept in the shape's axes, where the sticking point rests.
-                sx, sy, sz = into_axes(pose, o, answer[o, 3], answer[o, 4], answer[o, 5])
+                sx, sy, sz = into_axes(pose_of(pose, o), answer[o, 3], answer[o, 4], answer[o, 5])
                 offset[o, i, 0], offset[o, i, 1], offset[o, i, 2] = sx, sy, sz
                 partial[chunk, o, 0] -= fx
                 partial[chunk, o, 1] -= fy
