@@ -15,8 +15,8 @@ class Shape(Protocol):
     """A shape in its own axes, about its own centre.
 
     kind: its name in cases and results. numbers: what its compiled function needs, (NUMBERS,). bound: radius of the
-    sphere about the centre that holds it [m], inf for a half space. size: its smallest radius [m], or the depth it is
-    taken to have.
+    sphere about the centre that holds it [m], inf for a shape below the plane z = 0. size: its smallest radius [m], or
+    the depth it is taken to have.
 
     Its compiled function `near(numbers, pose, rx, ry, rz, tx, ty, tz)` takes the shape's numbers and its pose (see
     `into_axes`) as tuples, since arrays would be counted at each call and cost more than all the rest, a point r

@@ -136,11 +136,13 @@ def _push(
                 ty = dt * (velocities[i, 1] - body[o, 4] - (body[o, 8] * rx - body[o, 6] * rz))
                 tz = dt * (velocities[i, 2] - body[o, 5] - (body[o, 6] * ry - body[o, 7] * rx))
                 sx, sy, sz = rx - centre[o, 0], ry - centre[o, 1], rz - centre[o, 2]
-                # The cheap question first: within the sphere around the shape?
-                touches = bound[o] == math.inf
-                if not touches:
+                # The cheap question first: within the sphere around the shape, or below the plane above it?
+                if bound[o] < math.inf:
                     reach = bound[o] + math.sqrt(tx * tx + ty * ty + tz * tz)
                     touches = sx * sx + sy * sy + sz * sz < reach * reach
+                else:
+                    z = pose[o, 2] * sx + pose[o, 5] * sy + pose[o, 8] * sz
+                    touches = min(z, z + (pose[o, 2] * tx + pose[o, 5] * ty + pose[o, 8] * tz)) < 0.0
                 if touches:
                     own = numbers[o, 0], numbers[o, 1], numbers[o, 2], numbers[o, 3], numbers[o, 4]
                     touches, depth, nx, ny, nz = near_shape(kind[o], own, pose_of(pose, o), sx, sy, sz, tx, ty, tz)
