@@ -1,8 +1,5 @@
-"""How to place a particle beside a wall so that no other wall lies between.
-
-The walls stand still: they end where they started. The line of sight to the wall opposite is then a flight, and the
-test is `crossing`.
-"""
+"""How to place a particle beside a wall so that no other wall lies between: the line of sight to the wall opposite is a
+flight past walls that stand still."""
 
 from __future__ import annotations
 

@@ -1,10 +1,4 @@
-"""The corpuscular gas: particles that stand for many molecules each (LS-DYNA paper, section 4.3; Olovsson 2007).
-
-The gas steps at its own rate: every few steps of the structure its particles fly to the present time, while the surface
-moves evenly from where it was at the last gas step. Then newborns come in, those outside are taken out, particles that
-share a cell collide, and debts of energy are settled. In between only the bank pushes. Before there would be too many
-particles, every two are merged into one.
-"""
+"""The corpuscular gas: particles that stand for many molecules each (docs/theory.md, Corpuscular gas and Gas step)."""
 
 from __future__ import annotations
 

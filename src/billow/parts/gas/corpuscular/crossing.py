@@ -1,20 +1,5 @@
-"""Where a flying point crosses a moving triangulated surface, without gaps at edges, at vertices or between steps.
-
-A triangle that moves from one place to another sweeps a prism in space and time. The prism is cut into three tetrahedra
-(in four dimensions: three flat pieces), always in the order of the global node numbers i < j < k; 0 and 1 mark the
-start and the end of the step:
-
-    piece 0: i0 j0 k0 k1        piece 1: i0 j0 j1 k1        piece 2: i0 i1 j1 k1
-
-This cut is standard in space-time finite elements (Behr, Int. J. Numer. Meth. Fluids 57, 2008). Neighbours cut their
-common side in the same way, so the whole surface has no gaps. Its nodes move exactly linearly; elsewhere it differs
-from the linearly moving triangle by at most a quarter of the distance its nodes move relative to each other.
-
-The path of a particle is a straight line in space and time. Seen along that line it is one point, and so is every
-corner. The particle crosses a piece if that point lies in the piece's tetrahedron: four 3 x 3 determinants and no cubic
-equation. Both neighbours of a common face compute its determinants from the same numbers in the same order, and every
-test is widened by the rounding error, so no line slips between two pieces, nor between two steps.
-"""
+"""Where a flying point crosses a moving triangulated surface, without gaps at edges, at vertices or between steps
+(docs/theory.md, Flight: the pieces of a triangle's prism, and the test)."""
 
 from __future__ import annotations
 

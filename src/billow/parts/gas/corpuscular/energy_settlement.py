@@ -1,10 +1,5 @@
-"""Settlement of energy that is owed to the gas, or by it (docs/theory.md, Outlets, inflow and returned energy).
-
-What the fabric receives differs from what particles lose at moving walls, and a molecule that leaves takes less along
-than the enthalpy of continuum outflow. Both differences are pooled by chamber. One factor on all thermal energy of a
-chamber settles them: velocities relative to the chamber's mean velocity are multiplied by s, internal energies by s^2.
-Momentum does not change.
-"""
+"""Settlement of energy that is owed to the gas, or by it, pooled by chamber (docs/theory.md, Outlets, inflow and
+returned energy)."""
 
 from __future__ import annotations
 

@@ -1,10 +1,4 @@
-"""Gas fields for the user: in cells and boxes, on faces of the fabric, and at points. The physics does not use them.
-
-The ten particles of a collision cell give its pressure to 32 %. The fields therefore average over about a hundred
-particles, whose pressure is uncertain by 10 %, in boxes as long as the bag is thick where it is flat. Averaging in
-space gives as much accuracy as averaging over time, follows a moving bag, and needs nothing stored in a checkpoint.
-Only the volume of a box inside the bag counts.
-"""
+"""Gas fields for the user: in boxes, on faces of the fabric, and at points (docs/theory.md, Fields and sensors)."""
 
 from __future__ import annotations
 

@@ -1,17 +1,4 @@
-"""Injection: inflators blow particles into the bag through nozzles.
-
-A particle is born whenever the mass of a whole one has been delivered. It belongs to the species that is most overdue,
-and to its nozzle that is most overdue, so that masses are exact in the long run, also for each nozzle.
-
-A new particle has the drift u along its jet, u = min(choked speed, mdot/(rho A)), and the thermal motion and internal
-energy of the temperature at which e(T) = h(T_in) - u^2/2: the *enthalpy* at the total temperature T_in comes in
-(docs/theory.md, Outlets, inflow and returned energy). Each step's batch is scaled to that energy exactly. What a batch
-cannot take (a single particle that was drawn too fast) is carried to the next.
-
-A nozzle blows one way only. The thermal motion along the jet is folded, v = |s + xi| sigma, with s such that the mean
-is still u. The thrust is then mdot u, as far as a one-sided distribution can have that mean (u > 0.8 sigma; a choked
-jet has u = sigma).
-"""
+"""Injection: inflators blow particles into the bag through nozzles (docs/theory.md, Injection)."""
 
 from __future__ import annotations
 

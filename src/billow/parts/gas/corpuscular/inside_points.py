@@ -1,13 +1,4 @@
-"""Points spread evenly by volume inside a closed surface, however thin, folded or divided it is.
-
-Parallel columns are cut by all triangles. Where a column is inside follows from counting the surfaces it passes, with
-their sign. Points are then placed along the inside lengths of all columns at equal distances with jitter, which is even
-by volume. Thin bags are no special case: columns run along the thinnest extent, and every column over a flat bag is
-inside over the bag's gap.
-
-Whether a column meets a triangle is decided by the sides of its three edges, each evaluated from the edge's lower to
-its higher node. Neighbouring triangles get the same answer, so that no column slips between them or meets both.
-"""
+"""Points spread evenly by volume inside a closed surface (docs/theory.md, Inside and outside)."""
 
 from __future__ import annotations
 

@@ -1,20 +1,5 @@
-"""Outlets: how likely a particle is to pass a vent or porous fabric, so that the mass flow is that of the passage's law
-(supply/passages.py); and the particles that leave the bag (docs/theory.md, Outlets, inflow and returned energy).
-
-A particle that strikes a passage passes with probability
-
-    P = min(1, (flow + short / window) / incident mass flow).
-
-The incident flow is that of the last `window` seconds. `short` is the mass that should have left but has not: without
-it, the mean of 1/incident, which exceeds 1/mean by 1/hits, would bias the outflow. The gas beside the passage is that
-of the chamber. If a jet presses on the fabric around a vent, by more than the noise of so many hits, the pressure there
-counts instead; that on the vent itself rises with the outflow and would drive it. What the law asks for beyond all that
-strikes the hole is taken from the particles nearest to it.
-
-Fabric between two chambers is struck on both sides. The net flow is P (incident from behind - incident from ahead), so
-P = flow / (incident upstream (1 - p_down/p_up)). Whatever reaches an opening passes. If the pressure outside is higher,
-air is drawn in.
-"""
+"""Outlets: how likely a particle is to pass a vent or porous fabric, and the particles that leave the bag
+(docs/theory.md, Outlets, inflow and returned energy)."""
 
 from __future__ import annotations
 
@@ -159,10 +144,7 @@ class Outlets:
 def _missing_at(speed: float) -> float:
     """Missing energy [k T] of a gas whose molecules strike a hole at this mean normal speed, in units of sqrt(R T).
 
-    Gas that drifts at s sqrt(R T) strikes the hole with the moments of v over v > 0, m1 = s Phi + phi, m2 = (s^2 + 1)
-    Phi + s phi, m3 = (s^3 + 3 s) Phi + (s^2 + 2) phi, with phi and Phi the normal density and distribution (Bird,
-    Molecular Gas Dynamics, 1994, section 4.2). The mean speed of these molecules is m2/m1, their energy m3/(2 m1) + 1 k
-    T and the internal energy; outflow takes 5/2 + s^2/2 k T and the internal energy.
+    From the moments of the molecules that strike it (docs/theory.md, Outlets, inflow and returned energy).
     """
     low, high = 0.0, 10.0
     for _ in range(40):

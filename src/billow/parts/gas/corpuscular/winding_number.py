@@ -1,13 +1,5 @@
-"""Winding numbers: how often the surface of a chamber, however crumpled, goes around a point; and the audit that uses
-them to check, independently of flight, that every particle is in its chamber.
-
-A ray from a point inside leaves the chamber once more often than it enters it, for each time the surface goes around:
-the winding number is the sum of these passages with their sign. The rays run along the thinnest extent of the bag.
-Whether a ray meets a triangle is decided as for `points_inside`: none slips between two triangles, none meets both.
-
-Escaped particles move to the nearest particle inside their chamber: there is room for gas there, while there may be
-none beside the nearest wall, in a fold.
-"""
+"""How often the surface of a chamber, however crumpled, goes around a point, and the audit that uses it to check,
+independently of flight, that every particle is in its chamber (docs/theory.md, Inside and outside)."""
 
 from __future__ import annotations
 

@@ -1,9 +1,5 @@
-"""One step of all chambers: inflow, exchange, heat, work, and the books of each of them.
-
-Rates come from the old state; work is W = (p_old + p_new)/2 dV, with p_new found by iteration; U_new = U + H_in - H_out
-- W - W_jets - Q; the temperature follows from U, the pressure from p V = T sum(m_i R_i). The numbers that change the
-state are the numbers added to the books, and the books are checked against the state in every step.
-"""
+"""One step of all chambers (docs/theory.md, Uniform pressure). What changes the state is what is added to the
+books, which are checked against the state in every step."""
 
 from __future__ import annotations
 

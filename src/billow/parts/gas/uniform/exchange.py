@@ -1,10 +1,5 @@
-"""How much gas goes through each passage within a step: one flow per passage, all from the same old state.
-
-A flow computed from the old pressures alone overshoots where a hole is large for the chamber behind it. Each flow is
-therefore the conductance of its law (the chord, from the old state) times the difference of the *new* pressures, which
-are found for all chambers together from one linear system (docs/theory.md, Stiff exchange; Varga, Matrix Iterative
-Analysis, section 3.5). These pressures only serve to find the flows: the state follows from the books.
-"""
+"""How much gas goes through each passage within a step: all from the same old state (docs/theory.md, Stiff
+exchange). The new pressures only serve to find the flows: the state follows from the books."""
 
 from __future__ import annotations
 

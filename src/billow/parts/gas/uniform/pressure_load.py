@@ -1,7 +1,5 @@
-"""Uniform pressure on a surface: a third of p times the area vector on each corner.
-
-For a closed surface these corner forces sum to p dV/dx exactly, so that the work of the forces is p dV.
-"""
+"""Uniform pressure on a surface: a third of p times the area vector on each corner, whose work on a closed surface is
+exactly p dV."""
 
 from __future__ import annotations
 

@@ -1,8 +1,4 @@
-"""Uniform pressure: one well-mixed gas fills each chamber (Wang and Nefske 1988, with species and cp(T)).
-
-Chambers are joined to each other and to the surroundings by passages. The step itself is in chamber_step.py, what
-flows in it in exchange.py.
-"""
+"""Uniform pressure: one well-mixed gas fills each chamber (docs/theory.md, Uniform pressure)."""
 
 from __future__ import annotations
 
