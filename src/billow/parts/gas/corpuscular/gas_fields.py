@@ -178,11 +178,8 @@ def on_faces(boxes: Boxes, bag: Inside, temperature: np.ndarray) -> dict[str, np
         if len(here) and len(known):
             scale = boxes.size[known[0]]
             nearest = known[cKDTree(boxes.centre[known] / scale).query(middle[here] / scale)[1]]
-            warmth[here], density[here], velocity[here] = (
-                boxes.temperature[nearest],
-                boxes.density[nearest],
-                boxes.velocity[nearest],
-            )
+            warmth[here], density[here] = boxes.temperature[nearest], boxes.density[nearest]
+            velocity[here] = boxes.velocity[nearest]
     return {"gas_temperature": warmth, "gas_density": density, "gas_velocity": velocity}
 
 

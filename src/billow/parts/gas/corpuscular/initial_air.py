@@ -16,11 +16,6 @@ INITIAL_AIR = 0x41495220
 """Names the random numbers of the air's motion."""
 
 
-def air_count(kinds: ParticleKinds, pressure: float, temperature: float, volumes: np.ndarray) -> np.ndarray:
-    """Number of particles, int64, in volumes [m^3] (chambers,) at a pressure [Pa] and temperature [K], rounded."""
-    return np.rint(pressure * volumes / (kinds.heat * temperature)).astype(np.int64)
-
-
 def fill_with_air(
     particles: Particles, kinds: ParticleKinds, mass_fractions: np.ndarray, pressure: float, temperature: float,
     volumes: np.ndarray, triangles: np.ndarray, positions: np.ndarray, behind: np.ndarray, ahead: np.ndarray, seed: int,
@@ -30,7 +25,7 @@ def fill_with_air(
     volumes [m^3] (chambers,); surface as in `points_inside`. The air of a chamber has no momentum, and exactly the
     energy of its particles at that temperature; its mass is right to half a particle.
     """
-    number = air_count(kinds, pressure, temperature, volumes)
+    number = np.rint(pressure * volumes / (kinds.heat * temperature)).astype(np.int64)
     points, chamber, _ = points_inside(triangles, positions, behind, ahead, number, seed)
     new = particles.add(len(points))
     new.position[:], new.chamber[:] = points, chamber

@@ -10,15 +10,7 @@ import numpy as np
 from billow.base.compiled import scalar
 from billow.parts.gas.supply.mixture import mixture_enthalpy, mixture_gamma, mixture_gas_constant
 from billow.parts.gas.supply.outflow import conductance
-from billow.parts.gas.supply.passages import (
-    AHEAD,
-    BEHIND,
-    BURSTS_AT,
-    LAW,
-    OPENS_AT,
-    THROUGH_BLOCKED,
-    effective_area,
-)
+from billow.parts.gas.supply.passages import AHEAD, BEHIND, BURSTS_AT, LAW, OPENS_AT, THROUGH_BLOCKED, effective_area
 
 LARGEST_SHARE = 0.5
 """Largest share of a chamber's mass that may leave within one step, so that no mass turns negative."""
