@@ -18,10 +18,11 @@ from billow.parts.gas.corpuscular.cells import Cells, sort_into_cells
 from billow.parts.gas.corpuscular.collisions import collide, collision_time
 from billow.parts.gas.corpuscular.energy_settlement import lose_heat, settle, thermal_energy
 from billow.parts.gas.corpuscular.flight import Flock, Motion, WallResponse, fly
-from billow.parts.gas.corpuscular.gas_fields import Inside, on_faces, read_boxes, read_points
+from billow.parts.gas.corpuscular.gas_fields import on_faces, read_boxes, read_points
 from billow.parts.gas.corpuscular.impact_bank import Hits, ImpactBank
 from billow.parts.gas.corpuscular.inflow import blow, coming, draw_air_in, injectors
 from billow.parts.gas.corpuscular.initial_air import fill_with_air
+from billow.parts.gas.corpuscular.inside_points import Enclosure
 from billow.parts.gas.corpuscular.internal_energy import ParticleKinds
 from billow.parts.gas.corpuscular.merging import Remainder, merge, merges_ahead
 from billow.parts.gas.corpuscular.outlets import NO_PASSAGE, pull_out, take_out
@@ -29,7 +30,7 @@ from billow.parts.gas.corpuscular.particles import Particles
 from billow.parts.gas.corpuscular.setup import Setup
 from billow.parts.gas.corpuscular.state import CorpuscularState
 from billow.parts.gas.corpuscular.wall_load import Patches, WallLoad, wall_speed
-from billow.parts.gas.corpuscular.winding_number import audit, bring_back, recheck_parked
+from billow.parts.gas.corpuscular.winding_number import audit, bring_back, recheck_parked, winding_numbers
 from billow.parts.gas.gas_model import Bag, Content, GasTotals, SwitchableGas
 from billow.parts.part import MYLAR_VOLUME
 
@@ -94,7 +95,7 @@ class Corpuscular(Setup, SwitchableGas):
         particles = Particles.room_for(self.room)
         fill_with_air(
             particles, kinds, initial.mass_fractions[0], float(initial.pressure[0]), float(initial.temperature[0]),
-            volume, bag.surface.triangles, bag.positions, self.chambers.behind, self.chambers.ahead, self.seed,
+            volume, self._enclosure(bag.positions), self.seed,
         )  # fmt: skip
         triangles = bag.surface.triangle_count
         gas = CorpuscularState(
@@ -156,7 +157,7 @@ class Corpuscular(Setup, SwitchableGas):
         if time >= gas.next_audit:
             gas.next_audit = time + AUDIT_INTERVAL
             flock = _flock(gas.particles)
-            escaped = audit(flock, *self._surface_now(bag))
+            escaped = audit(flock, self._enclosure(bag.positions))
             gas.escaped += len(escaped)
             bring_back(flock, escaped)
         draw_air_in(self, gas, kinds, bag)
@@ -227,12 +228,11 @@ class Corpuscular(Setup, SwitchableGas):
         gas.energy_at_walls += tally.energy_to_walls
         if tally.parked:
             gas.parked += tally.parked
-            recheck_parked(flock, *self._surface_now(bag))
+            recheck_parked(flock, self._enclosure(bag.positions))
         return flock
 
-    def _surface_now(self, bag: Bag) -> tuple[np.ndarray, ...]:
-        """Triangles, positions, and the chambers on both sides, as `winding_numbers` takes them."""
-        return bag.surface.triangles, bag.positions, self.chambers.behind, self.chambers.ahead
+    def _enclosure(self, positions: np.ndarray) -> Enclosure:
+        return Enclosure(self.surface.triangles, positions, self.chambers)
 
     def _collide(self, gas: CorpuscularState, kinds: ParticleKinds, span: float) -> None:
         """Collisions of the time since the last ones, as soon as it is worth the sorting."""
@@ -310,10 +310,7 @@ class Corpuscular(Setup, SwitchableGas):
         return bool(gas.masses.any(axis=1).all())
 
     def hand_over(self, gas: CorpuscularState, bag: Bag, time: float, dt: float) -> Content:
-        """The particles fly to the end of the step and go; their books stay.
-
-        Of the step's work the half is booked that belongs to the force at its beginning.
-        """
+        """The particles fly to the end of the step and go; their books stay."""
         triangles = bag.surface.triangles
         gas.volume = self.chambers.volumes(triangles, bag.positions)
         self._gas_step(gas, bag, time + dt, dt)
@@ -343,33 +340,24 @@ class Corpuscular(Setup, SwitchableGas):
         behind, ahead = self.chambers.behind, self.chambers.ahead
         inner = np.where(behind == OUTSIDE, self.supply.ambient.pressure, gas.bank.pressure[:, 0])
         outer = np.where(ahead == OUTSIDE, self.supply.ambient.pressure, gas.bank.pressure[:, 1])
-        bag = self.inside(gas)
+        bag = self._enclosure(gas.positions)  # as it was at the last gas step
         boxes = read_boxes(gas.particles, self.kinds(gas), bag)
         return {"pressure": inner - outer} | on_faces(boxes, bag, gas.temperature)
 
     def cells(self, gas: CorpuscularState) -> dict[str, np.ndarray]:
-        return read_boxes(gas.particles, self.kinds(gas), self.inside(gas)).arrays()
+        return read_boxes(gas.particles, self.kinds(gas), self._enclosure(gas.positions)).arrays()
 
     def points(self, gas: CorpuscularState) -> dict[str, np.ndarray]:
         n, particles = gas.particles.count, gas.particles
-        return {
-            "position": particles.position[:n],
-            "velocity": particles.velocity[:n],
-            "internal_energy": particles.internal_energy[:n],
-            "species": particles.species[:n],
-            "chamber": particles.chamber[:n],
-        }
+        names = "position", "velocity", "internal_energy", "species", "chamber"
+        return {name: getattr(particles, name)[:n] for name in names}
 
     def at(self, gas: CorpuscularState, places: np.ndarray) -> dict[str, np.ndarray]:
-        kinds = self.kinds(gas)
-        return read_points(places, gas.particles, kinds, self.inside(gas), self.supply.ambient)
+        bag = self._enclosure(gas.positions)
+        return read_points(places, gas.particles, self.kinds(gas), bag, self.supply.ambient)
 
     def outside(self, positions: np.ndarray, places: np.ndarray, chamber: int) -> np.ndarray:
-        return Inside(self.surface.triangles, positions, self.chambers).outside(places, np.full(len(places), chamber))
-
-    def inside(self, gas: CorpuscularState) -> Inside:
-        """What is inside the bag and in which chamber, as the surface was at the last gas step."""
-        return Inside(self.surface.triangles, gas.positions, self.chambers)
+        return winding_numbers(places, np.full(len(places), chamber), self._enclosure(positions)) < 1
 
     def books(self, gas: CorpuscularState) -> dict[str, float]:
         return {"leaked_particles": float(gas.escaped), "leaked_particles_share": gas.escaped / self.particles}

@@ -14,8 +14,7 @@ from numba import prange
 
 from billow.base.compiled import CHUNK, kernel
 from billow.geometry.search_grid import SearchGrid, clipped_cell
-from billow.parts.gas.corpuscular.beside_wall import beside_wall
-from billow.parts.gas.corpuscular.crossing import BOTH, INWARD, NEVER, OUTWARD, crossing, piece_normal
+from billow.parts.gas.corpuscular.crossing import BOTH, INWARD, NEVER, OUTWARD, beside_wall, crossing, piece_normal
 from billow.parts.gas.corpuscular.impact_bank import HITS_PER_CHUNK, Hits, ImpactBank
 from billow.parts.gas.corpuscular.random_numbers import stream, uniform
 from billow.parts.gas.corpuscular.walls import SWEPT_NUMBERS, Walls, may_cross, sweep

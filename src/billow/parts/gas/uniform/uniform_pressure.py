@@ -82,19 +82,13 @@ class UniformPressure(GasModel):
         inflow = InflowTable.build(supply.inflators)
         return plain(SupplyTable(supply.table, inflow, supply.passages.table, supply.ambient, conductance))
 
-    def _volumes(self, bag: Bag) -> np.ndarray:
-        return self.supply.chambers.volumes(bag.surface.triangles, bag.positions)
-
     def start(self, bag: Bag) -> UniformState:
         """The initial gas in the start shape."""
-        volume, initial, table = self._volumes(bag), self.supply.start_gas, self.supply.table
+        initial, table = self.supply.start_gas, self.supply.table
+        volume = self.supply.chambers.volumes(bag.surface.triangles, bag.positions)
         masses = self.supply.start_amount(volume)[:, None] * initial.mass_fractions
-        energy = np.array(
-            [
-                mixture_enthalpy(table, m, t) - mixture_gas_constant(table, m) * t
-                for m, t in zip(masses, initial.temperature, strict=True)
-            ]
-        )
+        filled = zip(masses, initial.temperature, strict=True)
+        energy = np.array([mixture_enthalpy(table, m, t) - mixture_gas_constant(table, m) * t for m, t in filled])
         return self.holding(masses, energy, volume, initial.pressure.copy(), initial.temperature.copy(), 0.0)
 
     def holding(
@@ -121,9 +115,8 @@ class UniformPressure(GasModel):
     def advance(self, gas: UniformState, bag: Bag, time: float, dt: float, corner_force: np.ndarray) -> None:
         jet_work = self._blow(gas, bag, time, dt, corner_force)
         areas = self.supply.passages.measure(bag.surface.triangles, bag.positions, bag.touched)
-        advance_chambers(
-            self._table, gas.contents, gas.accounts, gas.is_open, jet_work, areas, self._volumes(bag), time, dt
-        )
+        volume = self.supply.chambers.volumes(bag.surface.triangles, bag.positions)
+        advance_chambers(self._table, gas.contents, gas.accounts, gas.is_open, jet_work, areas, volume, time, dt)
         self.press(gas, bag, corner_force)
 
     def press(self, gas: UniformState, bag: Bag, corner_force: np.ndarray) -> None:
