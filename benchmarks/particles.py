@@ -20,6 +20,7 @@ from billow.parts.gas.corpuscular import corpuscular
 from billow.parts.gas.corpuscular.corpuscular import Corpuscular
 from billow.parts.gas.corpuscular.flight import Flock, Motion, WallResponse, fly
 from billow.parts.gas.corpuscular.impact_bank import Hits, ImpactBank
+from billow.parts.gas.corpuscular.inside_points import Enclosure
 from billow.parts.gas.corpuscular.walls import Walls
 from billow.parts.gas.corpuscular.winding_number import audit
 from billow.parts.gas.gas_model import Bag
@@ -80,7 +81,7 @@ def measure(particles: int, element: float, dt: float, breathing: float, steps: 
     flock, hits, bank = full_flock(n, np.random.default_rng(1)), Hits.empty(n), ImpactBank.empty(t)
     area, response = np.full(t, 1e-5), WallResponse(np.zeros(t), np.zeros(t, np.int32), np.empty(0))
     grid, start = SearchGrid.build(triangles, shape, shape), shape
-    audit(flock, triangles, start, *sides)
+    audit(flock, Enclosure(triangles, start, bag.surface.chambers))
     flights, whole, hit_count = [], [], 0
     for step in range(-2, steps):
         end = shape * [1.0, 1.0, 1.0 + breathing / HALF_DEPTH * dt * ((step + 2) % 20)]
@@ -100,7 +101,7 @@ def measure(particles: int, element: float, dt: float, breathing: float, steps: 
             flights.append(clock[3] - clock[2])
             whole.append(clock[4] - clock[0])
             hit_count += tally.hits
-    audited = fastest(lambda: audit(flock, triangles, start, *sides))
+    audited = fastest(lambda: audit(flock, Enclosure(triangles, start, bag.surface.chambers)))
     rebuild = fastest(lambda: SearchGrid.build(triangles, start, start))
     flying_bytes = sum(v.nbytes for v in flock)
     hit_bytes = hits.numbers.nbytes + hits.triangle.nbytes

@@ -7,9 +7,11 @@ import math
 import numpy as np
 from numba import njit
 
+from billow.geometry.chambers import Chambers
 from billow.geometry.search_grid import SearchGrid
 from billow.parts.gas.corpuscular.flight import Flock, Motion, WallResponse, fly
 from billow.parts.gas.corpuscular.impact_bank import Hits, ImpactBank
+from billow.parts.gas.corpuscular.inside_points import Enclosure
 from billow.parts.gas.corpuscular.walls import Walls
 
 MASS = 2e-7  # kg, 50 g in 250,000 particles
@@ -46,6 +48,13 @@ def box(divisions=4, rooms=1):
                         beyond = room + 1 if axis == 0 and high and room + 1 < rooms else -1
                         square(corners if high else corners[::-1], room, beyond)
     return np.array(triangles), np.array(list(number), dtype=float) / m, np.array(behind), np.array(ahead)
+
+
+def enclosure(triangles, positions, behind=None, ahead=None):
+    """Of one chamber behind all triangles, or of those given."""
+    if behind is None:
+        return Enclosure(triangles, positions, Chambers.single(len(triangles)))
+    return Enclosure(triangles, positions, Chambers(tuple(map(str, range(behind.max() + 1))), behind, ahead))
 
 
 def flock_of(position, velocity, chamber=0):

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from flights import Scene, flock_of, inside_points, winding
+from flights import Scene, enclosure, flock_of, inside_points, winding
 from scipy.linalg import expm
 
 from billow.geometry.bag_shapes import round_bag, square_bag
@@ -90,7 +90,7 @@ def test_no_particle_leaves_a_difficult_bag(shape, seed):
             flock.velocity[:] = rng.normal(0.0, speed, points.shape)
         scene.advance(dt, at((k + 1) * dt))
     assert (np.abs(winding(flock.position, triangles, scene.positions) - 1.0) < 1e-6).all()
-    assert len(audit(flock, triangles, scene.positions, scene.walls.behind, scene.walls.ahead)) == 0
+    assert len(audit(flock, enclosure(triangles, scene.positions))) == 0
 
 
 def test_no_particle_leaves_a_flat_bag_that_fills():
@@ -114,5 +114,5 @@ def test_no_particle_leaves_a_flat_bag_that_fills():
     scene = Scene(triangles, at(0.0), flock)
     hits = sum(scene.advance(1e-5, at((k + 1) * 1e-5)).hits for k in range(100))
     assert hits > 100 * len(points)
-    assert len(audit(flock, triangles, scene.positions, scene.walls.behind, scene.walls.ahead)) == 0
+    assert len(audit(flock, enclosure(triangles, scene.positions))) == 0
     assert (winding(flock.position, triangles, scene.positions) > 0.5).all()

@@ -9,8 +9,9 @@ from gas_in_a_box import SIDE, Box
 
 from billow.geometry.chambers import Chambers
 from billow.parts.gas.corpuscular import gas_fields
-from billow.parts.gas.corpuscular.gas_fields import IN_A_BOX, IN_A_SPHERE, Inside, on_faces, read_boxes, read_points
+from billow.parts.gas.corpuscular.gas_fields import IN_A_BOX, IN_A_SPHERE, on_faces, read_boxes, read_points
 from billow.parts.gas.corpuscular.initial_air import fill_with_air
+from billow.parts.gas.corpuscular.inside_points import Enclosure
 from billow.parts.gas.corpuscular.internal_energy import ParticleKinds
 from billow.parts.gas.corpuscular.particles import Particles
 from billow.parts.gas.supply.ambient import Ambient
@@ -30,17 +31,14 @@ class Scene:
         triangles, positions, behind, ahead = box(4, rooms)
         names = tuple(f"room_{k}" for k in range(rooms))
         chambers = Chambers(names, behind.astype(np.int32), ahead.astype(np.int32))
-        self.bag = Inside(triangles, warp(positions), chambers)
+        self.bag = Enclosure(triangles, warp(positions), chambers)
         volumes = chambers.volumes(triangles, self.bag.positions)
         table = thermo_table([find_species("N2", "test")])
         mass = PRESSURE * volumes.sum() / (table[0, 0] * TEMPERATURE)
         self.kinds = ParticleKinds.sharing(table, np.array([mass]), NUMBER)
         self.density = mass / volumes.sum()
         self.particles = Particles.room_for(NUMBER + 10)
-        fill_with_air(
-            self.particles, self.kinds, np.array([1.0]), PRESSURE, TEMPERATURE, volumes, triangles, self.bag.positions,
-            chambers.behind, chambers.ahead, 3,
-        )  # fmt: skip
+        fill_with_air(self.particles, self.kinds, np.array([1.0]), PRESSURE, TEMPERATURE, volumes, self.bag, 3)
 
     def boxes(self):
         return read_boxes(self.particles, self.kinds, self.bag)
@@ -123,7 +121,7 @@ def test_boxes_of_a_mixture_in_motion():
     chambers = Chambers(("room",), behind.astype(np.int32), ahead.astype(np.int32))
     gas = Box(["N2", "CO2"], [40_000, 20_000], [600.0, 600.0])
     gas.particles.velocity += [100.0, 0.0, -50.0]
-    bag = Inside(triangles, SIDE * positions, chambers)
+    bag = Enclosure(triangles, SIDE * positions, chambers)
     boxes = read_boxes(gas.particles, gas.kinds, bag)
     assert boxes.count.sum() == gas.particles.count
     mass = boxes.density * boxes.size.prod(axis=1)

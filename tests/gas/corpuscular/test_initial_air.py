@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from billow.geometry.chambers import Chambers
 from billow.parts.gas.corpuscular.initial_air import fill_with_air
-from billow.parts.gas.corpuscular.inside_points import points_inside
+from billow.parts.gas.corpuscular.inside_points import Enclosure, points_inside
 from billow.parts.gas.corpuscular.internal_energy import ParticleKinds
 from billow.parts.gas.corpuscular.particles import Particles, sum_particles
 from billow.parts.gas.supply.mixture import mixture_enthalpy, mixture_gas_constant
@@ -54,10 +54,8 @@ def turned(seed):
 def test_points_are_inside_and_even(seed, thin):
     triangles, positions = brick([0.0, 0.0, 0.0], [1.0, 0.7, thin])
     rotation = turned(seed)
-    room = Chambers.single(len(triangles))
-    points, _, volumes = points_inside(
-        triangles, positions @ rotation.T + 3.0, room.behind, room.ahead, np.array([2000]), seed
-    )
+    bag = Enclosure(triangles, positions @ rotation.T + 3.0, Chambers.single(len(triangles)))
+    points, _, volumes = points_inside(bag, np.array([2000]), seed)
     assert volumes[0] == pytest.approx(0.7 * thin, rel=0.02)  # jittered columns; coarse where a thin brick stands askew
     local = (points - 3.0) @ rotation / [1.0, 0.7, thin]
     assert local.min() > -1e-9
@@ -76,7 +74,7 @@ def test_a_folded_sheet():
         profile += [(a, k * step) for a in (x if k % 2 == 0 else x[::-1])]
     triangles, positions = sheet(np.array(profile), 0.002, 0.2)
     room = Chambers.single(len(triangles))
-    points, _, volumes = points_inside(triangles, positions, room.behind, room.ahead, np.array([5000]), 0)
+    points, _, volumes = points_inside(Enclosure(triangles, positions, room), np.array([5000]), 0)
     assert volumes[0] == pytest.approx(room.volumes(triangles, positions)[0], rel=2e-3)
     middle = (points[:, 0] > 0.03) & (points[:, 0] < 0.27)  # away from the turns
     height = points[middle, 2] / step
@@ -95,9 +93,8 @@ def test_chambers_get_their_own():
     joined = np.concatenate([triangles, other[~twin] + 8])
     behind = np.repeat([0, 1], [12, 10]).astype(np.int32)
     ahead = np.where(np.concatenate([wall, np.zeros(10, bool)]), 1, -1).astype(np.int32)
-    points, chamber, volumes = points_inside(
-        joined, np.concatenate([positions, further]), behind, ahead, np.array([300, 500, 10]), 1
-    )
+    bag = Enclosure(joined, np.concatenate([positions, further]), Chambers(("0", "1", "2"), behind, ahead))
+    points, chamber, volumes = points_inside(bag, np.array([300, 500, 10]), 1)
     assert volumes[:2] == pytest.approx([1.0, 0.5], rel=1e-3)
     assert volumes[2] == 0.0
     assert np.bincount(chamber, minlength=3).tolist() == [300, 500, 0]
@@ -116,9 +113,7 @@ def test_air_is_at_rest_and_as_warm_as_it_says(count):
     mass = 101325.0 * volume[0] / (mixture_gas_constant(table, fractions) * 295.0)
     kinds = ParticleKinds.sharing(table, mass * fractions, count)
     particles = Particles.room_for(0)
-    fill_with_air(
-        particles, kinds, fractions, 101325.0, 295.0, volume, triangles, positions, room.behind, room.ahead, 0
-    )
+    fill_with_air(particles, kinds, fractions, 101325.0, 295.0, volume, Enclosure(triangles, positions, room), 0)
     sums = sum_particles(particles, kinds.mass, 1)
     assert sums.particles.sum() == count
     assert sums.particles[0] == pytest.approx(count * np.array([0.79, 0.21]), abs=0.5)

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
+from billow.geometry.chambers import Chambers
 from billow.parts.gas.corpuscular.outlets import NO_PASSAGE, Outlets
 from billow.parts.gas.supply.ambient import Ambient
 from billow.parts.gas.supply.outflow import ORIFICE, orifice_flux
 from billow.parts.gas.supply.passages import OPENING, VENT, Passage, Passages
 from billow.parts.gas.supply.species import Species, thermo_table
+from billow.parts.gas.supply.supply import Supply
 
 R, GAMMA = 287.0, 1.4
 TABLE = thermo_table([Species.ideal("ideal", R, GAMMA)])
@@ -34,8 +38,7 @@ def wanted(passage, pressure, **options):
 
 
 def _regulated(passage, pressure, temperature, flux, at_walls, particle_mass, short):
-    passages = Passages((passage,))
-    outlets = Outlets.build(TABLE, passages, OUTER, STRIP)
+    outlets = outlets_of(passage)
     pressure, temperature = np.array(pressure), np.array(temperature)
     incident = pressure / np.sqrt(2.0 * np.pi * R * temperature) if flux is None else np.array(flux)
     sides = [passage.behind, passage.ahead]
@@ -43,13 +46,19 @@ def _regulated(passage, pressure, temperature, flux, at_walls, particle_mass, sh
     mass_flux = np.tile([incident[c] if c >= 0 else 0.0 for c in sides], (len(AREA), 1))
     for triangle, felt in at_walls.items():
         wall[triangle, 0] = felt
-    chance, is_open = np.zeros(len(AREA)), np.zeros(1, np.bool_)
-    drawn, _, wanted = outlets.regulate(
-        chance, is_open, np.array([short]),
-        passages.measure(np.zeros((8, 3), np.int64), np.zeros((1, 3)), None), AREA, wall, mass_flux,
-        pressure, np.array([[1.0], [1.0]]), temperature, np.full(2, particle_mass), 4e-4, 0.0, 1e-3,
+    gas = SimpleNamespace(
+        pass_probability=np.zeros(len(AREA)), is_open=np.zeros(1, np.bool_), short=np.array([short]),
+        bank=SimpleNamespace(pressure=wall, mass_flux=mass_flux), pressure=pressure, masses=np.array([[1.0], [1.0]]),
+        temperature=temperature, gas_time=0.0, owed=np.zeros((1, 1)),
     )  # fmt: skip
-    return chance, drawn[0], incident, wanted[0]
+    areas = outlets.supply.passages.measure(np.zeros((8, 3), np.int64), np.zeros((1, 3)), None)
+    outlets.regulate(gas, areas, AREA, np.full(2, particle_mass), 4e-4, 1e-3)
+    return gas.pass_probability, gas.owed[0, 0], incident, gas.wanted[0]
+
+
+def outlets_of(passage):
+    chambers = Chambers.single(len(STRIP))
+    return Outlets.build(Supply(TABLE, ("ideal",), (), OUTER, chambers, Passages((passage,))), STRIP)
 
 
 def vent(**options):
@@ -125,8 +134,7 @@ def test_an_opening_lets_all_pass():
     hole = Passage("hole", OPENING, ORIFICE, 0, 1, triangles=np.array([5]), area=0.01)
     chance, _, _ = regulated(hole, [1e5, 1e5])
     assert chance.tolist() == [0.0] * 5 + [1.0, 0.0, 0.0]
-    outlets = Outlets.build(TABLE, Passages((hole,)), OUTER, STRIP)
-    assert outlets.passage.tolist() == [NO_PASSAGE] * 5 + [0, NO_PASSAGE, NO_PASSAGE]
+    assert outlets_of(hole).passage.tolist() == [NO_PASSAGE] * 5 + [0, NO_PASSAGE, NO_PASSAGE]
 
 
 @pytest.mark.parametrize("drift", [0.0, 0.5, 1.18, 3.0])
@@ -136,9 +144,9 @@ def test_missing_heat_is_that_of_a_drifting_maxwellian(drift):
     f = np.exp(-0.5 * (v - drift) ** 2) / np.sqrt(2.0 * np.pi)
     first, second, third = (np.trapezoid(v**k * f, v) for k in (1, 2, 3))
     outflow, carried = 2.5 + 0.5 * drift**2, 1.0 + 0.5 * third / first
-    passages = Passages((vent(),))
-    outlets = Outlets.build(TABLE, passages, OUTER, STRIP)
     flux = np.full((8, 2), 3.0)
     pressure = 2.0 * flux * second / first * np.sqrt(R * 600.0)
-    missing = outlets.missing_heat(AREA, pressure, flux, np.ones((1, 1)), np.full(1, 600.0))
+    bank = SimpleNamespace(pressure=pressure, mass_flux=flux)
+    gas = SimpleNamespace(bank=bank, masses=np.ones((1, 1)), temperature=np.full(1, 600.0))
+    missing = outlets_of(vent()).missing_heat(gas, AREA)
     assert missing == pytest.approx([outflow - carried], abs=1e-6)

@@ -4,16 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from flights import Scene, box, flock_of, inside_points, winding
+from flights import Scene, box, enclosure, flock_of, inside_points, winding
 from test_flight_leaks import flat_round, sliver, zigzag
 
 from billow.geometry.bag_shapes import round_bag
 from billow.parts.gas.corpuscular.flight import UNCOUNTED
 from billow.parts.gas.corpuscular.winding_number import audit, bring_back, recheck_parked, winding_numbers
-
-
-def bag_sides(triangles):
-    return np.zeros(len(triangles), np.int32), np.full(len(triangles), -1, np.int32)
 
 
 @pytest.mark.parametrize("shape", [flat_round, zigzag, sliver])
@@ -25,7 +21,7 @@ def test_the_audit_finds_exactly_the_particles_outside(shape):
     near = positions[triangles].mean(axis=1)
     points = np.concatenate([rng.uniform(low, high, (800, 3)), near + rng.normal(0.0, 0.002, near.shape)])
     flock = flock_of(points, np.ones_like(points))
-    escaped = audit(flock, triangles, positions, *bag_sides(triangles))
+    escaped = audit(flock, enclosure(triangles, positions))
     outside = np.flatnonzero(winding(points, triangles, positions) < 0.5)
     assert 0 < len(outside) < len(points)
     assert np.array_equal(escaped, outside)
@@ -42,7 +38,7 @@ def test_a_particle_in_the_wrong_chamber_is_found_and_brought_back():
     flock = flock_of(rng.uniform([0.01, 0.01, 0.01], [1.99, 0.99, 0.99], (500, 3)), np.zeros((500, 3)))
     flock.chamber[:] = rng.integers(0, 2, 500)
     wrong = np.flatnonzero((flock.position[:, 0] > 1.0) != flock.chamber)
-    assert np.array_equal(audit(flock, triangles, positions, behind, ahead), wrong)
+    assert np.array_equal(audit(flock, enclosure(triangles, positions, behind, ahead)), wrong)
     bring_back(flock, wrong)
     assert ((flock.position[:, 0] > 1.0) == flock.chamber).all()
 
@@ -57,7 +53,8 @@ def test_rays_through_nodes_and_edges_count_once():
     outside = (points[:, :2] < 0.0).any(axis=1) | (points[:, :2] > 1.0).any(axis=1)
     for turn in range(3):  # the ray runs along each axis in turn
         turned = np.roll(positions * [1.0, 1.0, 1.0 - 1e-9], turn, axis=1)
-        deep = winding_numbers(np.roll(points, turn, axis=1), np.zeros(len(x)), triangles, turned, behind, ahead)
+        bag = enclosure(triangles, turned, behind, ahead)
+        deep = winding_numbers(np.roll(points, turn, axis=1), np.zeros(len(x)), bag)
         assert (deep[inside] == 1).all()
         assert (deep[outside] == 0).all()
 
@@ -65,15 +62,15 @@ def test_rays_through_nodes_and_edges_count_once():
 def test_a_particle_without_a_position_has_escaped_and_one_that_left_has_not():
     triangles, positions, behind, ahead = box()
     flock = flock_of([[0.3, 0.4, 1.0 - 1e-12], [0.3, 0.4, 1.0 + 1e-12], [0.3, np.nan, 0.5]], np.zeros((3, 3)))
-    assert audit(flock, triangles, positions, behind, ahead).tolist() == [1, 2]
+    assert audit(flock, enclosure(triangles, positions, behind, ahead)).tolist() == [1, 2]
     flock.chamber[:] = -1
-    assert len(audit(flock, triangles, positions, behind, ahead)) == 0
+    assert len(audit(flock, enclosure(triangles, positions, behind, ahead))) == 0
 
 
 def test_no_particle_moves_if_its_whole_chamber_has_escaped():
     triangles, positions, behind, ahead = box()
     flock = flock_of([[2.0, 2.0, 2.0]], np.zeros((1, 3)))
-    bring_back(flock, audit(flock, triangles, positions, behind, ahead))
+    bring_back(flock, audit(flock, enclosure(triangles, positions, behind, ahead)))
     assert flock.position.tolist() == [[2.0, 2.0, 2.0]]
 
 
@@ -106,7 +103,7 @@ def test_a_bag_that_intersects_itself_is_no_valve(dt):
         assert (depth >= 1).all()
         counted = flock.overlap.copy()
         assert np.array_equal(counted, depth - 1)
-        assert len(audit(flock, triangles, scene.positions, scene.walls.behind, scene.walls.ahead)) == 0
+        assert len(audit(flock, enclosure(triangles, scene.positions))) == 0
         assert np.array_equal(flock.overlap, counted)
     assert deepest > 10
     assert not flock.overlap.any()
@@ -120,7 +117,7 @@ def test_an_overlap_holds_its_share_of_the_gas():
     probe = np.round(winding(rng.uniform(box_low, box_high, (40_000, 3)), triangles, positions))
     share = (probe == 2).sum() / (probe >= 1).sum()
     flock = flock_of(points, rng.normal(0.0, 400.0, points.shape))
-    audit(flock, triangles, positions, *bag_sides(triangles))
+    audit(flock, enclosure(triangles, positions))
     scene = Scene(triangles, positions, flock)
     for _ in range(100):
         scene.advance(5e-5)
@@ -139,7 +136,7 @@ def test_only_parked_particles_are_recounted_and_moved():
     flock = flock_of(points, np.zeros_like(points))
     flock.overlap[:1500:2] = UNCOUNTED
     flock.overlap[1::2] = 7
-    recheck_parked(flock, triangles, positions, *bag_sides(triangles))
+    recheck_parked(flock, enclosure(triangles, positions))
     assert np.array_equal(flock.overlap[4:1500:2], depth[4:1500:2] - 1)
     assert (winding(flock.position[[0, 2]], triangles, positions) > 0.5).all()
     assert (flock.position[1] == points[1]).all()
@@ -156,6 +153,6 @@ def test_flight_marks_parked_particles_as_uncounted():
     parked = scene.advance(1e-5).parked
     assert parked > 0
     assert (flock.overlap == UNCOUNTED).sum() == parked
-    recheck_parked(flock, triangles, scene.positions, *bag_sides(triangles))
+    recheck_parked(flock, enclosure(triangles, scene.positions))
     assert not flock.overlap.any()
     assert (winding(flock.position, triangles, scene.positions) > 0.5).all()

@@ -35,6 +35,16 @@ SECONDS_PER_TRIANGLE = 10e-9
 RUN_ON = 1.2
 """A run should end no earlier than at this many times the time of its pressure peak."""
 
+UNITS = {
+    "pressure": "Pa", "temperature": "K", "volume": "m^3", "mass": "kg", "energy": "J", "injected": "kg",
+    "vented": "kg", "leaked": "kg", "drawn_in": "kg", "enthalpy_in": "J", "enthalpy_out": "J", "heat_lost": "J",
+    "work": "J", "jet_work": "J", "jet_impulse_in": "N s", "jet_impulse_out": "N s", "blocked_area": "m^2",
+}  # fmt: skip
+"""Totals that histories hold, of the whole gas and, the first five, of each chamber."""
+
+RENAMED = {"mass": "gas_mass", "energy": "gas_energy", "work": "pressure_work"}
+"""Their names in histories, of the whole gas."""
+
 IMPOSSIBLE_TEMPERATURE = NumericalStop.declare(
     "E-NUM-002",
     f"the gas left its range: {{temperature:.1f}} K (allowed {COLDEST:.0f} to {HOTTEST:.0f} K)",
@@ -102,35 +112,14 @@ class GasPart(Part):
 
     def quantities(self, gas: GasState, moment: Moment) -> Iterator[Quantity]:
         totals = self.totals(gas)
-        for name, unit, value in (
-            ("pressure", "Pa", totals.pressure),
-            ("temperature", "K", totals.temperature),
-            ("volume", "m^3", totals.volume),
-            ("gas_mass", "kg", totals.mass),
-            ("gas_energy", "J", totals.energy),
-            ("injected", "kg", totals.injected),
-            ("vented", "kg", totals.vented),
-            ("leaked", "kg", totals.leaked),
-            ("drawn_in", "kg", totals.drawn_in),
-            ("enthalpy_in", "J", totals.enthalpy_in),
-            ("enthalpy_out", "J", totals.enthalpy_out),
-            ("heat_lost", "J", totals.heat_lost),
-            ("pressure_work", "J", totals.work),
-            ("jet_work", "J", totals.jet_work),
-            ("jet_impulse_in", "N s", totals.jet_impulse_in),
-            ("jet_impulse_out", "N s", totals.jet_impulse_out),
-            ("blocked_area", "m^2", totals.blocked_area),
-        ):
-            yield Quantity("", name, unit, value)
+        for name, unit in UNITS.items():
+            yield Quantity("", RENAMED.get(name, name), unit, getattr(totals, name))
         for name, by in (("vented", totals.vented_by), ("leaked", totals.leaked_by), ("passed", totals.passed)):
             for passage, mass in by.items():
                 yield Quantity(passage, name, "kg", mass)
         for chamber in totals.chambers:
-            yield Quantity(chamber.name, "pressure", "Pa", chamber.pressure)
-            yield Quantity(chamber.name, "temperature", "K", chamber.temperature)
-            yield Quantity(chamber.name, "volume", "m^3", chamber.volume)
-            yield Quantity(chamber.name, "mass", "kg", chamber.mass)
-            yield Quantity(chamber.name, "energy", "J", chamber.energy)
+            for name in ("pressure", "temperature", "volume", "mass", "energy"):
+                yield Quantity(chamber.name, name, UNITS[name], getattr(chamber, name))
 
     def readings(self, gas: GasState, sensors: Mapping[str, Sequence[float]]) -> Iterator[Quantity]:
         """What sensors read, by their names and places [m]; nothing of a gas that is the same everywhere."""

@@ -1,13 +1,4 @@
-"""A local gas first, uniform pressure from a given time on.
-
-While a bag unfolds, jets, gaps and the flow path matter; once pressure is even, a local gas costs time for nothing. In
-the step that ends nearest to the given time the local gas comes to its end for the last time, and hands all that each
-chamber holds to uniform pressure: mass by species and energy go over exactly. Uniform pressure knows no flow: the
-kinetic energy of the gas' bulk motion becomes heat, and its momentum is dropped.
-
-Work is booked by trapezia. The force at the beginning of that step was the local gas', the one at its end is that of
-uniform pressure; each has done half of the step's work. The pressure at the end must know that work, which is found by
-iteration.
+"""A local gas first, uniform pressure from a given time on (docs/theory.md, Switch to uniform pressure).
 
 The books of the local gas are kept as they stood; totals are theirs plus those of uniform pressure.
 """

@@ -14,7 +14,10 @@ from billow.parts.gas.corpuscular.particles import ParticleSums, sum_particles
 from billow.parts.gas.corpuscular.setup import Setup
 from billow.parts.gas.corpuscular.state import CorpuscularState
 from billow.parts.gas.gas_model import ChamberTotals, GasTotals
-from billow.parts.gas.supply.mixture import mixture_cp, mixture_gas_constant, mixture_temperature
+from billow.parts.gas.supply.mixture import mixture_gamma, mixture_temperature
+
+AS_KEPT = "enthalpy_in", "enthalpy_out", "mass_error", "energy_error", "heat_lost", "blocked_area"
+"""Totals that the state keeps under the same names."""
 
 
 def take_stock(setup: Setup, gas: CorpuscularState, kinds: ParticleKinds) -> None:
@@ -30,8 +33,7 @@ def take_stock(setup: Setup, gas: CorpuscularState, kinds: ParticleKinds) -> Non
         if thermal[c] > 0.0:
             masses, guess = gas.masses[c], gas.temperature[c]
             gas.temperature[c] = mixture_temperature(setup.table, masses, thermal[c], guess)
-            capacity = mixture_cp(setup.table, masses, gas.temperature[c])
-            gas.gamma[c] = capacity / (capacity - mixture_gas_constant(setup.table, masses))
+            gas.gamma[c] = mixture_gamma(setup.table, masses, gas.temperature[c])
 
 
 def sums_of(setup: Setup, gas: CorpuscularState, kinds: ParticleKinds) -> ParticleSums:
@@ -79,7 +81,7 @@ def content(setup: Setup, gas: CorpuscularState) -> tuple[np.ndarray, np.ndarray
     energy = sums.flight_energy + sums.internal_energy + gas.pool
     energy += (gas.in_bank + gas.remainder.energy) * thermal / max(thermal.sum(), 1e-300)
     masses = gas.masses + gas.remainder.number * kinds.mass
-    for source, delivery in zip(setup.sources, gas.deliveries, strict=True):
+    for source, delivery in zip(setup.supply.sources, gas.deliveries, strict=True):
         inflator = source.inflator
         delivered = inflator.delivered(gas.gas_time) * inflator.mass_fractions
         masses[inflator.chamber] += delivered - delivery.mass(kinds)
@@ -93,7 +95,7 @@ def totals(setup: Setup, gas: CorpuscularState) -> GasTotals:
     left = gas.left.sum(axis=1)
     flows = [
         (passed, 0.0) if OUTSIDE not in (row.behind, row.ahead) else (gone, gone)
-        for row, passed, gone in zip(setup.passages.rows, gas.passed.tolist(), left.tolist(), strict=True)
+        for row, passed, gone in zip(setup.supply.passages.rows, gas.passed.tolist(), left.tolist(), strict=True)
     ]
     vented_by, leaked_by, passed = setup.supply.outflow_by_name(flows)
     single = setup.chambers.count == 1
@@ -102,7 +104,7 @@ def totals(setup: Setup, gas: CorpuscularState) -> GasTotals:
     share = mass / max(mass.sum(), 1e-300)
     return GasTotals(
         pressure=float(gas.pressure @ gas.volume) / volume,
-        temperature=float(gas.temperature @ share) if mass.any() else setup.ambient.temperature,
+        temperature=float(gas.temperature @ share) if mass.any() else setup.supply.ambient.temperature,
         volume=volume,
         mass_by_species=_mass(setup, gas, kinds),
         energy=_energy(gas),
@@ -110,14 +112,9 @@ def totals(setup: Setup, gas: CorpuscularState) -> GasTotals:
         vented=sum(vented_by.values()),
         leaked=sum(leaked_by.values()),
         drawn_in=float(gas.drawn.sum()),
-        enthalpy_in=gas.enthalpy_in,
-        enthalpy_out=gas.enthalpy_out,
         work=gas.load.work,
         ambient_work=gas.load.ambient_work,
-        mass_error=gas.mass_error,
-        energy_error=gas.energy_error,
-        heat_lost=gas.heat_lost,
-        blocked_area=gas.blocked_area,
+        **{name: getattr(gas, name) for name in AS_KEPT},
         vented_by=vented_by,
         leaked_by=leaked_by,
         passed=passed,

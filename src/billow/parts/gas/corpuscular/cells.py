@@ -1,12 +1,4 @@
-"""Cells: particles that may collide with each other, sorted side by side.
-
-Each chamber has its own regular grid over the box that its particles occupy, so that no cell holds particles of two
-chambers. Two layers of *one* chamber that are folded onto each other may share a cell; particles there can collide
-across the fabric between them. The cell size follows the gas: every sort corrects it so that the mean number of *other*
-particles in a particle's cell stays at PARTNERS. In a flat bag, whose gap is thinner than a cell, the cells become
-wider accordingly. Every sort shifts the grid at random, so that no cell wall stays in the same place (as Ihle and Kroll
-do, Phys. Rev. E 63, 020201, 2001).
-"""
+"""Cells: particles that may collide with each other, sorted side by side (docs/theory.md, Collisions)."""
 
 from __future__ import annotations
 

@@ -1,15 +1,4 @@
-"""Collisions bring a gas of particles into local equilibrium (docs/theory.md, Collisions).
-
-In each cell particles are paired at random, and a pair collides with probability min(1, dt/tau). tau is the time a
-particle needs for its mean free path, FREE_PATH cells, at the mean thermal speed sqrt(8 k T / pi m): direct simulation
-Monte Carlo in the continuum limit (Bird, "Molecular Gas Dynamics and the Direct Simulation of Gas Flows", 1994).
-
-A collision scatters isotropically in the pair's centre of mass. Every second one, on average, also exchanges energy
-between flight and internal energy (Borgnakke and Larsen, J. Comput. Phys. 18, 405, 1975): E_rel + e1 + e2 is split in
-the proportions of Gamma(3/2), Gamma(zeta1/2), Gamma(zeta2/2) draws. It is 3/2, and not the 2 of hard spheres, because
-pairs are chosen independently of their relative speed. The rate of a cell and its zeta depend only on what collisions
-do not change: its energy and its masses.
-"""
+"""Collisions bring a gas of particles into local equilibrium (docs/theory.md, Collisions)."""
 
 from __future__ import annotations
 

@@ -1,10 +1,4 @@
-"""The corpuscular gas: particles that stand for many molecules each (LS-DYNA paper, section 4.3; Olovsson 2007).
-
-The gas steps at its own rate: every few steps of the structure its particles fly to the present time, while the surface
-moves evenly from where it was at the last gas step. Then newborns come in, those outside are taken out, particles that
-share a cell collide, and debts of energy are settled. In between only the bank pushes. Before there would be too many
-particles, every two are merged into one.
-"""
+"""The corpuscular gas: particles that stand for many molecules each (docs/theory.md, Corpuscular gas and Gas step)."""
 
 from __future__ import annotations
 
@@ -22,13 +16,13 @@ from billow.geometry.surface import area_vectors
 from billow.parts.gas.corpuscular.books import close_books, content, sums_of, take_stock, totals
 from billow.parts.gas.corpuscular.cells import Cells, sort_into_cells
 from billow.parts.gas.corpuscular.collisions import collide, collision_time
-from billow.parts.gas.corpuscular.energy_settlement import settle, thermal_energy
+from billow.parts.gas.corpuscular.energy_settlement import lose_heat, settle, thermal_energy
 from billow.parts.gas.corpuscular.flight import Flock, Motion, WallResponse, fly
-from billow.parts.gas.corpuscular.gas_fields import Inside, on_faces, read_boxes, read_points
-from billow.parts.gas.corpuscular.heat_loss import lose_heat
+from billow.parts.gas.corpuscular.gas_fields import on_faces, read_boxes, read_points
 from billow.parts.gas.corpuscular.impact_bank import Hits, ImpactBank
 from billow.parts.gas.corpuscular.inflow import blow, coming, draw_air_in, injectors
 from billow.parts.gas.corpuscular.initial_air import fill_with_air
+from billow.parts.gas.corpuscular.inside_points import Enclosure
 from billow.parts.gas.corpuscular.internal_energy import ParticleKinds
 from billow.parts.gas.corpuscular.merging import Remainder, merge, merges_ahead
 from billow.parts.gas.corpuscular.outlets import NO_PASSAGE, pull_out, take_out
@@ -36,7 +30,7 @@ from billow.parts.gas.corpuscular.particles import Particles
 from billow.parts.gas.corpuscular.setup import Setup
 from billow.parts.gas.corpuscular.state import CorpuscularState
 from billow.parts.gas.corpuscular.wall_load import Patches, WallLoad, wall_speed
-from billow.parts.gas.corpuscular.winding_number import audit, bring_back, recheck_parked
+from billow.parts.gas.corpuscular.winding_number import audit, bring_back, recheck_parked, winding_numbers
 from billow.parts.gas.gas_model import Bag, Content, GasTotals, SwitchableGas
 from billow.parts.part import MYLAR_VOLUME
 
@@ -91,50 +85,30 @@ class Corpuscular(Setup, SwitchableGas):
 
     def start(self, bag: Bag) -> CorpuscularState:
         """The initial gas in the start shape."""
-        chambers, species, rows = self.chambers.count, len(self.table), len(self.passages.rows)
+        chambers, species, rows = self.chambers.count, len(self.table), len(self.supply.passages.rows)
         volume = self.chambers.volumes(bag.surface.triangles, bag.positions)
         initial = self.supply.start_gas
         at_start = self.supply.start_amount(volume) @ initial.mass_fractions
-        total = at_start.copy()
-        for inflator in self.supply.inflators:
-            total = total + inflator.cumulative[-1] * inflator.mass_fractions
+        total = sum((i.cumulative[-1] * i.mass_fractions for i in self.supply.inflators), at_start)
         merges = merges_ahead(self.table, at_start, total)
         kinds = ParticleKinds.sharing(self.table, total, self.particles * 2**merges)
         particles = Particles.room_for(self.room)
         fill_with_air(
             particles, kinds, initial.mass_fractions[0], float(initial.pressure[0]), float(initial.temperature[0]),
-            volume, bag.surface.triangles, bag.positions, self.chambers.behind, self.chambers.ahead, self.seed,
+            volume, self._enclosure(bag.positions), self.seed,
         )  # fmt: skip
         triangles = bag.surface.triangle_count
         gas = CorpuscularState(
-            molecules=kinds.molecules,
-            particles=particles,
-            cells=Cells.of(chambers),
-            bank=ImpactBank.empty(triangles),
-            load=WallLoad.none(triangles),
-            deliveries=tuple(i.start() for i in injectors(self, kinds, bag.positions)),
-            remainder=Remainder.none(chambers, species),
-            positions=bag.positions.copy(),
-            pass_probability=np.zeros(triangles),
-            patch=np.zeros(triangles, np.int64),
-            is_open=np.zeros(rows, np.bool_),
-            owed=np.zeros((rows, species)),
-            wanted=np.zeros(rows),
-            short=np.zeros(rows),
-            pool=np.zeros(chambers),
-            volume=volume,
-            volume_struck=volume,
-            pressure=np.zeros(chambers),
-            temperature=initial.temperature.copy(),
-            gamma=np.ones(chambers),
-            masses=np.zeros((chambers, species)),
-            left=np.zeros((rows, species)),
-            drawn=np.zeros(species),
-            passed=np.zeros(rows),
-            impulse=np.zeros(3),
-            start_masses=np.zeros(species),
-            start_momentum=np.zeros(3),
-        )
+            molecules=kinds.molecules, particles=particles, cells=Cells.of(chambers), bank=ImpactBank.empty(triangles),
+            load=WallLoad.none(triangles), deliveries=tuple(i.start() for i in injectors(self, kinds, bag.positions)),
+            remainder=Remainder.none(chambers, species), positions=bag.positions.copy(),
+            pass_probability=np.zeros(triangles), patch=np.zeros(triangles, np.int64),
+            is_open=np.zeros(rows, np.bool_), owed=np.zeros((rows, species)), wanted=np.zeros(rows),
+            short=np.zeros(rows), pool=np.zeros(chambers), volume=volume, volume_struck=volume,
+            pressure=np.zeros(chambers), temperature=initial.temperature.copy(), gamma=np.ones(chambers),
+            masses=np.zeros((chambers, species)), left=np.zeros((rows, species)), drawn=np.zeros(species),
+            passed=np.zeros(rows), impulse=np.zeros(3), start_masses=np.zeros(species), start_momentum=np.zeros(3),
+        )  # fmt: skip
         take_stock(self, gas, kinds)
         gas.start_masses = gas.masses.sum(axis=0)
         gas.start_energy, gas.start_volume = gas.particle_energy, float(volume.sum())
@@ -178,11 +152,14 @@ class Corpuscular(Setup, SwitchableGas):
         self._settle(gas, kinds)
         born = blow(self, gas, kinds, bag, span)
         flock = self._fly(gas, kinds, bag, span, born)
-        pulled = pull_out(gas, kinds, self.outlets, self.passages, bag, flock, span)
-        take_out(gas, kinds, self.outlets, self.passages, bag, flock, pulled)
+        pulled = pull_out(gas, kinds, self.outlets, bag, flock, span)
+        take_out(gas, kinds, self.outlets, bag, flock, pulled)
         if time >= gas.next_audit:
             gas.next_audit = time + AUDIT_INTERVAL
-            self._audit(gas, bag)
+            flock = _flock(gas.particles)
+            escaped = audit(flock, self._enclosure(bag.positions))
+            gas.escaped += len(escaped)
+            bring_back(flock, escaped)
         draw_air_in(self, gas, kinds, bag)
         self._collide(gas, kinds, span)
         before = self.chambers.volumes(bag.surface.triangles, gas.positions)
@@ -246,25 +223,16 @@ class Corpuscular(Setup, SwitchableGas):
                 chamber=self.chambers.names[particles.chamber[tally.bad]], time=1e3 * gas.gas_time, speed=speed,
                 pressure=gas.pressure.max(), temperature=gas.temperature.max(), volume=1e3 * gas.volume.min(),
             )  # fmt: skip
-        if self.passages.rows:
+        if self.supply.passages.rows:
             gas.passed += tally.through
         gas.energy_at_walls += tally.energy_to_walls
         if tally.parked:
             gas.parked += tally.parked
-            recheck_parked(flock, *self._surface_now(bag))
+            recheck_parked(flock, self._enclosure(bag.positions))
         return flock
 
-    def _surface_now(self, bag: Bag) -> tuple[np.ndarray, ...]:
-        """Triangles, positions, and the chambers on both sides, as `winding_numbers` takes them."""
-        return bag.surface.triangles, bag.positions, self.chambers.behind, self.chambers.ahead
-
-    def _audit(self, gas: CorpuscularState, bag: Bag) -> None:
-        """Book and bring back who is not in its chamber."""
-        flock = _flock(gas.particles)
-        escaped = audit(flock, *self._surface_now(bag))
-        if len(escaped):
-            gas.escaped += len(escaped)
-            bring_back(flock, escaped)
+    def _enclosure(self, positions: np.ndarray) -> Enclosure:
+        return Enclosure(self.surface.triangles, positions, self.chambers)
 
     def _collide(self, gas: CorpuscularState, kinds: ParticleKinds, span: float) -> None:
         """Collisions of the time since the last ones, as soon as it is worth the sorting."""
@@ -273,7 +241,11 @@ class Corpuscular(Setup, SwitchableGas):
             return
         sort_into_cells(gas.cells, gas.particles, self.seed, gas.gas_step)
         if gas.sorts % SORT_EVERY == 0:
-            self._put_in_order(gas)
+            n = gas.particles.count
+            order = gas.cells.order[:n]
+            gas.particles.reorder(order)
+            gas.cells.cell[:n] = gas.cells.cell[order]
+            gas.cells.order[:n] = np.arange(n, dtype=np.int32)
         collide(gas.cells, gas.particles, kinds, gas.since_collisions, self.seed, gas.gas_step)
         gas.sorts += 1
         gas.since_collisions = 0.0
@@ -281,14 +253,6 @@ class Corpuscular(Setup, SwitchableGas):
         warmest = float(gas.temperature.max())
         if mass.any():  # not yet when the first particles have just come into a vacuum
             gas.collision_time = collision_time(gas.cells, kinds, mass / mass.sum(), warmest)
-
-    def _put_in_order(self, gas: CorpuscularState) -> None:
-        """Particles of a cell side by side in memory."""
-        n = gas.particles.count
-        order = gas.cells.order[:n]
-        gas.particles.reorder(order)
-        gas.cells.cell[:n] = gas.cells.cell[order]
-        gas.cells.order[:n] = np.arange(n, dtype=np.int32)
 
     def _press(self, gas: CorpuscularState, bag: Bag, span: float) -> None:
         """Hand the impulses of this step to the fabric, and set the outlets for the next one."""
@@ -310,17 +274,11 @@ class Corpuscular(Setup, SwitchableGas):
         return gas.patches
 
     def _regulate(self, gas: CorpuscularState, bag: Bag, area: np.ndarray, span: float) -> None:
-        if not self.passages.rows:
+        if not self.supply.passages.rows:
             return
         particle_mass = gas.masses.sum(axis=1) / np.maximum(gas.sums.particles.sum(axis=1), 1)
-        drawn, blocked, gas.wanted = self.outlets.regulate(
-            gas.pass_probability, gas.is_open, gas.short,
-            self.passages.measure(bag.surface.triangles, bag.positions, bag.touched), area, gas.bank.pressure,
-            gas.bank.mass_flux, gas.pressure, gas.masses, gas.temperature,
-            np.maximum(particle_mass, 1e-300), 2.0 * SMOOTHING, gas.gas_time, span,
-        )  # fmt: skip
-        gas.owed += drawn[:, None] * self.ambient.mass_fractions
-        gas.blocked_area = float(blocked.sum())
+        areas = self.supply.passages.measure(bag.surface.triangles, bag.positions, bag.touched)
+        self.outlets.regulate(gas, areas, area, np.maximum(particle_mass, 1e-300), 2.0 * SMOOTHING, span)
 
     def _steps(self, gas: CorpuscularState, dt: float) -> int:
         """Steps of the structure that the next gas step may take."""
@@ -352,10 +310,7 @@ class Corpuscular(Setup, SwitchableGas):
         return bool(gas.masses.any(axis=1).all())
 
     def hand_over(self, gas: CorpuscularState, bag: Bag, time: float, dt: float) -> Content:
-        """The particles fly to the end of the step and go; their books stay.
-
-        Of the step's work the half is booked that belongs to the force at its beginning.
-        """
+        """The particles fly to the end of the step and go; their books stay."""
         triangles = bag.surface.triangles
         gas.volume = self.chambers.volumes(triangles, bag.positions)
         self._gas_step(gas, bag, time + dt, dt)
@@ -383,35 +338,26 @@ class Corpuscular(Setup, SwitchableGas):
 
     def fields(self, gas: CorpuscularState) -> dict[str, np.ndarray]:
         behind, ahead = self.chambers.behind, self.chambers.ahead
-        inner = np.where(behind == OUTSIDE, self.ambient.pressure, gas.bank.pressure[:, 0])
-        outer = np.where(ahead == OUTSIDE, self.ambient.pressure, gas.bank.pressure[:, 1])
-        bag = self.inside(gas)
+        inner = np.where(behind == OUTSIDE, self.supply.ambient.pressure, gas.bank.pressure[:, 0])
+        outer = np.where(ahead == OUTSIDE, self.supply.ambient.pressure, gas.bank.pressure[:, 1])
+        bag = self._enclosure(gas.positions)  # as it was at the last gas step
         boxes = read_boxes(gas.particles, self.kinds(gas), bag)
         return {"pressure": inner - outer} | on_faces(boxes, bag, gas.temperature)
 
     def cells(self, gas: CorpuscularState) -> dict[str, np.ndarray]:
-        return read_boxes(gas.particles, self.kinds(gas), self.inside(gas)).arrays()
+        return read_boxes(gas.particles, self.kinds(gas), self._enclosure(gas.positions)).arrays()
 
     def points(self, gas: CorpuscularState) -> dict[str, np.ndarray]:
         n, particles = gas.particles.count, gas.particles
-        return {
-            "position": particles.position[:n],
-            "velocity": particles.velocity[:n],
-            "internal_energy": particles.internal_energy[:n],
-            "species": particles.species[:n],
-            "chamber": particles.chamber[:n],
-        }
+        names = "position", "velocity", "internal_energy", "species", "chamber"
+        return {name: getattr(particles, name)[:n] for name in names}
 
     def at(self, gas: CorpuscularState, places: np.ndarray) -> dict[str, np.ndarray]:
-        kinds = self.kinds(gas)
-        return read_points(places, gas.particles, kinds, self.inside(gas), self.ambient)
+        bag = self._enclosure(gas.positions)
+        return read_points(places, gas.particles, self.kinds(gas), bag, self.supply.ambient)
 
     def outside(self, positions: np.ndarray, places: np.ndarray, chamber: int) -> np.ndarray:
-        return Inside(self.surface.triangles, positions, self.chambers).outside(places, np.full(len(places), chamber))
-
-    def inside(self, gas: CorpuscularState) -> Inside:
-        """What is inside the bag and in which chamber, as the surface was at the last gas step."""
-        return Inside(self.surface.triangles, gas.positions, self.chambers)
+        return winding_numbers(places, np.full(len(places), chamber), self._enclosure(positions)) < 1
 
     def books(self, gas: CorpuscularState) -> dict[str, float]:
         return {"leaked_particles": float(gas.escaped), "leaked_particles_share": gas.escaped / self.particles}

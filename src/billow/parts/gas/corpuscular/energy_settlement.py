@@ -1,10 +1,5 @@
-"""Settlement of energy that is owed to the gas, or by it (docs/theory.md, Outlets, inflow and returned energy).
-
-What the fabric receives differs from what particles lose at moving walls, and a molecule that leaves takes less along
-than the enthalpy of continuum outflow. Both differences are pooled by chamber. One factor on all thermal energy of a
-chamber settles them: velocities relative to the chamber's mean velocity are multiplied by s, internal energies by s^2.
-Momentum does not change.
-"""
+"""Settlement of energy that is owed to the gas, or by it, pooled by chamber (docs/theory.md, Outlets, inflow and
+returned energy)."""
 
 from __future__ import annotations
 
@@ -13,6 +8,10 @@ from numba import prange
 
 from billow.base.compiled import kernel
 from billow.parts.gas.corpuscular.particles import Particles, ParticleSums
+from billow.parts.gas.corpuscular.setup import Setup
+from billow.parts.gas.corpuscular.state import CorpuscularState
+from billow.parts.gas.supply.ambient import heat_lost
+from billow.parts.gas.supply.mixture import mixture_cv
 
 LARGEST_SHARE = 0.05
 """Share of a chamber's thermal energy that may be settled at once; the rest stays in the pool."""
@@ -45,3 +44,17 @@ def _warm(n, particles, mean, factor, square):
         internal_energy[i] *= square[c]
         for k in range(3):
             velocity[i, k] = mean[c, k] + factor[c] * (velocity[i, k] - mean[c, k])
+
+
+def lose_heat(setup: Setup, gas: CorpuscularState, span: float) -> None:
+    """Owe the heat that walls let out in `span` [s], at the temperatures of the last gas step.
+
+    The chamber as a whole owes it: a coefficient of the whole wall does not say where gas cools.
+    """
+    for c, conductance in enumerate(() if setup.supply.heat_conductance is None else setup.supply.heat_conductance):
+        masses, temperature = gas.masses[c], gas.temperature[c]
+        if conductance > 0.0 and masses.any():
+            capacity = mixture_cv(setup.table, masses, temperature)
+            heat = heat_lost(capacity, temperature - setup.supply.ambient.temperature, conductance, span)
+            gas.pool[c] -= heat
+            gas.heat_lost += float(heat)

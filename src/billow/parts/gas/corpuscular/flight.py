@@ -1,17 +1,5 @@
 """Particles fly straight and bounce off moving walls; none gets lost (docs/theory.md, Flight).
 
-A particle knows its chamber. Only triangles that bound this chamber count, and only if they are crossed from its side:
-`crossing` finds the first of them without gaps. There the particle passes (vents, openings, porous fabric: with the
-triangle's probability), or it is reflected in the frame of the wall, v_n' = 2 w_n - v_n.
-
-A reflected particle does not start again on the wall, where rounding would decide which side it is on, but STANDOFF
-before it (or half its path, if that is shorter): it has just flown through that place, so it is inside of every wall
-nearby. After MOST_HITS hits in one step (deep in a closing fold) it is put beside the wall it hit last. This costs it
-flight time, but no energy.
-
-Where crumpled fabric intersects itself, a particle counts the layers it has come in through from outside (`overlap`),
-and flies out through as many before it is reflected (docs/theory.md, Overlapping fabric).
-
 The end of the path and the end of the walls' motion are the numbers with which the next step starts. Therefore `start`
 of a step must be `end` of the last one, bit for bit.
 """
@@ -26,8 +14,7 @@ from numba import prange
 
 from billow.base.compiled import CHUNK, kernel
 from billow.geometry.search_grid import SearchGrid, clipped_cell
-from billow.parts.gas.corpuscular.beside_wall import beside_wall
-from billow.parts.gas.corpuscular.crossing import BOTH, INWARD, NEVER, OUTWARD, crossing, piece_normal
+from billow.parts.gas.corpuscular.crossing import BOTH, INWARD, NEVER, OUTWARD, beside_wall, crossing, piece_normal
 from billow.parts.gas.corpuscular.impact_bank import HITS_PER_CHUNK, Hits, ImpactBank
 from billow.parts.gas.corpuscular.random_numbers import stream, uniform
 from billow.parts.gas.corpuscular.walls import SWEPT_NUMBERS, Walls, may_cross, sweep

@@ -1,10 +1,4 @@
-"""Gas fields for the user: in cells and boxes, on faces of the fabric, and at points. The physics does not use them.
-
-The ten particles of a collision cell give its pressure to 32 %. The fields therefore average over about a hundred
-particles, whose pressure is uncertain by 10 %, in boxes as long as the bag is thick where it is flat. Averaging in
-space gives as much accuracy as averaging over time, follows a moving bag, and needs nothing stored in a checkpoint.
-Only the volume of a box inside the bag counts.
-"""
+"""Gas fields for the user: in boxes, on faces of the fabric, and at points (docs/theory.md, Fields and sensors)."""
 
 from __future__ import annotations
 
@@ -16,8 +10,9 @@ from numba import prange
 from scipy.spatial import cKDTree
 
 from billow.base.compiled import kernel
-from billow.geometry.chambers import OUTSIDE, Chambers
+from billow.geometry.chambers import OUTSIDE
 from billow.parts.gas.corpuscular.collisions import cell_content
+from billow.parts.gas.corpuscular.inside_points import Enclosure
 from billow.parts.gas.corpuscular.internal_energy import ParticleKinds, cell_temperature
 from billow.parts.gas.corpuscular.particles import Particles
 from billow.parts.gas.corpuscular.winding_number import winding_numbers
@@ -70,21 +65,7 @@ class Boxes:
         return {name: getattr(self, name) for name in names} | {"particles": self.count.astype(float)}
 
 
-@dataclass(frozen=True)
-class Inside:
-    """The surface at the last gas step: triangles (n, 3), positions [m] (nodes, 3), and its chambers."""
-
-    triangles: np.ndarray
-    positions: np.ndarray
-    chambers: Chambers
-
-    def outside(self, points: np.ndarray, chamber: np.ndarray) -> np.ndarray:
-        """Whether points [m] (n, 3) are outside the chambers (n,) given for them, (n,) bool."""
-        sides = self.chambers.behind, self.chambers.ahead
-        return winding_numbers(points, chamber, self.triangles, self.positions, *sides) < 1
-
-
-def read_boxes(particles: Particles, kinds: ParticleKinds, bag: Inside) -> Boxes:
+def read_boxes(particles: Particles, kinds: ParticleKinds, bag: Enclosure) -> Boxes:
     """The gas in boxes of about IN_A_BOX particles."""
     n, chambers = particles.count, bag.chambers.count
     position, chamber = particles.position[:n], particles.chamber[:n]
@@ -119,7 +100,8 @@ def read_boxes(particles: Particles, kinds: ParticleKinds, bag: Inside) -> Boxes
     some = np.flatnonzero(cut[box])
     for part in np.split(some, range(BOXES_AT_ONCE, len(some), BOXES_AT_ONCE)):
         points = corner[part, None] + _LATTICE * size[at[part], None]
-        lost = bag.outside(points.reshape(-1, 3), np.repeat(at[part], len(_LATTICE))).reshape(len(part), len(_LATTICE))
+        deep = winding_numbers(points.reshape(-1, 3), np.repeat(at[part], len(_LATTICE)), bag)
+        lost = (deep < 1).reshape(points.shape[:2])
         filled[part] = np.maximum(len(_LATTICE) - lost.sum(axis=1), 1) / len(_LATTICE)
     count, room = np.diff(start)[box], np.cbrt(size.prod(axis=1))[at] ** 3
     return Boxes(
@@ -168,7 +150,7 @@ def _divisions(extent: np.ndarray, room: float, number: int) -> np.ndarray:
         thin = thinner
 
 
-def on_faces(boxes: Boxes, bag: Inside, temperature: np.ndarray) -> dict[str, np.ndarray]:
+def on_faces(boxes: Boxes, bag: Enclosure, temperature: np.ndarray) -> dict[str, np.ndarray]:
     """Temperature [K], density [kg/m^3] and velocity [m/s] of the gas in the box nearest to each triangle.
 
     Triangles between two chambers show the one behind them. temperature: of each chamber [K], (chambers,), used if it
@@ -184,16 +166,13 @@ def on_faces(boxes: Boxes, bag: Inside, temperature: np.ndarray) -> dict[str, np
         if len(here) and len(known):
             scale = boxes.size[known[0]]
             nearest = known[cKDTree(boxes.centre[known] / scale).query(middle[here] / scale)[1]]
-            warmth[here], density[here], velocity[here] = (
-                boxes.temperature[nearest],
-                boxes.density[nearest],
-                boxes.velocity[nearest],
-            )
+            warmth[here], density[here] = boxes.temperature[nearest], boxes.density[nearest]
+            velocity[here] = boxes.velocity[nearest]
     return {"gas_temperature": warmth, "gas_density": density, "gas_velocity": velocity}
 
 
 def read_points(
-    places: np.ndarray, particles: Particles, kinds: ParticleKinds, bag: Inside, ambient: Ambient
+    places: np.ndarray, particles: Particles, kinds: ParticleKinds, bag: Enclosure, ambient: Ambient
 ) -> dict[str, np.ndarray]:
     """Pressure [Pa], temperature [K], density [kg/m^3] (m,) and velocity [m/s] (m, 3) at places [m] (m, 3).
 
@@ -205,7 +184,7 @@ def read_points(
     for row, place in zip(rows, places, strict=True):
         for chamber in range(bag.chambers.count):
             found = np.flatnonzero(particles.chamber[: particles.count] == chamber)
-            if len(found) > 1 and not bag.outside(place[None], [chamber])[0]:
+            if len(found) > 1 and winding_numbers(place[None], [chamber], bag)[0] >= 1:
                 row[:] = _sphere(place, chamber, found, particles, kinds, bag)
                 break
     return {"pressure": rows[:, 0], "temperature": rows[:, 1], "density": rows[:, 2], "velocity": rows[:, 3:]}
@@ -218,7 +197,7 @@ def _sphere(place, chamber, found, particles, kinds, bag) -> np.ndarray:
         nearest = np.argpartition(square, IN_A_SPHERE - 1)[:IN_A_SPHERE]
         found, square = np.sort(found[nearest]), square[nearest]
     radius = math.sqrt(square.max())
-    lost = bag.outside(place + radius * _SPHERE, np.full(len(_SPHERE), chamber)).sum()
+    lost = (winding_numbers(place + radius * _SPHERE, np.full(len(_SPHERE), chamber), bag) < 1).sum()
     volume = 4.0 / 3.0 * math.pi * radius**3 * max(1, len(_SPHERE) - lost) / len(_SPHERE)
     masses = np.zeros(len(kinds.mass))
     thermal = cell_content(

@@ -1,12 +1,5 @@
-"""The impulses of particles on the fabric, held per corner until the fabric takes them, and the local pressure.
-
-The impulse of a hit goes into a bank, on the corners of the triangle it hits, and wall_load.py passes it on as a steady
-force. The momentum of gas and bank together is constant to rounding.
-
-The hits on a triangle, smoothed over time, give the local pressure 2 sum(m u)/(A t) and the incident mass flux
-(docs/theory.md, Smoothing of wall pressure). Particles that pass through a vent count too: both describe the gas, not
-the wall.
-"""
+"""The impulses of particles on the fabric, held per corner until the fabric takes them, and the local pressure
+(docs/theory.md, Smoothing of wall pressure)."""
 
 from __future__ import annotations
 

@@ -12,7 +12,6 @@ from billow.geometry.chambers import OUTSIDE
 from billow.geometry.surface import area_vectors
 from billow.parts.gas.corpuscular.injection import Injector, Nozzles
 from billow.parts.gas.corpuscular.internal_energy import ParticleKinds, degrees_of_freedom
-from billow.parts.gas.corpuscular.particles import Particles
 from billow.parts.gas.corpuscular.random_numbers import gamma, normal, stream, uniform
 from billow.parts.gas.corpuscular.setup import Setup
 from billow.parts.gas.corpuscular.state import CorpuscularState
@@ -40,7 +39,7 @@ def coming(setup: Setup, gas: CorpuscularState, kinds: ParticleKinds, time: floa
 def pending(setup: Setup, gas: CorpuscularState, kinds: ParticleKinds, time: float) -> np.ndarray:
     """Mass that inflators have delivered up to `time` [s] and that is not in any particle yet [kg], (species,)."""
     waiting = np.zeros(len(kinds.mass))
-    for source, delivery in zip(setup.sources, gas.deliveries, strict=True):
+    for source, delivery in zip(setup.supply.sources, gas.deliveries, strict=True):
         inflator = source.inflator
         waiting += inflator.delivered(time) * inflator.mass_fractions - delivery.mass(kinds)
     return waiting
@@ -50,7 +49,7 @@ def blow(setup: Setup, gas: CorpuscularState, kinds: ParticleKinds, bag: Bag, sp
     """Add new particles from the inflators; returns at which fraction of the step each particle starts to fly."""
     first = gas.particles.count
     ready = injectors(setup, kinds, gas.positions)
-    for source, injector, delivery in zip(setup.sources, ready, gas.deliveries, strict=True):
+    for source, injector, delivery in zip(setup.supply.sources, ready, gas.deliveries, strict=True):
         mouth, one = source.jets.mouth_nodes, gas.particles.count
         offered = delivery.offered
         start, end = gas.positions[mouth].mean(axis=0), bag.positions[mouth].mean(axis=0)
@@ -70,7 +69,7 @@ def blow(setup: Setup, gas: CorpuscularState, kinds: ParticleKinds, bag: Bag, sp
 def injectors(setup: Setup, kinds: ParticleKinds, positions: np.ndarray) -> list[Injector]:
     """The injector of each source at the present place of its mouth; positions: [m], (nodes, 3)."""
     made = []
-    for source in setup.sources:
+    for source in setup.supply.sources:
         holes, frames, (axis, _, _) = source.jets.nozzles(positions)
         ring = source.jets.ring
         centre = positions[source.jets.mouth_nodes].mean(axis=0)
@@ -96,47 +95,32 @@ def _draw_uniform(identity, seed, drawn_out):
 
 
 def draw_air_in(setup: Setup, gas: CorpuscularState, kinds: ParticleKinds, bag: Bag) -> None:
-    """Add the particles of air that passages have drawn in."""
-    ambient = setup.ambient
-    for k, row in enumerate(setup.passages.rows):
+    """Add the particles of air that passages have drawn in, with the velocities of molecules that cross a plane."""
+    temperature = setup.supply.ambient.temperature
+    for k, row in enumerate(setup.supply.passages.rows):
         number = np.floor(gas.owed[k] / kinds.mass).astype(np.int64)
         if not number.any():
             continue
         mass = number * kinds.mass
         chamber, inward = (row.behind, -1.0) if row.ahead == OUTSIDE else (row.ahead, 1.0)
+        new = gas.particles.add(int(number.sum()))
+        new.species[:] = np.repeat(np.arange(len(number)), number)
+        new.chamber[:] = chamber
         triangles = bag.surface.triangles[row.triangles]
-        energy, impulse = draw_in(
-            gas.particles, kinds, number, ambient.temperature, chamber, triangles, bag.positions, inward, setup.seed
-        )
-        enthalpy = mixture_enthalpy(setup.table, mass, ambient.temperature)
+        normals = area_vectors(triangles, bag.positions)
+        area = np.linalg.norm(normals, axis=1)
+        _place(
+            new, bag.positions[triangles], np.cumsum(area) / area.sum(), inward * normals / area[:, None], kinds.table,
+            kinds.mass, kinds.heat, temperature, setup.seed,
+        )  # fmt: skip
+        each = kinds.mass[new.species]
+        energy = float(0.5 * each @ np.sum(new.velocity**2, axis=1) + new.internal_energy.sum())
+        enthalpy = mixture_enthalpy(setup.table, mass, temperature)
         gas.owed[k] -= mass
         gas.drawn += mass
         gas.enthalpy_in += enthalpy
         gas.pool[chamber] += enthalpy - energy
-        gas.impulse += impulse
-
-
-def draw_in(
-    particles: Particles, kinds: ParticleKinds, number: np.ndarray, temperature: float, chamber: int,
-    triangles: np.ndarray, positions: np.ndarray, inward: float, seed: int,
-) -> tuple[float, np.ndarray]:  # fmt: skip
-    """Add particles, number (species,) int64, of air at temperature [K] through triangles (n, 3).
-
-    positions [m] (nodes, 3). inward: -1 if the chamber lies behind the triangles, +1 if ahead. Their velocities are
-    those of molecules that cross a plane. Returns their energy [J] and momentum [N s] (3,).
-    """
-    new = particles.add(int(number.sum()))
-    new.species[:] = np.repeat(np.arange(len(number)), number)
-    new.chamber[:] = chamber
-    normals = area_vectors(triangles, positions)
-    area = np.linalg.norm(normals, axis=1)
-    _place(
-        new, positions[triangles], np.cumsum(area) / area.sum(), inward * normals / area[:, None], kinds.table,
-        kinds.mass, kinds.heat, temperature, seed,
-    )  # fmt: skip
-    each = kinds.mass[new.species]
-    energy = 0.5 * each @ np.sum(new.velocity**2, axis=1) + new.internal_energy.sum()
-    return float(energy), each @ new.velocity
+        gas.impulse += each @ new.velocity
 
 
 @scalar

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from billow.base.compiled import scalar
-from billow.parts.gas.corpuscular.inside_points import points_inside
+from billow.parts.gas.corpuscular.inside_points import Enclosure, points_inside
 from billow.parts.gas.corpuscular.internal_energy import ParticleKinds, degrees_of_freedom
 from billow.parts.gas.corpuscular.particles import Particles
 from billow.parts.gas.corpuscular.random_numbers import gamma, normal, stream
@@ -16,22 +16,17 @@ INITIAL_AIR = 0x41495220
 """Names the random numbers of the air's motion."""
 
 
-def air_count(kinds: ParticleKinds, pressure: float, temperature: float, volumes: np.ndarray) -> np.ndarray:
-    """Number of particles, int64, in volumes [m^3] (chambers,) at a pressure [Pa] and temperature [K], rounded."""
-    return np.rint(pressure * volumes / (kinds.heat * temperature)).astype(np.int64)
-
-
 def fill_with_air(
     particles: Particles, kinds: ParticleKinds, mass_fractions: np.ndarray, pressure: float, temperature: float,
-    volumes: np.ndarray, triangles: np.ndarray, positions: np.ndarray, behind: np.ndarray, ahead: np.ndarray, seed: int,
+    volumes: np.ndarray, bag: Enclosure, seed: int,
 ) -> None:  # fmt: skip
     """Add the air of each chamber at rest: mass_fractions (species,), pressure [Pa], temperature [K].
 
-    volumes [m^3] (chambers,); surface as in `points_inside`. The air of a chamber has no momentum, and exactly the
+    volumes [m^3] (chambers,). The air of a chamber has no momentum, and exactly the
     energy of its particles at that temperature; its mass is right to half a particle.
     """
-    number = air_count(kinds, pressure, temperature, volumes)
-    points, chamber, _ = points_inside(triangles, positions, behind, ahead, number, seed)
+    number = np.rint(pressure * volumes / (kinds.heat * temperature)).astype(np.int64)
+    points, chamber, _ = points_inside(bag, number, seed)
     new = particles.add(len(points))
     new.position[:], new.chamber[:] = points, chamber
     share = mass_fractions / kinds.mass

@@ -1,17 +1,4 @@
-"""Injection: inflators blow particles into the bag through nozzles.
-
-A particle is born whenever the mass of a whole one has been delivered. It belongs to the species that is most overdue,
-and to its nozzle that is most overdue, so that masses are exact in the long run, also for each nozzle.
-
-A new particle has the drift u along its jet, u = min(choked speed, mdot/(rho A)), and the thermal motion and internal
-energy of the temperature at which e(T) = h(T_in) - u^2/2: the *enthalpy* at the total temperature T_in comes in
-(docs/theory.md, Outlets, inflow and returned energy). Each step's batch is scaled to that energy exactly. What a batch
-cannot take (a single particle that was drawn too fast) is carried to the next.
-
-A nozzle blows one way only. The thermal motion along the jet is folded, v = |s + xi| sigma, with s such that the mean
-is still u. The thrust is then mdot u, as far as a one-sided distribution can have that mean (u > 0.8 sigma; a choked
-jet has u = sigma).
-"""
+"""Injection: inflators blow particles into the bag through nozzles (docs/theory.md, Injection)."""
 
 from __future__ import annotations
 
@@ -134,20 +121,21 @@ class Injector:
         drift = min(jet_speed(kinds.table, fractions, temperature), arrived / (dt * density * nozzles.area))
         warmth = mixture_temperature(kinds.table, fractions, enthalpy - 0.5 * drift * drift, temperature)
         # What earlier batches could not take.
-        excess = delivery.offered - delivery.energy - _enthalpy(kinds, due - delivery.born.sum(axis=0), temperature)
+        waiting = (due - delivery.born.sum(axis=0)) * kinds.mass
+        excess = delivery.pending_energy - mixture_enthalpy(kinds.table, waiting, temperature)
         born = delivery.born.copy()
         new, nozzle = particles.add(count), np.empty(count, np.int64)
         _choose(due, born, nozzle, new.species)
         new.chamber[:] = nozzles.chamber[nozzle]
-        number = (born - delivery.born).sum(axis=0)
+        mass = (born - delivery.born).sum(axis=0) * kinds.mass
+        owed = mixture_enthalpy(kinds.table, mass, temperature) + excess
         angle = nozzles.spin * (time + dt)
         energy = _set_in_motion(
             new, nozzle, turned(nozzles.direction, nozzles.normal, angle), math.sin(nozzles.half_angle) ** 2,
-            kinds.table, kinds.mass, kinds.heat, drift, warmth, _enthalpy(kinds, number, temperature) + excess, seed,
+            kinds.table, kinds.mass, kinds.heat, drift, warmth, owed, seed,
         )  # fmt: skip
         holes = turned(nozzles.offset, nozzles.normal, angle) + mouth
         _place(new, nozzle, holes, nozzles.normal, nozzles.radius, seed)
-        mass = number * kinds.mass
         delivery.born = born
         delivery.energy += energy
         impulse = kinds.mass[new.species] @ new.velocity
@@ -168,11 +156,6 @@ def turned(vectors, axis, angle):
         result[i, 1] = cosine * y + along * axis[1] + sine * (axis[2] * x - axis[0] * z)
         result[i, 2] = cosine * z + along * axis[2] + sine * (axis[0] * y - axis[1] * x)
     return result
-
-
-def _enthalpy(kinds: ParticleKinds, number: np.ndarray, temperature: float) -> float:
-    """Enthalpy [J] of so many particles (species,) at temperature [K]."""
-    return mixture_enthalpy(kinds.table, number * kinds.mass, temperature)
 
 
 @scalar

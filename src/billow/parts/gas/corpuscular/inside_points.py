@@ -1,21 +1,14 @@
-"""Points spread evenly by volume inside a closed surface, however thin, folded or divided it is.
-
-Parallel columns are cut by all triangles. Where a column is inside follows from counting the surfaces it passes, with
-their sign. Points are then placed along the inside lengths of all columns at equal distances with jitter, which is even
-by volume. Thin bags are no special case: columns run along the thinnest extent, and every column over a flat bag is
-inside over the bag's gap.
-
-Whether a column meets a triangle is decided by the sides of its three edges, each evaluated from the edge's lower to
-its higher node. Neighbouring triangles get the same answer, so that no column slips between them or meets both.
-"""
+"""Points spread evenly by volume inside a closed surface (docs/theory.md, Inside and outside)."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
 from billow.base.compiled import scalar
+from billow.geometry.chambers import Chambers
 from billow.parts.gas.corpuscular.random_numbers import stream, uniform
 
 COLUMNS_PER_POINT = 4
@@ -25,23 +18,30 @@ INSIDE_POINTS = 0x494E5349
 """Names the random numbers of points and columns."""
 
 
-def points_inside(
-    triangles: np.ndarray, positions: np.ndarray, behind: np.ndarray, ahead: np.ndarray, number: np.ndarray, seed: int
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+@dataclass(frozen=True)
+class Enclosure:
+    """The surface of a bag as it stands: triangles (n, 3), positions [m] (nodes, 3), and its chambers."""
+
+    triangles: np.ndarray
+    positions: np.ndarray
+    chambers: Chambers
+
+
+def points_inside(bag: Enclosure, number: np.ndarray, seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Points in each chamber, as many as `number` (chambers,) int64 says.
 
-    triangles (n, 3), positions [m] (nodes, 3). behind, ahead: (n,) int32, chamber on the inner side of each triangle
-    (against its normal) and on its outer side, -1 outside the bag. Returns points [m] (number.sum(), 3), chamber by
-    chamber; their chambers (number.sum(),) int32; and volumes [m^3] (chambers,) as found by the columns, for comparison
-    with Gauss' theorem. A chamber without volume, which no column meets, gets no points.
+    Returns points [m] (number.sum(), 3), chamber by chamber; their chambers (number.sum(),) int32; and volumes [m^3]
+    (chambers,) as found by the columns, for comparison with Gauss' theorem. A chamber without volume, which no column
+    meets, gets no points.
     """
-    turned, order, low = thin_axis_last(positions)
+    turned, order, low = thin_axis_last(bag.positions)
     width, depth = np.ptp(turned, axis=0)[:2]
     columns = max(FEWEST_COLUMNS, COLUMNS_PER_POINT * int(number.sum()))
     edge = math.sqrt(max(width * depth, 1e-300) / columns)
     shape = np.array([max(1, math.ceil(width / edge)), max(1, math.ceil(depth / edge))])
     pitch = np.array([width, depth]) / shape
-    start, height, left, entered = _cut(triangles.astype(np.int64), turned, behind, ahead, shape, pitch, seed)
+    sides = bag.chambers.behind, bag.chambers.ahead
+    start, height, left, entered = _cut(bag.triangles.astype(np.int64), turned, *sides, shape, pitch, seed)
     length = _inside_length(start, height, left, entered, len(number))
     found = np.where(length > 0.0, number, 0)
     points, chamber = _deal(start, height, left, entered, shape, pitch, length, found, seed)
@@ -63,10 +63,7 @@ def thin_axis_last(positions: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.nd
 def _column(index, shape, pitch, seed):
     """Position of a column [m]: random within its field."""
     key = stream(seed + INSIDE_POINTS, 0, index)
-    return (
-        (index // shape[1] + uniform(key, 0)) * pitch[0],
-        (index % shape[1] + uniform(key, 1)) * pitch[1],
-    )
+    return (index // shape[1] + uniform(key, 0)) * pitch[0], (index % shape[1] + uniform(key, 1)) * pitch[1]
 
 
 @scalar

@@ -1,13 +1,5 @@
-"""The molecules that a particle represents, and its internal energy.
-
-Every particle represents the same number of molecules, whatever its species. The internal degrees of freedom of a
-molecule follow from its *integral* energy,
-
-    zeta(T) = 2 e(T) / (R T) - 3,   not below zero,
-
-so that the mean internal energy zeta/2 k T of all molecules together with 3/2 k T of flight is e(T), and cp/cv follows
-from the energy table (docs/theory.md, Internal degrees of freedom of particles; Bird 1994).
-"""
+"""The molecules that a particle represents, and its internal energy (docs/theory.md, Internal degrees of freedom of
+particles)."""
 
 from __future__ import annotations
 
@@ -61,13 +53,8 @@ def degrees_of_freedom(row, temperature):
 def cell_temperature(table, masses, heat, energy, guess):
     """Temperature [K] of a cell with masses [kg] (species,) and thermal energy [J], without that of the mean motion.
 
-    sum(m_i e_i(T)) - 3/2 heat T = energy: relative to their own mean velocity, n particles have 3 (n - 1) degrees of
-    freedom of flight. Collisions change neither energy nor masses of a cell, hence not this temperature, and whatever
-    depends on it keeps collisions in detailed balance. (n/(n - 1) times the energy of flight would not: it kept a gas
-    of two internal degrees of freedom 0.13 % too cold in flight.)
-
-    Newton's method, ended after the first change below 1e-3 T. It converges quadratically, so the error is 1e-6, while
-    ten particles give their temperature to 15 %. guess [K]: of a similar gas. nan if there is no energy.
+    sum(m_i e_i(T)) - 3/2 heat T = energy, by Newton's method until the first change below 1e-3 T (docs/theory.md,
+    Collisions). guess [K]: of a similar gas. nan if there is no energy.
     """
     if not energy > 0.0:
         return np.nan
@@ -89,14 +76,7 @@ def cell_temperature(table, masses, heat, energy, guess):
 def cell_degrees_of_freedom(table, masses, heat, energy, temperature, dof_out):
     """Degrees of freedom zeta_i [-] (species,) for collisions in a cell; energy [J], temperature [K]: cell_temperature.
 
-    Not zeta_i(T): the temperature of ten particles fluctuates, zeta is curved in energy, and the mean internal energy
-    over many cells would be 0.5 % too high (CO2, 650 K). F = energy/(heat T) is half the number of degrees of freedom
-    of the cell, C/heat = F + T F' its heat capacity, and energies vary by heat T sqrt(F). To second order in this
-    fluctuation,
-
-        zeta_i = zeta_i(T) - F^2 (heat/C)^3 (T zeta_i' + T^2 zeta_i''/2)
-
-    makes the mean energy of flight that of the mean temperature.
+    zeta_i(T) - F^2 (heat/C)^3 (T zeta_i' + T^2 zeta_i''/2), F = energy/(heat T) (docs/theory.md, Collisions).
     """
     half = energy / (heat * temperature)
     capacity = -1.5

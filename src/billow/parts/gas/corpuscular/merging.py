@@ -1,19 +1,4 @@
-"""Merging: of every two neighbours one is kept and represents the molecules of both (docs/theory.md, Merging).
-
-A bag starts with the largest allowed number of particles, so that few molecules hit the fabric at a time. Whenever
-there would be more, all particles are merged in pairs at once. They all represent the same number of molecules before
-and after (LS-DYNA paper, section 4.3).
-
-Neighbours of one species and chamber, side by side in the order of the cells, form a pair, and it is random which of
-the two is kept, unchanged: a fair sample of fast and slow particles. The kept ones are then corrected in groups of at
-least GROUP. With W, F, U their mean velocity, energy of flight about it and internal energy, and V, F0, U0 those of all
-particles before,
-
-    v = V + sqrt(F0/F) (w - W),    e = U0/U e_w.
-
-So masses, momentum, energy of flight and internal energy of a group do not change, to rounding. The last particle of an
-odd number either counts as a pair or is dropped, whichever leaves the smaller `Remainder`, which keeps the difference.
-"""
+"""Merging: of every two neighbours one is kept and represents the molecules of both (docs/theory.md, Merging)."""
 
 from __future__ import annotations
 

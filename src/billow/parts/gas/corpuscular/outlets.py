@@ -1,20 +1,5 @@
-"""Outlets: how likely a particle is to pass a vent or porous fabric, so that the mass flow is that of the passage's law
-(supply/passages.py); and the particles that leave the bag (docs/theory.md, Outlets, inflow and returned energy).
-
-A particle that strikes a passage passes with probability
-
-    P = min(1, (flow + short / window) / incident mass flow).
-
-The incident flow is that of the last `window` seconds. `short` is the mass that should have left but has not: without
-it, the mean of 1/incident, which exceeds 1/mean by 1/hits, would bias the outflow. The gas beside the passage is that
-of the chamber. If a jet presses on the fabric around a vent, by more than the noise of so many hits, the pressure there
-counts instead; that on the vent itself rises with the outflow and would drive it. What the law asks for beyond all that
-strikes the hole is taken from the particles nearest to it.
-
-Fabric between two chambers is struck on both sides. The net flow is P (incident from behind - incident from ahead), so
-P = flow / (incident upstream (1 - p_down/p_up)). Whatever reaches an opening passes. If the pressure outside is higher,
-air is drawn in.
-"""
+"""Outlets: how likely a particle is to pass a vent or porous fabric, and the particles that leave the bag
+(docs/theory.md, Outlets, inflow and returned energy)."""
 
 from __future__ import annotations
 
@@ -29,10 +14,10 @@ from billow.parts.gas.corpuscular.flight import Flock
 from billow.parts.gas.corpuscular.internal_energy import ParticleKinds
 from billow.parts.gas.corpuscular.state import CorpuscularState
 from billow.parts.gas.gas_model import Bag
-from billow.parts.gas.supply.ambient import Ambient
 from billow.parts.gas.supply.mixture import mixture_gamma, mixture_gas_constant, species_enthalpy
 from billow.parts.gas.supply.outflow import conductance
-from billow.parts.gas.supply.passages import OPENING, VENT, Passages, effective_area
+from billow.parts.gas.supply.passages import OPENING, VENT, effective_area
+from billow.parts.gas.supply.supply import Supply
 
 NO_PASSAGE = -1
 
@@ -51,41 +36,35 @@ class Outlets:
     """Passages as particles meet them. passage: (triangles,) int32, the passage each triangle belongs to, or
     NO_PASSAGE. around: of each vent, the triangles (n,) int64 that touch it; none for other passages."""
 
-    table: np.ndarray
-    passages: Passages
-    ambient: Ambient
+    supply: Supply
     passage: np.ndarray
     around: tuple[np.ndarray, ...]
 
     @classmethod
-    def build(cls, table: np.ndarray, passages: Passages, ambient: Ambient, triangles: np.ndarray) -> Outlets:
+    def build(cls, supply: Supply, triangles: np.ndarray) -> Outlets:
         """triangles: of the bag, (n, 3)."""
         passage, around = np.full(len(triangles), NO_PASSAGE, np.int32), []
-        for k, row in enumerate(passages.rows):
+        for k, row in enumerate(supply.passages.rows):
             passage[row.triangles] = k
             touching = np.isin(triangles, triangles[row.triangles]).any(axis=1) & (row.kind == VENT)
             touching[row.triangles] = False
             around.append(np.flatnonzero(touching))
-        return cls(table, passages, ambient, passage, tuple(around))
+        return cls(supply, passage, tuple(around))
 
     def regulate(
-        self, pass_probability: np.ndarray, is_open: np.ndarray, short: np.ndarray, areas: np.ndarray,
-        triangle_area: np.ndarray,
-        wall_pressure: np.ndarray, mass_flux: np.ndarray, chamber_pressure: np.ndarray, masses: np.ndarray,
-        temperature: np.ndarray, particle_mass: np.ndarray, window: float, time: float, dt: float,
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:  # fmt: skip
-        """Set pass_probability (triangles,) for the next step; opens passages in is_open (passages,).
+        self, gas: CorpuscularState, areas: np.ndarray, triangle_area: np.ndarray, particle_mass: np.ndarray,
+        window: float, dt: float,
+    ) -> None:  # fmt: skip
+        """Set the state's pass_probability for the next step of about dt [s]; opens passages, owes the air drawn in,
+        and notes what is wanted and blocked.
 
-        short: mass [kg] that should have left by the law and has not, negative if too much has left, (passages,).
-        areas: Passages.measure. triangle_area [m^2] (triangles,). wall_pressure [Pa] and mass_flux [kg/m^2/s],
-        (triangles, 2): of the gas behind and ahead, smoothed over a window [s]. Of the chambers: pressure [Pa],
-        temperature [K], mean mass of a particle [kg] (chambers,), masses [kg] (chambers, species).
-
-        Returns mass [kg] to be drawn in, blocked area [m^2] and mass flow to the surroundings [kg/s], all (passages,).
+        areas: Passages.measure. triangle_area [m^2] (triangles,). particle_mass: mean of each chamber [kg] (chambers,).
+        The bank of the state is smoothed over a window [s].
         """
-        passages, ambient = self.passages, self.ambient
-        first_chunk = passages.table.first_chunk
-        drawn, blocked_area, wanted = np.zeros((3, len(passages.rows)))
+        passages, ambient = self.supply.passages, self.supply.ambient
+        pass_probability, first_chunk = gas.pass_probability, passages.table.first_chunk
+        wall_pressure, mass_flux = gas.bank.pressure, gas.bank.mass_flux
+        drawn, blocked_area, gas.wanted = np.zeros((3, len(passages.rows)))
         for k, row in enumerate(passages.rows):
             if row.coefficient == 0.0:  # tight
                 continue
@@ -94,7 +73,7 @@ class Outlets:
             struck = triangle_area[row.triangles]
             behind = ahead = ambient.pressure
             if row.behind != OUTSIDE:
-                behind = chamber_pressure[row.behind]
+                behind = gas.pressure[row.behind]
                 near = self.around[k]
                 hits = window * float(triangle_area[near] @ mass_flux[near, 0]) / particle_mass[row.behind]
                 if hits > 1.0:
@@ -102,19 +81,19 @@ class Outlets:
                     if felt > behind * (1.0 + CERTAIN * HITS_NOISE / math.sqrt(hits)):
                         behind = felt
             if row.ahead != OUTSIDE:
-                ahead = chamber_pressure[row.ahead]
+                ahead = gas.pressure[row.ahead]
             lead = behind - ahead
-            if lead >= row.opens_at or time + dt >= row.bursts_at:
-                is_open[k] = True
-            if not is_open[k]:
+            if lead >= row.opens_at or gas.gas_time + dt >= row.bursts_at:
+                gas.is_open[k] = True
+            if not gas.is_open[k]:
                 pass_probability[row.triangles] = 0.0
                 continue
             if row.kind == OPENING:
                 pass_probability[row.triangles] = 1.0
                 continue
             up, upstream, downstream = (row.behind, behind, ahead) if lead >= 0.0 else (row.ahead, ahead, behind)
-            gamma, rt = self._upstream_gas(up, masses, temperature)
-            area = effective_area(passages.table, k, present, blocked, time, behind, ahead)
+            gamma, rt = self._upstream_gas(up, gas)
+            area = effective_area(passages.table, k, present, blocked, gas.gas_time, behind, ahead)
             flow = area * conductance(row.law, upstream, downstream, gamma, rt) * (upstream - downstream)
             if up == OUTSIDE:
                 pass_probability[row.triangles] = 0.0
@@ -124,45 +103,37 @@ class Outlets:
             if row.behind != OUTSIDE and row.ahead != OUTSIDE:
                 incident *= max(1.0 - downstream / upstream, 1e-6)
             if OUTSIDE in (row.behind, row.ahead):
-                wanted[k] = flow
-                flow = max(0.0, flow + short[k] / window)
+                gas.wanted[k] = flow
+                flow = max(0.0, flow + gas.short[k] / window)
             pass_probability[row.triangles] = min(1.0, flow / incident) if incident > 0.0 else 0.0
-        return drawn, blocked_area, wanted
+        gas.owed += drawn[:, None] * ambient.mass_fractions
+        gas.blocked_area = float(blocked_area.sum())
 
-    def missing_heat(
-        self, triangle_area: np.ndarray, wall_pressure: np.ndarray, mass_flux: np.ndarray, masses: np.ndarray,
-        temperature: np.ndarray,
-    ) -> np.ndarray:  # fmt: skip
-        """Energy that a leaving molecule lacks compared with outflow, in k T of its chamber, (passages,).
-
-        Arguments as in `regulate`.
-        """
-        missing = np.full(len(self.passages.rows), 0.5)
-        for k, row in enumerate(self.passages.rows):
+    def missing_heat(self, gas: CorpuscularState, triangle_area: np.ndarray) -> np.ndarray:
+        """Energy that a leaving molecule lacks compared with outflow, in k T of its chamber, (passages,)."""
+        missing = np.full(len(self.supply.passages.rows), 0.5)
+        for k, row in enumerate(self.supply.passages.rows):
             home, side = (row.behind, 0) if row.behind != OUTSIDE else (row.ahead, 1)
             area = triangle_area[row.triangles]
-            flux = float(area @ mass_flux[row.triangles, side])
-            if flux > 0.0 and masses[home].any():
-                push = 0.5 * float(area @ wall_pressure[row.triangles, side])
-                missing[k] = _missing_at(push / flux / math.sqrt(self._upstream_gas(home, masses, temperature)[1]))
+            flux = float(area @ gas.bank.mass_flux[row.triangles, side])
+            if flux > 0.0 and gas.masses[home].any():
+                push = 0.5 * float(area @ gas.bank.pressure[row.triangles, side])
+                missing[k] = _missing_at(push / flux / math.sqrt(self._upstream_gas(home, gas)[1]))
         return missing
 
-    def _upstream_gas(self, chamber: int, masses: np.ndarray, temperature: np.ndarray) -> tuple[float, float]:
+    def _upstream_gas(self, chamber: int, gas: CorpuscularState) -> tuple[float, float]:
         """cp/cv [-] and R T [J/kg] of a chamber's gas, or of the air outside."""
         if chamber == OUTSIDE:
-            fractions, t = self.ambient.mass_fractions, self.ambient.temperature
+            fractions, t = self.supply.ambient.mass_fractions, self.supply.ambient.temperature
         else:
-            fractions, t = masses[chamber] / masses[chamber].sum(), temperature[chamber]
-        return mixture_gamma(self.table, fractions, t), mixture_gas_constant(self.table, fractions) * t
+            fractions, t = gas.masses[chamber] / gas.masses[chamber].sum(), gas.temperature[chamber]
+        return mixture_gamma(self.supply.table, fractions, t), mixture_gas_constant(self.supply.table, fractions) * t
 
 
 def _missing_at(speed: float) -> float:
     """Missing energy [k T] of a gas whose molecules strike a hole at this mean normal speed, in units of sqrt(R T).
 
-    Gas that drifts at s sqrt(R T) strikes the hole with the moments of v over v > 0, m1 = s Phi + phi, m2 = (s^2 + 1)
-    Phi + s phi, m3 = (s^3 + 3 s) Phi + (s^2 + 2) phi, with phi and Phi the normal density and distribution (Bird,
-    Molecular Gas Dynamics, 1994, section 4.2). The mean speed of these molecules is m2/m1, their energy m3/(2 m1) + 1 k
-    T and the internal energy; outflow takes 5/2 + s^2/2 k T and the internal energy.
+    From the moments of the molecules that strike it (docs/theory.md, Outlets, inflow and returned energy).
     """
     low, high = 0.0, 10.0
     for _ in range(40):
@@ -180,9 +151,8 @@ def _missing_at(speed: float) -> float:
 
 
 def pull_out(
-    gas: CorpuscularState, kinds: ParticleKinds, outlets: Outlets, passages: Passages, bag: Bag, flock: Flock,
-    span: float,
-) -> np.ndarray:  # fmt: skip
+    gas: CorpuscularState, kinds: ParticleKinds, outlets: Outlets, bag: Bag, flock: Flock, span: float
+) -> np.ndarray:
     """Compare what has left with what should have; where too few particles strike a vent, let the nearest ones leave.
 
     Returns which particles those are, (particles,) bool.
@@ -192,7 +162,7 @@ def pull_out(
     where, mass = outlets.passage[flock.exit[out]], kinds.mass[flock.species[out]]
     gas.short += gas.wanted * span - np.bincount(where, mass, len(gas.short))
     gas.short[gas.wanted == 0.0] = 0.0
-    for k, row in enumerate(passages.rows):
+    for k, row in enumerate(outlets.supply.passages.rows):
         if row.kind != VENT or gas.wanted[k] == 0.0 or gas.pass_probability[row.triangles[0]] < 1.0:
             continue
         home = max(row.behind, row.ahead)  # OUTSIDE is -1
@@ -210,9 +180,8 @@ def pull_out(
 
 
 def take_out(
-    gas: CorpuscularState, kinds: ParticleKinds, outlets: Outlets, passages: Passages, bag: Bag, flock: Flock,
-    pulled: np.ndarray,
-) -> None:  # fmt: skip
+    gas: CorpuscularState, kinds: ParticleKinds, outlets: Outlets, bag: Bag, flock: Flock, pulled: np.ndarray
+) -> None:
     """Book and remove the particles that left the bag."""
     out = np.flatnonzero(flock.chamber == OUTSIDE)
     if not len(out):
@@ -222,9 +191,9 @@ def take_out(
     np.add.at(gas.left, (where, species), mass)
     energy = 0.5 * mass * np.sum(velocity**2, axis=1) + gas.particles.internal_energy[out]
     # Outflow takes its enthalpy along; the gas that stays pays what the particles lack.
-    home = np.array([max(row.behind, row.ahead) for row in passages.rows])[where]  # OUTSIDE is -1
+    home = np.array([max(row.behind, row.ahead) for row in outlets.supply.passages.rows])[where]  # OUTSIDE is -1
     area = np.linalg.norm(area_vectors(bag.surface.triangles, bag.positions), axis=1)
-    missing = outlets.missing_heat(area, gas.bank.pressure, gas.bank.mass_flux, gas.masses, gas.temperature)[where]
+    missing = outlets.missing_heat(gas, area)[where]
     enthalpy = np.array([[species_enthalpy(row, t) for row in kinds.table] for t in gas.temperature])
     lacks = np.where(pulled[out], mass * enthalpy[home, species] - energy, missing * kinds.heat * gas.temperature[home])
     debt = np.bincount(home, lacks, len(gas.pool))

@@ -1,17 +1,10 @@
 """Random numbers that depend on names, not on history: (seed, step, particle, event) in, number out.
 
-There is no generator with a state. Each draw hashes its own name, so the bits are the same for any number of threads,
-in any order, and after a restart. Usage inside a kernel:
+    key = stream(seed + PURPOSE, step, particle)      # PURPOSE: so that no two uses share numbers within a step
+    u, w = uniform(key, 0), normal(key, 1)            # event 0, 1, 2, ...: independent numbers
 
-    key = stream(seed, step, particle)      # once per particle and step
-    u = uniform(key, 0)                     # event 0, 1, 2, ...: independent numbers
-    w = normal(key, 1)
-
-Different purposes (wall hits, collisions, injection) must not share numbers within a step: each adds its own constant
-to the seed (`seed + PURPOSE`).
-
-The hash is the finalizer of SplitMix64 (Steele, Lea, Flood: "Fast splittable pseudorandom number generators", OOPSLA
-2014, with the constants of Stafford's variant 13), applied once per part of the name.
+The bits are the same for any number of threads, in any order, and after a restart. The hash is the finalizer of
+SplitMix64 (Steele, Lea, Flood, OOPSLA 2014, with the constants of Stafford's variant 13), once per part of the name.
 """
 
 from __future__ import annotations

@@ -16,9 +16,7 @@ from billow.parts.gas.corpuscular.outlets import Outlets
 from billow.parts.gas.corpuscular.state import CorpuscularState
 from billow.parts.gas.corpuscular.wall_load import Squares
 from billow.parts.gas.corpuscular.walls import Walls
-from billow.parts.gas.supply.ambient import Ambient
-from billow.parts.gas.supply.passages import Passages
-from billow.parts.gas.supply.supply import Source, Supply
+from billow.parts.gas.supply.supply import Supply
 
 
 @dataclass(frozen=True)
@@ -41,18 +39,6 @@ class Setup:
         return self.supply.table
 
     @property
-    def sources(self) -> tuple[Source, ...]:
-        return self.supply.sources
-
-    @property
-    def ambient(self) -> Ambient:
-        return self.supply.ambient
-
-    @property
-    def passages(self) -> Passages:
-        return self.supply.passages
-
-    @property
     def chambers(self) -> Chambers:
         return self.supply.chambers
 
@@ -67,7 +53,7 @@ class Setup:
 
     @cached_property
     def outlets(self) -> Outlets:
-        return Outlets.build(self.table, self.passages, self.ambient, self.surface.triangles)
+        return Outlets.build(self.supply, self.surface.triangles)
 
     @cached_property
     def solid(self) -> np.ndarray:
@@ -79,7 +65,7 @@ class Setup:
         """Ambient pressure against the normal of each triangle [Pa], (triangles,): on fabric and mouth from outside."""
         behind, ahead = self.chambers.behind, self.chambers.ahead
         side = (ahead == OUTSIDE) * 1.0 - (behind == OUTSIDE) * 1.0
-        return np.where(self.solid, side * self.ambient.pressure, 0.0)
+        return np.where(self.solid, side * self.supply.ambient.pressure, 0.0)
 
     @cached_property
     def flat_area(self) -> np.ndarray:

@@ -1,21 +1,4 @@
-"""The load on the fabric: the particles' impulses, patch by patch, and the ambient pressure from outside.
-
-Everything that strikes a patch of fabric in a gas step pushes evenly on the whole patch until the next gas step
-(docs/theory.md, Wall load). The part along the normals of its triangles becomes the pressure of the patch; the rest
-(jets along the fabric, curvature) is distributed by area. Particles bounce off the patch as this load moves with it
-(`wall_speed`), so that the patch gets what they lose. With N particles of a diatomic gas beside each patch, its
-spurious energy is 1/(5 N) of the energy of the gas there. Squares of the flat cut are therefore quartered only as long
-as each quarter has its PARTICLES_PER_PATCH: a light sliver at the rim that is seldom hit would be shot out of the bag.
-
-The structure takes half of F dt in the step that ends where F is evaluated, and half in the next one. Exactly that is
-taken from what a patch holds, so the momentum of gas, patches and structure together is constant to rounding. What is
-left at the end of a gas step goes into the next load. Work is booked in the same way.
-
-The pressure of a chamber is extrapolated along the adiabat to the present volume (`lead`). This is a loan: what the
-patches hold decreases by as much, and the particles, which feel the walls move, pay it back.
-
-Ambient pressure acts on the outside of fabric, not of holes. The surroundings take what the particles do to a hole.
-"""
+"""The load on the fabric: the particles' impulses, patch by patch, and ambient pressure (docs/theory.md, Wall load)."""
 
 from __future__ import annotations
 

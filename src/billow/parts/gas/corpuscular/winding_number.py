@@ -1,13 +1,5 @@
-"""Winding numbers: how often the surface of a chamber, however crumpled, goes around a point; and the audit that uses
-them to check, independently of flight, that every particle is in its chamber.
-
-A ray from a point inside leaves the chamber once more often than it enters it, for each time the surface goes around:
-the winding number is the sum of these passages with their sign. The rays run along the thinnest extent of the bag.
-Whether a ray meets a triangle is decided as for `points_inside`: none slips between two triangles, none meets both.
-
-Escaped particles move to the nearest particle inside their chamber: there is room for gas there, while there may be
-none beside the nearest wall, in a fold.
-"""
+"""How often the surface of a chamber, however crumpled, goes around a point, and the audit that uses it to check,
+independently of flight, that every particle is in its chamber (docs/theory.md, Inside and outside)."""
 
 from __future__ import annotations
 
@@ -21,32 +13,21 @@ from billow.base.compiled import CHUNK, kernel
 from billow.geometry.search_grid import cell_lists
 from billow.geometry.triangle import double_area_vector
 from billow.parts.gas.corpuscular.flight import UNCOUNTED, Flock
-from billow.parts.gas.corpuscular.inside_points import meet, thin_axis_last
+from billow.parts.gas.corpuscular.inside_points import Enclosure, meet, thin_axis_last
 
 
-def audit(
-    flock: Flock, triangles: np.ndarray, positions: np.ndarray, behind: np.ndarray, ahead: np.ndarray
-) -> np.ndarray:
-    """Recount `flock.overlap`; returns the indices (n,) int64 of particles that are not in their chamber.
-
-    positions: [m], (nodes, 3), where the particles' step ended. triangles, behind, ahead: as in `winding_numbers`.
-    """
-    return _recount(flock, np.arange(len(flock.chamber)), triangles, positions, behind, ahead)
-
-
-def recheck_parked(
-    flock: Flock, triangles: np.ndarray, positions: np.ndarray, behind: np.ndarray, ahead: np.ndarray
-) -> None:
-    """Recount the particles that flight has put beside a wall; if fabric has moved over that place, bring them back."""
-    parked = np.flatnonzero(flock.overlap == UNCOUNTED)
-    bring_back(flock, _recount(flock, parked, triangles, positions, behind, ahead))
-
-
-def _recount(flock, some, triangles, positions, behind, ahead):
-    """Set the overlap of some particles; returns the indices of those among them that have escaped."""
-    winding = winding_numbers(flock.position[some], flock.chamber[some], triangles, positions, behind, ahead)
+def audit(flock: Flock, bag: Enclosure, some: np.ndarray | None = None) -> np.ndarray:
+    """Recount `flock.overlap`, of all or some particles (n,) int64; returns the indices (n,) int64 of those that are
+    not in their chamber. bag: where the particles' step ended."""
+    some = np.arange(len(flock.chamber)) if some is None else some
+    winding = winding_numbers(flock.position[some], flock.chamber[some], bag)
     flock.overlap[some] = np.maximum(winding, 1) - 1
     return some[(winding < 1) & (flock.chamber[some] >= 0)]
+
+
+def recheck_parked(flock: Flock, bag: Enclosure) -> None:
+    """Recount the particles that flight has put beside a wall; if fabric has moved over that place, bring them back."""
+    bring_back(flock, audit(flock, bag, np.flatnonzero(flock.overlap == UNCOUNTED)))
 
 
 def bring_back(flock: Flock, escaped: np.ndarray) -> None:
@@ -64,28 +45,24 @@ def bring_back(flock: Flock, escaped: np.ndarray) -> None:
             flock.position[lost], flock.overlap[lost] = flock.position[nearest], flock.overlap[nearest]
 
 
-def winding_numbers(
-    points: np.ndarray, chamber: np.ndarray, triangles: np.ndarray, positions: np.ndarray, behind: np.ndarray,
-    ahead: np.ndarray,
-) -> np.ndarray:  # fmt: skip
+def winding_numbers(points: np.ndarray, chamber: np.ndarray, bag: Enclosure) -> np.ndarray:
     """How often the surface of its chamber goes around each point, (points,) int32: 0 outside, 1 inside, 2 where two
     parts of the bag overlap, negative where the bag is turned inside out.
 
-    points [m] (points, 3), NaN counts as outside; chamber (points,). triangles (n, 3), positions [m] (nodes, 3);
-    behind, ahead: (n,) int32, chamber on the inner side of each triangle and on its outer side.
+    points [m] (points, 3), NaN counts as outside; chamber (points,).
     """
-    turned, order, low = thin_axis_last(positions)
+    turned, order, low = thin_axis_last(bag.positions)
     width, depth = np.ptp(turned, axis=0)[:2]
-    field = math.sqrt(max(width * depth, 1e-300) / len(triangles))
+    field = math.sqrt(max(width * depth, 1e-300) / len(bag.triangles))
     shape = np.array([int(width / field) + 1, int(depth / field) + 1])
-    corners = triangles.astype(np.int64)
+    corners = bag.triangles.astype(np.int64)
     fields, spans = (turned[corners][:, :, :2] / field).astype(np.int32), np.zeros((len(corners), 6), np.int32)
     spans[:, 0:4:2], spans[:, 1:5:2] = fields.min(axis=1), fields.max(axis=1)
     start, listed = cell_lists(spans, np.array([*shape, 1]))  # of the plane across the rays
     found = np.zeros(len(points), np.int32)
     _count_passages(
-        len(points), np.ascontiguousarray((points - low)[:, order]), np.asarray(chamber), corners, turned, behind,
-        ahead, field, shape, start, listed, found,
+        len(points), np.ascontiguousarray((points - low)[:, order]), np.asarray(chamber), corners, turned,
+        bag.chambers.behind, bag.chambers.ahead, field, shape, start, listed, found,
     )  # fmt: skip
     return found
 

@@ -1,11 +1,14 @@
-"""The still air outside, and the gas that is inside at the start."""
+"""The still air outside, the heat it takes, and the gas that is inside at the start."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+
+from billow.base.compiled import scalar
 
 
 class Ambient(NamedTuple):
@@ -33,3 +36,12 @@ class InitialGas:
             np.full(chambers, ambient.temperature),
             np.tile(ambient.mass_fractions, (chambers, 1)),
         )
+
+
+@scalar
+def heat_lost(capacity, warmer, conductance, span):
+    """Heat [J] that a chamber's gas loses through its fabric in `span` [s], m cv dT/dt = -h A (T - T_ambient): exact.
+
+    capacity: m cv [J/K]. warmer: T - T_ambient at the start [K]. conductance: h A [W/K].
+    """
+    return -capacity * warmer * math.expm1(-span * conductance / capacity)

@@ -1,14 +1,4 @@
-"""Momentum of the inflator's jets, for gas models that do not resolve the flow.
-
-Each hole of the ring blows an axisymmetric turbulent jet: on its axis u = u0 min(1, 6 d / s), across it a Gaussian of
-radius 0.11 s, at distance s along the axis (docs/theory.md, Jets; Albertson et al., Trans. ASCE 115, 1950; Fischer et
-al., "Mixing in Inland and Coastal Waters", 1979). It presses on fabric in its line of sight with rho u^2 cos^2(angle to
-the normal). The profile is scaled so that the force along each jet's axis equals its thrust mdot u0; a jet that sees no
-fabric delivers nothing, and both sums are booked. The footprint is never narrower than the hole and the element it
-falls on.
-
-Where the jets fall is determined every UPDATE_INTERVAL; in between the pattern moves with the fabric.
-"""
+"""Momentum of the inflator's jets, for gas models that do not resolve the flow (docs/theory.md, Jets)."""
 
 from __future__ import annotations
 

@@ -1,7 +1,6 @@
-"""Ideal-gas mixtures with temperature-dependent heat capacity, as scalar functions over a thermo table.
+"""Ideal-gas mixtures as scalar functions (docs/theory.md, Gas mixture).
 
-table: (species, 16) from `species.thermo_table`; masses: (species,) [kg]. For each species h(T) is the integral of cp
-from 0 K and e(T) = h(T) - R T; of a mixture p V = T sum(m_i R_i) and U = sum(m_i e_i(T)).
+table: (species, 16) from `species.thermo_table`; masses: (species,) [kg].
 """
 
 from __future__ import annotations

@@ -1,9 +1,5 @@
-"""Flow through an orifice and through porous fabric, from the side of higher pressure.
-
-The porous laws are the families of LS-DYNA's MAT_FABRIC (keyword manual II, FVOPT). Each gives the flow per area for a
-coefficient of 1 in the unit of its family. Near equal pressures the square root has infinite slope, and the flow would
-oscillate. All laws are therefore linear in the pressure difference below LINEAR_BELOW, and continuous there.
-"""
+"""Flow through an orifice and through porous fabric, from the side of higher pressure (docs/theory.md, Vents, leakage
+and openings)."""
 
 from __future__ import annotations
 
@@ -28,8 +24,7 @@ TEST_DIFFERENCE = 500.0
 def orifice_flux(upstream, downstream, gamma, gas_constant_times_temperature):
     """Isentropic mass flow per effective area [kg/(s m^2)] from upstream [Pa] to downstream [Pa] <= upstream.
 
-    mdot/(Cd A) = p_u sqrt(2g/((g-1) R T) (Q^(2/g) - Q^((g+1)/g))), Q = max(p_d/p_u, (2/(g+1))^(g/(g-1))): de Saint-
-    Venant and Wantzel; choked below the critical ratio.
+    De Saint-Venant and Wantzel; choked below the critical ratio (docs/theory.md, Vents, leakage and openings).
     """
     difference = upstream - downstream
     if difference <= 0.0:
@@ -56,8 +51,7 @@ def jet_speed(table, mass_fractions, temperature):
 def porous_flux(difference, density):
     """Mass flow per fabric area [kg/(s m^2)] at a pressure difference [Pa] and upstream density [kg/m^3].
 
-    The leak speed is sqrt(difference / TEST_DIFFERENCE) m/s for a permeability of 1: the velocity-curve family
-    (MAT_FABRIC FVOPT 7) with the standard test at 500 Pa as reference (docs/theory.md, Permeability, says why).
+    The leak speed is sqrt(difference / TEST_DIFFERENCE) m/s for a permeability of 1 (docs/theory.md, Permeability).
     """
     if difference <= 0.0:
         return 0.0

@@ -1,12 +1,11 @@
 """Passages: every way for gas to leave a chamber, to the surroundings or to another chamber, in one flat table.
 
-A vent, a porous part of the fabric, an opening between chambers and an orifice without geometry differ only in their
-law of flow, in the area it acts on, and in when they are open. The effective area of a passage is
+The effective area of a passage is
 
     coefficient * f1(t) * f2(t) * f3(p) * (X0 A0 + X1 A + (p_up/p_down) (X2 A0 + X3 A)) * (1 - b + b through_blocked)
 
 where A0 is its flat area, A its present area, b the blocked share of it, and X0 to X3 are the terms of Anagonye and
-Wang (LS-DYNA keyword manual II, MAT_FABRIC): (1, 0, 0, 0) is the flat area, (0, 1, 0, 0) the present one.
+Wang (docs/theory.md, Vents, leakage and openings).
 """
 
 from __future__ import annotations

@@ -1,9 +1,5 @@
-"""Thermodynamic data of gases.
-
-NASA-7 coefficients are those of GRI-Mech 3.0 (Smith et al., gri-mech, thermo30.dat): cp/R = a1 + a2 T + a3 T^2 + a4
-T^3 + a5 T^4 below and above 1000 K. Only cp is used: enthalpy is its integral from 0 K, so that e(0) = 0. Outside
-200-3000 K cp keeps the value at the end of the range.
-"""
+"""Thermodynamic data of gases (docs/theory.md, Gas mixture): NASA-7 coefficients of GRI-Mech 3.0 (Smith et al.,
+gri-mech, thermo30.dat)."""
 
 from __future__ import annotations
 

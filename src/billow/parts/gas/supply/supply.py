@@ -64,9 +64,7 @@ class Supply:
             masses[inflator.chamber] += inflator.delivered(time) * inflator.mass_fractions
         return masses
 
-    def outflow_by_name(
-        self, flows: Iterable[tuple[float, float]]
-    ) -> tuple[dict[str, float], dict[str, float], dict[str, float]]:
+    def outflow_by_name(self, flows: Iterable[tuple[float, float]]) -> tuple[dict[str, float], ...]:
         """Flow of each passage by name: vented, leaked, passed between chambers [kg], as in GasTotals.
 
         flows: of each passage, mass [kg] that went from behind to ahead, and back.

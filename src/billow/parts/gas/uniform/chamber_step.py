@@ -1,9 +1,5 @@
-"""One step of all chambers: inflow, exchange, heat, work, and the books of each of them.
-
-Rates come from the old state; work is W = (p_old + p_new)/2 dV, with p_new found by iteration; U_new = U + H_in - H_out
-- W - W_jets - Q; the temperature follows from U, the pressure from p V = T sum(m_i R_i). The numbers that change the
-state are the numbers added to the books, and the books are checked against the state in every step.
-"""
+"""One step of all chambers (docs/theory.md, Uniform pressure). What changes the state is what is added to the
+books, which are checked against the state in every step."""
 
 from __future__ import annotations
 
@@ -12,9 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from billow.base.compiled import scalar
-from billow.parts.gas.supply.ambient import Ambient
+from billow.parts.gas.supply.ambient import Ambient, heat_lost
 from billow.parts.gas.supply.curve import CurveTable, curve_value
-from billow.parts.gas.supply.heat_loss import heat_lost
 from billow.parts.gas.supply.inflator import InflowTable, delivered_mass
 from billow.parts.gas.supply.mixture import mixture_cv, mixture_enthalpy, mixture_gas_constant, mixture_temperature
 from billow.parts.gas.supply.passages import AHEAD, BEHIND, FABRIC, KIND, PassageTable
@@ -35,8 +30,11 @@ BOOKS = 11
     PRESSURE, TEMPERATURE, VOLUME, ENERGY, ALL_INJECTED, VENTED, LEAKED, DRAWN_IN, ALL_IN, ALL_OUT, ALL_WORK,
     ALL_JET_WORK, ALL_HEAT, BLOCKED_AREA, MASS_ERROR, ENERGY_ERROR,
 ) = range(16)  # fmt: skip
-"""Entries of the sums over all chambers (SUMS,), units as in GasTotals."""
-SUMS = 16
+SUMS = (
+    "pressure", "temperature", "volume", "energy", "injected", "vented", "leaked", "drawn_in", "enthalpy_in",
+    "enthalpy_out", "work", "jet_work", "heat_lost", "blocked_area", "mass_error", "energy_error",
+)  # fmt: skip
+"""Entries of the sums over all chambers (sums,), and their names in GasTotals."""
 
 SUMMED = (
     (ALL_INJECTED, INJECTED), (ALL_IN, ENTHALPY_IN), (ALL_OUT, ENTHALPY_OUT), (ALL_WORK, WORK),
@@ -71,7 +69,7 @@ class Books(NamedTuple):
     """What went in and out since the start.
 
     passed: (passages, 2), mass [kg] that went from behind to ahead and back. through: (chambers, species), mass [kg]
-    gained through passages. start_masses: [kg] (chambers, species). chambers: (chambers, BOOKS). sums: (SUMS,).
+    gained through passages. start_masses: [kg] (chambers, species). chambers: (chambers, BOOKS). sums: as SUMS.
     """
 
     passed: np.ndarray

@@ -1,10 +1,5 @@
-"""How much gas goes through each passage within a step: one flow per passage, all from the same old state.
-
-A flow computed from the old pressures alone overshoots where a hole is large for the chamber behind it. Each flow is
-therefore the conductance of its law (the chord, from the old state) times the difference of the *new* pressures, which
-are found for all chambers together from one linear system (docs/theory.md, Stiff exchange; Varga, Matrix Iterative
-Analysis, section 3.5). These pressures only serve to find the flows: the state follows from the books.
-"""
+"""How much gas goes through each passage within a step: all from the same old state (docs/theory.md, Stiff
+exchange). The new pressures only serve to find the flows: the state follows from the books."""
 
 from __future__ import annotations
 
@@ -15,15 +10,7 @@ import numpy as np
 from billow.base.compiled import scalar
 from billow.parts.gas.supply.mixture import mixture_enthalpy, mixture_gamma, mixture_gas_constant
 from billow.parts.gas.supply.outflow import conductance
-from billow.parts.gas.supply.passages import (
-    AHEAD,
-    BEHIND,
-    BURSTS_AT,
-    LAW,
-    OPENS_AT,
-    THROUGH_BLOCKED,
-    effective_area,
-)
+from billow.parts.gas.supply.passages import AHEAD, BEHIND, BURSTS_AT, LAW, OPENS_AT, THROUGH_BLOCKED, effective_area
 
 LARGEST_SHARE = 0.5
 """Largest share of a chamber's mass that may leave within one step, so that no mass turns negative."""

@@ -1,20 +1,19 @@
-"""Uniform pressure on a surface: a third of p times the area vector on each corner.
-
-For a closed surface these corner forces sum to p dV/dx exactly, so that the work of the forces is p dV.
-"""
+"""Uniform pressure on a surface: a third of p times the area vector on each corner, whose work on a closed surface is
+exactly p dV."""
 
 from __future__ import annotations
 
 import numpy as np
 from numba import prange
 
-from billow.base.compiled import kernel, scalar
+from billow.base.compiled import kernel
 from billow.geometry.triangle import double_area_vector
 
 
 def add_pressure(triangles: np.ndarray, positions: np.ndarray, pressure: float, corner_force: np.ndarray) -> None:
     """Add the forces [N] of a gauge pressure [Pa] to corner_force (triangles, 3, 3)."""
-    _add_pressure(len(triangles), triangles, positions, pressure, corner_force)
+    behind = np.zeros(len(triangles), np.int32)
+    add_pressures(triangles, positions, behind, behind - np.int32(1), np.array([pressure, 0.0]), corner_force)
 
 
 def add_pressures(
@@ -29,24 +28,12 @@ def add_pressures(
 
 
 @kernel
-def _add_pressure(n, triangles, positions, pressure, corner_force):
-    for i in prange(n):
-        _press(i, triangles, positions, pressure, corner_force)
-
-
-@kernel
 def _add_pressures(n, triangles, positions, behind, ahead, gauge, corner_force):
     for i in prange(n):
-        _press(i, triangles, positions, gauge[behind[i]] - gauge[ahead[i]], corner_force)  # OUTSIDE, -1: the last
-
-
-@scalar
-def _press(i, triangles, positions, pressure, corner_force):
-    """The force of a pressure [Pa] on one triangle."""
-    third = pressure / 6.0
-    nx, ny, nz = double_area_vector(positions, triangles[i, 0], triangles[i, 1], triangles[i, 2])
-    fx, fy, fz = third * nx, third * ny, third * nz
-    for k in range(3):
-        corner_force[i, k, 0] += fx
-        corner_force[i, k, 1] += fy
-        corner_force[i, k, 2] += fz
+        third = (gauge[behind[i]] - gauge[ahead[i]]) / 6.0  # OUTSIDE, -1: the last
+        nx, ny, nz = double_area_vector(positions, triangles[i, 0], triangles[i, 1], triangles[i, 2])
+        fx, fy, fz = third * nx, third * ny, third * nz
+        for k in range(3):
+            corner_force[i, k, 0] += fx
+            corner_force[i, k, 1] += fy
+            corner_force[i, k, 2] += fz

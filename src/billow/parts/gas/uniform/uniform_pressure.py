@@ -1,8 +1,4 @@
-"""Uniform pressure: one well-mixed gas fills each chamber (Wang and Nefske 1988, with species and cp(T)).
-
-Chambers are joined to each other and to the surroundings by passages. The step itself is in chamber_step.py, what
-flows in it in exchange.py.
-"""
+"""Uniform pressure: one well-mixed gas fills each chamber (docs/theory.md, Uniform pressure)."""
 
 from __future__ import annotations
 
@@ -19,34 +15,18 @@ from billow.parts.gas.supply.mixture import mixture_enthalpy, mixture_gas_consta
 from billow.parts.gas.supply.outflow import jet_speed
 from billow.parts.gas.supply.supply import Source, Supply
 from billow.parts.gas.uniform.chamber_step import (
-    ALL_HEAT,
-    ALL_IN,
-    ALL_INJECTED,
-    ALL_JET_WORK,
-    ALL_OUT,
-    ALL_WORK,
-    BLOCKED_AREA,
     BOOKS,
-    DRAWN_IN,
-    ENERGY,
-    ENERGY_ERROR,
-    LEAKED,
-    MASS_ERROR,
-    PRESSURE,
     START_ENERGY,
     START_MASS,
     SUMS,
-    TEMPERATURE,
-    VENTED,
-    VOLUME,
     Books,
     Contents,
     SupplyTable,
     advance_chambers,
     plain,
     sum_up,
-)
-from billow.parts.gas.uniform.pressure_load import add_pressure, add_pressures
+)  # fmt: skip
+from billow.parts.gas.uniform.pressure_load import add_pressures
 from billow.parts.part import VARYING
 
 
@@ -57,7 +37,7 @@ class UniformState:
     Of the chambers: masses [kg] (chambers, species); energy [J], volume [m^3], pressure [Pa] absolute, temperature [K],
     (chambers,). Of the passages: is_open (passages,) bool; passed (passages, 2), mass [kg] gone from behind to ahead
     and back. Books: through (chambers, species), mass [kg] gained by passages; start_masses [kg]; books (chambers,
-    BOOKS) and sums (SUMS,), columns named in chamber_step.py. start_volume [m^3] of all chambers. pattern, next_aim
+    BOOKS) and sums (sums,), columns named in chamber_step.py. start_volume [m^3] of all chambers. pattern, next_aim
     [s]: what the jets of each inflator fall on, and when that is looked for again, (inflators,); jet impulses [N s].
     """
 
@@ -102,19 +82,13 @@ class UniformPressure(GasModel):
         inflow = InflowTable.build(supply.inflators)
         return plain(SupplyTable(supply.table, inflow, supply.passages.table, supply.ambient, conductance))
 
-    def _volumes(self, bag: Bag) -> np.ndarray:
-        return self.supply.chambers.volumes(bag.surface.triangles, bag.positions)
-
     def start(self, bag: Bag) -> UniformState:
         """The initial gas in the start shape."""
-        volume, initial, table = self._volumes(bag), self.supply.start_gas, self.supply.table
+        initial, table = self.supply.start_gas, self.supply.table
+        volume = self.supply.chambers.volumes(bag.surface.triangles, bag.positions)
         masses = self.supply.start_amount(volume)[:, None] * initial.mass_fractions
-        energy = np.array(
-            [
-                mixture_enthalpy(table, m, t) - mixture_gas_constant(table, m) * t
-                for m, t in zip(masses, initial.temperature, strict=True)
-            ]
-        )
+        filled = zip(masses, initial.temperature, strict=True)
+        energy = np.array([mixture_enthalpy(table, m, t) - mixture_gas_constant(table, m) * t for m, t in filled])
         return self.holding(masses, energy, volume, initial.pressure.copy(), initial.temperature.copy(), 0.0)
 
     def holding(
@@ -131,8 +105,8 @@ class UniformPressure(GasModel):
         books[:, START_MASS], books[:, START_ENERGY] = start_masses.sum(axis=1), energy
         rows = len(passages.rows)
         state = UniformState(
-            masses, energy, volume, pressure, temperature,
-            np.zeros(rows, np.bool_), np.zeros((rows, 2)), np.zeros_like(masses), start_masses, books, np.zeros(SUMS),
+            masses, energy, volume, pressure, temperature, np.zeros(rows, np.bool_), np.zeros((rows, 2)),
+            np.zeros_like(masses), start_masses, books, np.zeros(len(SUMS)),
             float(volume.sum()), tuple(JetPattern.nothing() for _ in range(sources)), np.zeros(sources),
         )  # fmt: skip
         sum_up(Contents(*state.contents), passages.table.plan, Books(*state.accounts), np.zeros(rows))
@@ -141,20 +115,14 @@ class UniformPressure(GasModel):
     def advance(self, gas: UniformState, bag: Bag, time: float, dt: float, corner_force: np.ndarray) -> None:
         jet_work = self._blow(gas, bag, time, dt, corner_force)
         areas = self.supply.passages.measure(bag.surface.triangles, bag.positions, bag.touched)
-        advance_chambers(
-            self._table, gas.contents, gas.accounts, gas.is_open, jet_work, areas, self._volumes(bag), time, dt
-        )
+        volume = self.supply.chambers.volumes(bag.surface.triangles, bag.positions)
+        advance_chambers(self._table, gas.contents, gas.accounts, gas.is_open, jet_work, areas, volume, time, dt)
         self.press(gas, bag, corner_force)
 
     def press(self, gas: UniformState, bag: Bag, corner_force: np.ndarray) -> None:
         """Add the force of the pressure to corner_force [N] (triangles, 3, 3)."""
-        chambers, triangles = self.supply.chambers, bag.surface.triangles
-        if chambers.count == 1:
-            add_pressure(triangles, bag.positions, gas.pressure[0] - self.supply.ambient.pressure, corner_force)
-        else:
-            add_pressures(
-                triangles, bag.positions, chambers.behind, chambers.ahead, self._gauge(gas), corner_force
-            )  # fmt: skip
+        sides = self.supply.chambers.behind, self.supply.chambers.ahead
+        add_pressures(bag.surface.triangles, bag.positions, *sides, self._gauge(gas), corner_force)
 
     def _gauge(self, gas: UniformState) -> np.ndarray:
         """Pressure above ambient [Pa], (chambers + 1,); the last is that of the surroundings."""
@@ -184,61 +152,37 @@ class UniformPressure(GasModel):
         if not blows or after >= gas.next_aim[k]:  # what they fell on so far is about to be forgotten
             before = power_of_last_force(pattern, triangles, bag.velocities, mouth_velocity)
         if not blows:
-            _replace(pattern, JetPattern.nothing())
+            vars(pattern).update(vars(JetPattern.nothing()))
             return 0.5 * before * dt
         if after >= gas.next_aim[k]:
-            _replace(pattern, aim(jets, triangles, bag.positions, after))
+            vars(pattern).update(vars(aim(jets, triangles, bag.positions, after)))
             gas.next_aim[k] = after + UPDATE_INTERVAL
         temperature = interpolate(inflator.temperature_time, inflator.temperature, after)
         count = jets.ring.count
         thrust = flow / count * jet_speed(self.supply.table, inflator.mass_fractions, temperature)
-        last, power = add_jet_force(
-            pattern, thrust, triangles, bag.positions, bag.velocities, mouth_velocity, corner_force
-        )  # fmt: skip
+        moved = bag.positions, bag.velocities, mouth_velocity
+        last, power = add_jet_force(pattern, thrust, triangles, *moved, corner_force)
         gas.jet_impulse_in += count * thrust * dt
         gas.jet_impulse_out += pattern.seen * thrust * dt
         return 0.5 * (before + last + power) * dt
 
     def totals(self, gas: UniformState) -> GasTotals:
-        sums = gas.sums.tolist()
+        sums = dict(zip(SUMS, gas.sums.tolist(), strict=True))
         vented_by, leaked_by, passed = self.supply.outflow_by_name(gas.passed.tolist())
-        single = self.supply.chambers.count == 1
+        columns = (gas.pressure, gas.temperature, gas.volume, gas.masses.sum(axis=1), gas.energy)
+        several = self.supply.chambers.names if len(gas.energy) > 1 else ()
         return GasTotals(
-            pressure=sums[PRESSURE],
-            temperature=sums[TEMPERATURE],
-            volume=sums[VOLUME],
-            mass_by_species=gas.masses[0].copy() if single else gas.masses.sum(axis=0),
-            energy=sums[ENERGY],
-            injected=sums[ALL_INJECTED],
-            vented=sums[VENTED],
-            leaked=sums[LEAKED],
-            drawn_in=sums[DRAWN_IN],
-            enthalpy_in=sums[ALL_IN],
-            enthalpy_out=sums[ALL_OUT],
-            work=sums[ALL_WORK],
-            ambient_work=self.supply.ambient.pressure * (sums[VOLUME] - gas.start_volume),
-            jet_work=sums[ALL_JET_WORK],
+            **sums,
+            mass_by_species=gas.masses.sum(axis=0),
+            ambient_work=self.supply.ambient.pressure * (sums["volume"] - gas.start_volume),
             jet_impulse_in=gas.jet_impulse_in,
             jet_impulse_out=gas.jet_impulse_out,
-            mass_error=sums[MASS_ERROR],
-            energy_error=sums[ENERGY_ERROR],
-            heat_lost=sums[ALL_HEAT],
-            blocked_area=sums[BLOCKED_AREA],
             vented_by=vented_by,
             leaked_by=leaked_by,
             passed=passed,
-            chambers=() if single else self._each(gas),
+            chambers=tuple(map(ChamberTotals, several, *(column.tolist() for column in columns))),
         )
-
-    def _each(self, gas: UniformState) -> tuple[ChamberTotals, ...]:
-        columns = (gas.pressure, gas.temperature, gas.volume, gas.masses.sum(axis=1), gas.energy)
-        return tuple(map(ChamberTotals, self.supply.chambers.names, *(column.tolist() for column in columns)))
 
     def fields(self, gas: UniformState) -> dict[str, np.ndarray]:
         gauge, chambers = self._gauge(gas), self.supply.chambers
         return {"pressure": gauge[chambers.behind] - gauge[chambers.ahead]}
-
-
-def _replace(pattern: JetPattern, new: JetPattern) -> None:
-    """Give a pattern of the state the contents of another."""
-    pattern.triangles, pattern.share, pattern.seen, pattern.force = new.triangles, new.share, new.seen, new.force
