@@ -1,7 +1,5 @@
-"""Triangulation of a flat disc with round holes, close to equilateral and the same on every machine.
-
-Points sit on concentric rings (6k points on ring k give nearly equilateral triangles), on the holes' rims and at their
-required radii; a few smoothing sweeps even out the neighbourhood of the holes; Delaunay triangulation joins them.
+"""Triangulation of a flat disc with round holes, near equilateral and the same on every machine: Delaunay, of points
+on concentric rings (6k on ring k), on the holes' rims and at required radii, smoothed near the holes.
 """
 
 from __future__ import annotations

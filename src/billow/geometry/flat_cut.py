@@ -1,8 +1,6 @@
-"""From a reference shape in space to the flat cut: where each triangle lies in its panel's own plane.
-
-A panel drawn in one plane keeps its drawing: in a plane z = constant its flat coordinates are x and y, elsewhere x is
-the horizontal direction nearest to the global x axis. A panel that is not plane cannot be cut from one flat piece;
-then each triangle is laid flat on its own, and its warp is the projection of that same direction.
+"""From a reference shape in space to the flat cut: where each triangle lies in its panel's own plane (docs/theory.md,
+Reference shape). In a plane z = constant flat coordinates are x and y, elsewhere x is the horizontal direction nearest
+to the global x axis.
 """
 
 from __future__ import annotations

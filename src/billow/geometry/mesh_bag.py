@@ -1,8 +1,4 @@
-"""A bag of any shape: a start mesh, and the flat pieces it was sewn from.
-
-The reference has the cells of the start mesh in the same order, but its own nodes: a node on a seam is one node of the
-bag and a node of each piece.
-"""
+"""A bag of any shape: a start mesh, and the flat pieces it was sewn from (docs/theory.md, Reference shape)."""
 
 from __future__ import annotations
 

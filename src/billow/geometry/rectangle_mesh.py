@@ -1,8 +1,5 @@
-"""Triangulation of a flat rectangle: a grid whose cells are split with alternating diagonals, re-meshed around round
-holes and rings only.
-
-Alternating diagonals prefer no direction. With even numbers of cells every corner has its own diagonal, so that two
-panels sewn along their edges share no other edge.
+"""Triangulation of a flat rectangle: a grid with alternating diagonals, re-meshed around round holes and rings only
+(docs/theory.md, Ready-made bags).
 """
 
 from __future__ import annotations

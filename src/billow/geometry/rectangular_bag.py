@@ -1,8 +1,5 @@
-"""Rectangular bag: two flat panels sewn at the rim, divided into chambers by seams that join both panels.
-
-A square bag (LS-DYNA paper, examples 1 and 2) is one chamber; a side or window bag (example 3) several. Each seam
-leaves a gap through which gas passes; virtual triangles between the front and the rear fabric close it, so that the
-opening's area is the real one and grows while the bag inflates.
+"""Rectangular bag: two flat panels sewn at the rim, divided into chambers by seams that join both and leave a gap
+(docs/theory.md, Chambers and openings).
 """
 
 from __future__ import annotations

@@ -1,12 +1,7 @@
-"""Where the energy is and where it went: the only place where energies are written.
+"""Where the energy is and where it went (docs/theory.md, Energy balance): the only place where energies are written.
 
-Parts and solver return bookings; the balance closed every step is
-
-    motion + stored + lost = start + received,
-
-with every term computed on its own: motion from velocities, stored from the fabric law and springs, received from the
-books of the gas, gravity and whatever else acts from outside. Its residual is a property of the whole solver; a wrong
-sign anywhere shows up in it.
+Every term of motion + stored + lost = start + received is computed on its own, so that a wrong sign anywhere shows up
+in the residual.
 """
 
 from __future__ import annotations

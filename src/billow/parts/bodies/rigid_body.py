@@ -1,9 +1,4 @@
-"""A rigid body with six degrees of freedom, or locked.
-
-Translation by position Verlet with the fabric's step. Rotation by the symmetric splitting of Dullweber, Leimkuhler and
-McLachlan (J. Chem. Phys. 107, 1997): five exact rotations about body axes, so that the angular momentum of a free
-body is constant to rounding and its energy error stays bounded at second order.
-"""
+"""A rigid body with six degrees of freedom, or locked (docs/theory.md, Rigid bodies)."""
 
 from __future__ import annotations
 

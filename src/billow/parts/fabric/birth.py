@@ -1,12 +1,5 @@
-"""Birth ramp: fabric whose start shape is stretched against its flat cut is released slowly.
-
-A start shape that another program folded or scaled holds strain, which would snap back in the first step. Until the
-birth time, strain is therefore measured against a reference between start and flat cut. With the deformation gradient
-of the start F0 = R U (polar decomposition, U symmetric in the plane of the cut), the flat edges are
-Dm(s) = ((1 - s) U + s I) Dm, s from 0 to 1: at s = 0 nothing is strained. U keeps only stretch, it has no eigenvalue
-below one: compressed fabric is slack, and a smaller reference would need smaller steps.
-
-The moving reference does work on the fabric, dE/ds ds at a fixed shape, by the trapezoidal rule over each step.
+"""Birth ramp: fabric whose start shape is stretched against its flat cut is released slowly (docs/theory.md, Birth
+ramp). At s = 0 nothing is strained, at s = 1 the flat cut holds.
 """
 
 from __future__ import annotations

@@ -1,26 +1,5 @@
-"""Fabric described by curves (FORM 14 and FORM 4): loading and unloading curves for warp, weft and shear.
-
-Yarns: vectors a = F a0 and b = F b0 with stretches la and lb, c the cosine between them, c0 in the flat cut. Stress is
-written in the yarns' own basis, P = (s_aa a + s_ab b) (x) a0 + (s_ab a + s_bb b) (x) b0, which needs no directions and
-so no division by a length that may vanish. The angle between slack yarns means nothing: a crumpled triangle has any
-angle, and a shear force T/l would have no bound. The measure of shear is therefore
-
-    z = w(la) w(lb) (c - c0),   w(l) = 2 l / (1 + l^2),
-
-which is sin(gamma) for orthogonal yarns of flat length (0.5 % less with both 5 % longer), fades as yarns go slack, and
-is smooth through zero length and through inversion (c -> +-1).
-
-Law "curves-shear" (FORM 14): every direction is a spring with history (`curve_table`). Stress is a continuous function
-of strain and of the largest strain so far, in shear as along the yarns, so that small vibrations stay small.
-
-Law "curves" (FORM 4), kept for comparison with old models: warp and weft likewise, but shear follows its loading curve
-while the angle grows and its unloading curve while it shrinks, whatever happened before. The stress jumps whenever the
-rate changes its sign, and small vibrations of the angle jump between the curves: the old formulation oscillates.
-What shear turns to heat is the work of each step less what became recoverable. Where the angle turns back, the stress
-of the loading curve still acts over half a step, and the law gives back more than was recoverable. Heat never falls:
-what comes back is owed, shows as energy created in the energy balance, and is repaid before new heat is booked.
-
-Source: docs/theory.md, Curve laws.
+"""Fabric described by loading and unloading curves for warp, weft and shear: law "curves-shear" (FORM 14), and law
+"curves" (FORM 4), kept for comparison with old models. Both: docs/theory.md, Curve laws.
 """
 
 from __future__ import annotations

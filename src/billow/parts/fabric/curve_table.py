@@ -1,11 +1,5 @@
-"""Curves as uniform tables, in which a kernel finds stress and energy without a search, and springs with hysteresis.
-
-A loading curve f(x) and the shape of an unloading curve u (u(0) = 0, u(1) = 1) make a spring with history: on the way
-up, at the largest x so far, it follows f. Below the largest, m, it follows f(m) u(x/m), the unloading curve scaled in
-both axes so that it passes through (m, f(m)) and the origin. Stress is a continuous function of x and m. With U the
-integral of u, the recoverable energy is f(m) m U(x/m), and what has been turned to heat so far is the work of loading
-minus f(m) m U(1): both follow from x and m alone. No loop creates energy as long as the heat
-never shrinks while m grows; `billow.parts.fabric.curve_check` refuses curves for which it would.
+"""Curves as uniform tables, in which a kernel finds stress and energy without a search, and springs with hysteresis:
+loading f(x), unloading f(m) u(x/m) from the largest x so far, m (docs/theory.md, Curve laws).
 """
 
 from __future__ import annotations

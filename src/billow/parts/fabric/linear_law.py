@@ -1,17 +1,5 @@
-"""FORM 0: orthotropic linear fabric, with or without compression.
-
-Second Piola-Kirchhoff stress S = C E of the Green strain E = (F^T F - I)/2. Fabric buckles under the slightest
-compression; "no compression" therefore means the relaxed (quasi-convex) energy, whose stress is continuous and
-conserves energy on any closed path:
-
-- isotropic: principal tension field (taut, wrinkled, slack), e.g. Pipkin, IMA J. Appl. Math. 36 (1986);
-- orthotropic: each yarn family drops out when its stress would be negative, the other keeps its uniaxial stiffness,
-  shear stays.
-
-A *liner* is an isotropic layer on the fabric that carries compression too. A thin one (1 to 5 % of the thickness)
-keeps crushed folds from collapsing. It adds stress, no mass.
-
-Damping stress S_v = viscosity dE/dt is proportional to stiffness in the highest mode of each element.
+"""FORM 0: orthotropic linear fabric, with or without compression, and a liner: docs/theory.md, Linear law; its damping
+and what "no compression" means: docs/theory.md, Membrane element.
 """
 
 from __future__ import annotations

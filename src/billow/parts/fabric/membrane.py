@@ -1,9 +1,4 @@
-"""Three-node membrane triangles, total Lagrangian from the flat cut geometry.
-
-The deformation gradient of a triangle is F = [x1 - x0, x2 - x0] Dm^-1 (3 x 2), where Dm holds the flat edges in warp
-and weft direction. Whatever shape the bag starts from, strain is measured against the flat cut: this is what LS-DYNA
-calls AIRBAG_REFERENCE_GEOMETRY. One point per element, no hourglass modes.
-"""
+"""Three-node membrane triangles, total Lagrangian from the flat cut (docs/theory.md, Membrane element)."""
 
 from __future__ import annotations
 
