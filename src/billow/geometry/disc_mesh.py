@@ -17,7 +17,7 @@ CLEARANCE = 0.55
 
 @dataclass(frozen=True)
 class Hole:
-    """A circular patch cut out of a disc: centre [m] (x, y), radius [m]."""
+    """A circular patch cut out of a panel: centre [m] (x, y), radius [m]."""
 
     x: float
     y: float

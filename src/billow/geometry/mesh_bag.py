@@ -11,9 +11,9 @@ from billow.geometry.bag_shapes import BagShape
 from billow.geometry.chambers import OUTSIDE, Chambers
 from billow.geometry.flat_cut import flat_cut
 from billow.geometry.mesh_file import CellMesh
-from billow.geometry.quads import diagonals, split
 from billow.geometry.reference_check import require_unmirrored
 from billow.geometry.surface import Surface, area_vectors
+from billow.geometry.triangulation import diagonals, split
 
 PARTS_DO_NOT_MATCH = InputError.declare(
     "E-GEO-032",

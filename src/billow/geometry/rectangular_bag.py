@@ -20,12 +20,9 @@ FRONT, REAR, MOUTH = "front", "rear", "mouth"
 
 
 @dataclass(frozen=True)
-class PanelVent:
-    """A round vent: centre [m] (x, y) from the middle of the bag, radius [m], and the panel it is cut into."""
+class PanelVent(Hole):
+    """A round vent, its centre counted from the middle of the bag, and the panel it is cut into."""
 
-    x: float
-    y: float
-    radius: float
     panel: str
 
 
@@ -75,12 +72,8 @@ def rectangular_bag(
     _require_fit(mouth, vents, walls, width, element_size)
     rear_vents = [k for k, vent in enumerate(vents) if vent.panel == REAR]
     front_vents = [k for k, vent in enumerate(vents) if vent.panel == FRONT]
-    front = mesh_rectangle(
-        x_lines, y_lines, element_size, tuple(_hole(vents[k]) for k in front_vents), tuple(walls[1:-1])
-    )
-    rear = mesh_rectangle(
-        x_lines, y_lines, element_size, (mouth, *(_hole(vents[k]) for k in rear_vents)), tuple(walls[1:-1])
-    )
+    holes = tuple(vents[k] for k in front_vents), (mouth, *(vents[k] for k in rear_vents))
+    front, rear = (mesh_rectangle(x_lines, y_lines, element_size, shapes, tuple(walls[1:-1])) for shapes in holes)
 
     lines = _sewn_lines(length, width, walls, gap_ends)
     sewn = distance_to_lines(rear.points, lines) < 1e-9 * length
@@ -166,10 +159,6 @@ def _opening(front: RectangleMesh, rear: RectangleMesh, rear_node, wall: float, 
             corners = [(lower[i], lower[j], upper[i]), (lower[j], upper[j], upper[i])]
         triangles += [c for c in corners if len(set(c)) == 3]
     return np.array(triangles)
-
-
-def _hole(vent: PanelVent) -> Hole:
-    return Hole(vent.x, vent.y, vent.radius)
 
 
 def _require_fit(mouth: Ring, vents: tuple[PanelVent, ...], walls: np.ndarray, width: float, size: float) -> None:

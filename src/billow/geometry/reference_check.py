@@ -8,6 +8,7 @@ import numpy as np
 
 from billow.base.errors import InputError
 from billow.geometry.bag_shapes import BagShape
+from billow.geometry.flat_cut import signed_areas
 from billow.geometry.surface import Surface
 
 PARTLY_MIRRORED = InputError.declare(
@@ -84,12 +85,6 @@ def panels(surface: Surface, positions: np.ndarray, elements: np.ndarray, flat: 
             )
         )
     return found
-
-
-def signed_areas(flat: np.ndarray) -> np.ndarray:
-    """Areas [m^2], (n,), of flat triangles [m] (n, 3, 2); negative if they run clockwise."""
-    u, w = flat[:, 1] - flat[:, 0], flat[:, 2] - flat[:, 0]
-    return 0.5 * (u[:, 0] * w[:, 1] - u[:, 1] * w[:, 0])
 
 
 def place(surface: Surface, positions: np.ndarray, triangle: int) -> str:
