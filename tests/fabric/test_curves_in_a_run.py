@@ -10,8 +10,7 @@ from billow.base.compiled import CHUNK
 from billow.case.build import build_model, build_schedule
 from billow.case.schema import Case
 from billow.parts.fabric.curve_fabric import _curve_forces
-from billow.parts.fabric.fabric_law import SUMS
-from billow.parts.fabric.membrane import Membrane
+from billow.parts.fabric.membrane import SUMS, Membrane
 from billow.parts.fabric.triangle import read_triangles
 from billow.solver.checkpoint import flatten, restore
 from billow.solver.model import start_state

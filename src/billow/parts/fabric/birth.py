@@ -10,8 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from billow.base.compiled import CHUNK
-from billow.parts.fabric.fabric_law import ENERGY, SUMS
-from billow.parts.fabric.membrane import Membrane
+from billow.parts.fabric.membrane import ENERGY, SUMS, Membrane
 
 NUDGE = 1e-4
 """Step of s in the central difference for dE/ds."""
@@ -28,7 +27,7 @@ class Birth:
     @classmethod
     def of(cls, time: float, membranes: Sequence[Membrane], triangles: np.ndarray, start: np.ndarray) -> Birth:
         """start: positions at time zero, [m], (nodes, 3); triangles: (triangles, 3)."""
-        return cls(time, tuple(_excess(m, start[triangles[m.elements]]) for m in membranes))
+        return cls(time, tuple(_excess(m, triangles, start) for m in membranes))
 
     def fraction(self, time: float) -> float:
         """How far the reference has moved at a time [s], 0 to 1."""
@@ -65,12 +64,9 @@ def strain_energy(
     return total
 
 
-def _excess(membrane: Membrane, corners: np.ndarray) -> np.ndarray:
-    """U - I with the eigenvalues of U at least one; corners: [m], (n, 3, 3)."""
-    d = membrane.reference_inverse[:, :, None]
-    u, w = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    f1, f2 = u * d[0] + w * d[2], u * d[1] + w * d[3]
-    c11, c12, c22 = (np.einsum("ij,ij->i", a, b) for a, b in ((f1, f1), (f1, f2), (f2, f2)))
+def _excess(membrane: Membrane, triangles: np.ndarray, start: np.ndarray) -> np.ndarray:
+    """U - I with the eigenvalues of U at least one."""
+    c11, c22, c12 = membrane.cauchy_green(triangles, start)
     squared, axes = np.linalg.eigh(np.stack([c11, c12, c12, c22], axis=1).reshape(-1, 2, 2))
     excess = np.maximum(np.sqrt(np.maximum(squared, 0.0)), 1.0) - 1.0
     tensor = np.einsum("nik,nk,njk->nij", axes, excess, axes)

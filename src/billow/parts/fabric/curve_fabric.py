@@ -15,8 +15,8 @@ from numba import prange
 from billow.base.compiled import CHUNK, kernel, scalar
 from billow.base.errors import Concern
 from billow.parts.fabric.curve import TestedCurve, green_strain, shear_of_angle, shear_stress, yarn_stress
-from billow.parts.fabric.curve_table import INTERVALS, VIRGIN, Spring, SpringTable, Stress, place, read
-from billow.parts.fabric.fabric_law import Elements
+from billow.parts.fabric.curve_table import INTERVALS, VIRGIN, Spring, SpringTable, place, read
+from billow.parts.fabric.membrane import Membrane
 from billow.parts.fabric.triangle import add_corner_forces, along, products, read_triangles, stretch_bound
 from billow.parts.part import Setting
 
@@ -82,31 +82,27 @@ class CurveFabric:
     @cached_property
     def springs(self) -> list[Spring]:
         """Of warp, weft and shear."""
-        yarns = [_spring(curve, *self._yarn(curve), scaled=True) for curve in (self.warp, self.weft)]
-        senses = (1.0,) if self.is_orthogonal else (1.0, -1.0)
-        scaled = not self.switches_shear
-        return yarns + [_spring(self.shear, *self._shear(sense), scaled=scaled) for sense in senses]
+        yarns = [
+            Spring.of(
+                tested,
+                lambda curve, green: yarn_stress(curve, self.transverse, green),
+                lambda curve: float(green_strain(curve.end)),
+            )
+            for tested in (self.warp, self.weft)
+        ]
+        senses = (1.0,) if self.yarn_angle == 0.5 * np.pi else (1.0, -1.0)
+        return yarns + [self._shear_spring(sense) for sense in senses]
 
-    def _yarn(self, tested: TestedCurve):
-        return (
-            lambda curve: lambda green: yarn_stress(curve, self.transverse, green),
-            lambda curve: float(green_strain(curve.end)),
-            float(green_strain(tested.loading.end)),
-        )
-
-    def _shear(self, sense: float):
+    def _shear_spring(self, sense: float) -> Spring:
         start = self.start_angle
-
-        def end(curve):
-            return abs(float(shear_of_angle(sense * curve.end, start)))
-
         # Two fixed curves must stay apart beyond their ends, too: up to yarns on top of each other.
-        last = float(sense - np.sin(start)) * sense if self.switches_shear else end(self.shear.loading)
-        return lambda curve: lambda z: shear_stress(curve, start, sense, z), end, last
-
-    @property
-    def is_orthogonal(self) -> bool:
-        return self.yarn_angle == 0.5 * np.pi
+        last = float(sense - np.sin(start)) * sense if self.switches_shear else None
+        return Spring.of(
+            self.shear,
+            lambda curve, z: shear_stress(curve, start, sense, z),
+            lambda curve: abs(float(shear_of_angle(sense * curve.end, start))),
+            last,
+        )
 
     @property
     def start_angle(self) -> float:
@@ -156,10 +152,10 @@ class CurveFabric:
         return OWED + 1 if self.switches_shear else 1 + 2 * len(self.springs)
 
     def add_forces(
-        self, membrane: Elements, triangles: np.ndarray, positions: np.ndarray, velocities: np.ndarray,
+        self, membrane: Membrane, triangles: np.ndarray, positions: np.ndarray, velocities: np.ndarray,
         history: np.ndarray, corner_force: np.ndarray, partial: np.ndarray,
     ) -> None:  # fmt: skip
-        """As `billow.parts.fabric.fabric_law.FabricLaw` promises."""
+        """As `billow.parts.fabric.membrane.FabricLaw` promises."""
         mesh = read_triangles(membrane, triangles, positions, velocities)
         _curve_forces(
             len(membrane.elements), self.switches_shear, self.table, self._constants, mesh, history, corner_force,
@@ -204,17 +200,6 @@ class CurveFabric:
         for name, (strain, force) in self.reach().items():
             if force < needed:
                 yield SHORT_CURVE(name=name, force=force, strain=strain, needed=needed)
-
-
-def _spring(tested: TestedCurve, stress, end, table_end: float, *, scaled: bool) -> Spring:
-    """Spring of a tested direction; stress(curve) and end(curve) are its nominal stress and the end of its curve."""
-    loading: Stress = stress(tested.loading)
-    if tested.unloading is None:
-        return Spring.elastic(loading, table_end)
-    unloading = stress(tested.unloading)
-    if scaled:
-        return Spring.scaled(loading, table_end, unloading, end(tested.unloading))
-    return Spring.switched(loading, table_end, unloading)
 
 
 @scalar

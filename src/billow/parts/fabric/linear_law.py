@@ -15,7 +15,7 @@ from numba import prange
 
 from billow.base.compiled import CHUNK, kernel, scalar
 from billow.base.errors import Concern
-from billow.parts.fabric.fabric_law import Elements
+from billow.parts.fabric.membrane import Membrane
 from billow.parts.fabric.triangle import add_corner_forces, along, products, read_triangles, stretch_bound
 from billow.parts.part import Setting
 
@@ -115,10 +115,10 @@ class LinearFabric:
         return reference_inverse
 
     def add_forces(
-        self, membrane: Elements, triangles: np.ndarray, positions: np.ndarray, velocities: np.ndarray,
+        self, membrane: Membrane, triangles: np.ndarray, positions: np.ndarray, velocities: np.ndarray,
         history: np.ndarray, corner_force: np.ndarray, partial: np.ndarray,
     ) -> None:  # fmt: skip
-        """As `billow.parts.fabric.fabric_law.FabricLaw` promises; there is no history."""
+        """As `billow.parts.fabric.membrane.FabricLaw` promises; there is no history."""
         rule = KEEP if self.compression else PRINCIPAL if self.is_isotropic else YARN
         mesh = read_triangles(membrane, triangles, positions, velocities)
         _linear_forces(len(membrane.elements), rule, *self._moduli, mesh, corner_force, partial)

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from billow.base.compiled import scalar
-from billow.parts.fabric.fabric_law import Elements
+from billow.parts.fabric.membrane import Membrane
 
 
 class Triangles(NamedTuple):
@@ -28,7 +28,7 @@ class Triangles(NamedTuple):
 
 
 def read_triangles(
-    membrane: Elements, triangles: np.ndarray, positions: np.ndarray, velocities: np.ndarray
+    membrane: Membrane, triangles: np.ndarray, positions: np.ndarray, velocities: np.ndarray
 ) -> Triangles:
     """Of a membrane at some moment."""
     return Triangles(
