@@ -1,11 +1,8 @@
 """A state as arrays and numbers, and back: what a checkpoint file holds.
 
-A `State` is nested dataclasses, dictionaries, tuples, arrays and numbers. `flatten` names every leaf by its path;
-`restore` writes leaves into a state freshly made for the same model, so that a checkpoint cannot bring in anything a
-run would not have. Fields with the metadata "constant" are left out; arrays below a field with the metadata "varying"
-may have any number of rows.
-
-Continuing from a restored state gives the same bits as never having stopped: every float goes through as it is.
+`flatten` names every leaf by its path; `restore` writes leaves into a state freshly made for the same model, so that a
+checkpoint cannot bring in anything a run would not have. Fields with the metadata "constant" are left out; arrays below
+a field with the metadata "varying" may have any number of rows. Every float goes through as it is.
 """
 
 from __future__ import annotations

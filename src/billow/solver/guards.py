@@ -1,7 +1,5 @@
-"""A run that has become meaningless is stopped, with the place and the likely cause.
-
-The check of every step is a handful of scalars, because a bad number anywhere reaches the energy sums at once; only
-when they trip is the first bad entity looked for.
+"""A run that has become meaningless is stopped, with the place and the likely cause. A bad number anywhere reaches the
+energy sums at once: every step checks a handful of scalars, and only when they trip is the first bad entity looked for.
 """
 
 from __future__ import annotations

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from copy import deepcopy
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -106,7 +107,7 @@ class Bodies(Part):
 
     def start(self, bag=None) -> BodiesState:
         """Bodies where they start; nothing touches."""
-        motion = tuple(body.start.copy() for body in self.bodies)
+        motion = tuple(deepcopy(body.start) for body in self.bodies)
         return BodiesState(motion, ContactState.none(len(self.owner), len(self.area)))
 
     # --- in a step -------------------------------------------------------------------------------------------------

@@ -37,9 +37,6 @@ class RigidState:
         """Rotation matrix body to space, (3, 3)."""
         return rotation_matrix(self.quaternion)
 
-    def copy(self) -> RigidState:
-        return RigidState(*(array.copy() for array in vars(self).values()))
-
 
 def moving(body: RigidBody, pose: Pose, velocity: np.ndarray, spin: np.ndarray) -> RigidState:
     """State of a body in a pose with a velocity [m/s] and a spin [rad/s], both in space; a locked one rests."""

@@ -123,12 +123,7 @@ class CurveFabric:
 
     @cached_property
     def wave_speed(self) -> float:
-        """Bound of the fastest membrane wave [m/s], from the steepest slopes.
-
-        A yarn family of stretch l has the tangent ds/dE l^2 + s along itself; `Membrane.stable_dt` allows for the
-        growth with l^2. The acoustic tensor of two families, K_warp a (x) a cos^2 + K_weft b (x) b cos^2, has no larger
-        eigenvalue than max(K) (1 + |cos|) with the cosine of the yarns' angle. Shear adds dH/dz.
-        """
+        """Bound of the fastest membrane wave [m/s], from the steepest slopes: docs/theory.md, Curve laws."""
         warp, weft, *shear = (spring.steepest for spring in self.springs)
         stress = max(float((s.loading.stress / (1.0 + 2.0 * s.loading.x)).max()) for s in self.springs[:2])
         along = (max(warp, weft) + stress) * (1.0 + abs(np.cos(self.yarn_angle)))

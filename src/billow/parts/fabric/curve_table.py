@@ -17,7 +17,6 @@ from billow.parts.fabric.curve import Curve, TestedCurve
 INTERVALS = 256
 """Of a table; a kink of the curve is rounded off over one of them."""
 
-
 VIRGIN = 1e300
 """Intervals of the unloading curve per x before the first load: only x = 0 lies on that curve."""
 
@@ -70,12 +69,9 @@ class Spring:
 
     @classmethod
     def of(
-        cls,
-        tested: TestedCurve,
-        stress: Callable[[Curve, np.ndarray], np.ndarray],
-        end: Callable[[Curve], float],
+        cls, tested: TestedCurve, stress: Callable[[Curve, np.ndarray], np.ndarray], end: Callable[[Curve], float],
         switched: float | None = None,
-    ) -> Spring:
+    ) -> Spring:  # fmt: skip
         """Spring of a tested direction. stress(curve, x): nominal stress [Pa] of a curve; end(curve): x at its end.
 
         It unloads along the unloading curve, scaled to wherever loading has come; with `switched`, to which x both
