@@ -70,8 +70,8 @@ def _digest(source: Path) -> str:
 
 @functools.cache
 def _module_folder(source: str) -> str | None:
-    """Folder for the kernels of one file (BILLOW_CACHE moves it); None if it cannot be written, or without a file (typed
-    into a prompt)."""
+    """Folder for the kernels of one file (BILLOW_CACHE moves it); None if it cannot be written, or if there is
+    no file (a kernel typed into a prompt)."""
     if not Path(source).is_file():
         return None
     home = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")

@@ -24,9 +24,9 @@ class Hole:
     radius: float
 
 
-def circle(radius: float, count: int, x: float = 0.0, y: float = 0.0, phase: float = 0.0) -> np.ndarray:
+def circle(radius: float, count: int, x: float = 0.0, y: float = 0.0) -> np.ndarray:
     """`count` points [m] on a circle, (count, 2)."""
-    angle = 2.0 * np.pi * (np.arange(count) + phase) / count
+    angle = 2.0 * np.pi * np.arange(count) / count
     return np.column_stack([x + radius * np.cos(angle), y + radius * np.sin(angle)])
 
 

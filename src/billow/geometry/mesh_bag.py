@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from billow.base.errors import InputError
-from billow.geometry.bag_shapes import BagShape
+from billow.geometry.bag_shapes import BagShape, along_warp
 from billow.geometry.chambers import OUTSIDE, Chambers
 from billow.geometry.flat_cut import flat_cut
 from billow.geometry.mesh_file import CellMesh
@@ -80,8 +80,7 @@ def mesh_bag(
     for k, one in enumerate(parts):
         mine = np.flatnonzero(part == k)
         if one.kind != "opening":
-            c, s = np.cos(one.warp_angle), np.sin(one.warp_angle)
-            flat[mine] = flat_cut(reference.points, flat_triangles[mine]) @ np.array([[c, -s], [s, c]])
+            flat[mine] = flat_cut(reference.points, flat_triangles[mine])
         layers[mine], leak[mine] = one.layers, one.leak
     surface = Surface.build(
         triangles, part, tuple(p.name for p in parts), len(start.points),
@@ -97,7 +96,9 @@ def mesh_bag(
         surface, start.points, flat, fixed, (), centre, axis, layers, leak,
         seen_from_inside=tuple(one.name for one in parts if one.from_inside),
     )  # fmt: skip
-    require_unmirrored(shape, {one.name: one.warp_angle for one in parts})
+    angles = {one.name: one.warp_angle for one in parts if one.kind != "opening"}
+    shape = along_warp(shape, angles)
+    require_unmirrored(shape, angles)
     return shape
 
 

@@ -1,8 +1,6 @@
-"""Reading triangles and quads with their parts from VTKHDF files and from VTK legacy files.
-
-VTKHDF is what Billow writes and what ParaView reads and writes; VTK legacy is what nearly every other program can
-write. Both are read with checks of every size before anything is read or made, and nothing in a file is executed.
-Formats: docs.vtk.org, "VTKHDF format specification" and "VTK file formats, simple legacy formats".
+"""Reading triangles and quads with their parts from VTKHDF files, which Billow and ParaView write, and from VTK legacy
+files, which nearly every other program can write. Every size is checked before anything is read or made, and nothing in
+a file is executed. Formats: docs.vtk.org, "VTKHDF format specification" and "VTK file formats, simple legacy formats".
 """
 
 from __future__ import annotations

@@ -33,11 +33,7 @@ class RectangleMesh:
 
 
 def mesh_rectangle(
-    x_lines: np.ndarray,
-    y_lines: np.ndarray,
-    size: float,
-    shapes: tuple[Hole, ...] = (),
-    walls: tuple[float, ...] = (),
+    x_lines: np.ndarray, y_lines: np.ndarray, size: float, shapes: tuple[Hole, ...] = (), walls: tuple[float, ...] = ()
 ) -> RectangleMesh:
     """Mesh the rectangle between the first and last of ascending grid lines [m], with edges of about `size` [m].
 

@@ -43,17 +43,10 @@ class Seam:
 
 
 def rectangular_bag(
-    length: float,
-    width: float,
-    element_size: float,
-    mouth_radius: float,
-    initial_gap: float,
-    vents: tuple[PanelVent, ...] = (),
-    chambers: int = 1,
-    mouth_chamber: int = 0,
-    gap: Gap | None = None,
+    length: float, width: float, element_size: float, mouth_radius: float, initial_gap: float,
+    vents: tuple[PanelVent, ...] = (), chambers: int = 1, mouth_chamber: int = 0, gap: Gap | None = None,
     seam: Seam | None = None,
-) -> BagShape:
+) -> BagShape:  # fmt: skip
     """Two panels of length (x) by width (y) [m] about the origin, the rear one in the plane z = 0.
 
     mouth_radius: of the retainer ring in the middle of the mouth chamber's rear panel [m], counted from 0 at the lowest
@@ -62,7 +55,9 @@ def rectangular_bag(
 
     Raises InputError E-GEO-010 if the mouth, a vent or a gap does not fit.
     """
-    x_lines = _chamber_lines(length, element_size, chambers)
+    # An even number of cells in every chamber, so that each of its corners is whole.
+    cells = 2 * max(1, round(0.5 * length / chambers / element_size)) * chambers
+    x_lines = np.linspace(-0.5 * length, 0.5 * length, cells + 1)
     gap_ends = _gap_ends(width, element_size, gap) if chambers > 1 else (0.0, 0.0)
     # A gap has a node in its middle: with both ends sewn it could not open otherwise.
     y_lines = even_lines(sorted({-0.5 * width, *gap_ends, 0.5 * sum(gap_ends), 0.5 * width}), element_size)
@@ -110,20 +105,10 @@ def rectangular_bag(
     fixed = np.zeros(len(flat), dtype=bool)
     fixed[surface.triangles[surface.triangles_of(MOUTH)]] = True
     shape = BagShape(
-        surface,
-        np.column_stack([flat, height]),
-        reference,
-        fixed,
-        mouth_centre=np.array([middle, 0.0, 0.0]),
+        surface, np.column_stack([flat, height]), reference, fixed, mouth_centre=np.array([middle, 0.0, 0.0]),
         seen_from_inside=(REAR,),
-    )
+    )  # fmt: skip
     return doubled(shape, (FRONT, REAR), line_depth(lines, seam.width), seam.layers) if seam else shape
-
-
-def _chamber_lines(length: float, size: float, chambers: int) -> np.ndarray:
-    """Grid lines along x with an even number of cells in every chamber, so that each of its corners is whole."""
-    cells = 2 * max(1, round(0.5 * length / chambers / size)) * chambers
-    return np.linspace(-0.5 * length, 0.5 * length, cells + 1)
 
 
 def _gap_ends(width: float, size: float, gap: Gap) -> tuple[float, float]:

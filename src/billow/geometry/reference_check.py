@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -56,7 +57,7 @@ class Panel:
     from_inside: bool
 
 
-def panels(surface: Surface, positions: np.ndarray, elements: np.ndarray, flat: np.ndarray) -> list[Panel]:
+def panels(surface: Surface, positions: np.ndarray, elements: np.ndarray, flat: np.ndarray) -> Iterator[Panel]:
     """One `Panel` for each part. positions: [m], (nodes, 3). elements: (n,), triangles of fabric. flat: [m], (n, 3, 2),
     their corners in the flat cut."""
     corners = positions[surface.triangles[elements]]
@@ -64,27 +65,23 @@ def panels(surface: Surface, positions: np.ndarray, elements: np.ndarray, flat: 
     area = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
     signed = signed_areas(flat)
     gone = area < COLLAPSED * np.abs(signed)
-    found = []
     for part in np.unique(surface.part[elements]):
         mine = np.flatnonzero(surface.part[elements] == part)
         low, high = ratio[mine].min(axis=1), ratio[mine].max(axis=1)
-        found.append(
-            Panel(
-                name=surface.part_names[part],
-                triangles=len(mine),
-                flat_area=float(np.abs(signed[mine]).sum()),
-                stretched=float((high > 1.0 + NOTICED).mean()),
-                compressed=float((low < 1.0 - NOTICED).mean()),
-                collapsed=float(gone[mine].mean()),
-                shortest=float(low.min()),
-                longest=float(high.max()),
-                shortest_at=int(elements[mine[low.argmin()]]),
-                longest_at=int(elements[mine[high.argmax()]]),
-                collapsed_at=int(elements[mine[gone[mine].argmax()]]),
-                from_inside=bool(signed[mine].sum() < 0.0),
-            )
+        yield Panel(
+            name=surface.part_names[part],
+            triangles=len(mine),
+            flat_area=float(np.abs(signed[mine]).sum()),
+            stretched=float((high > 1.0 + NOTICED).mean()),
+            compressed=float((low < 1.0 - NOTICED).mean()),
+            collapsed=float(gone[mine].mean()),
+            shortest=float(low.min()),
+            longest=float(high.max()),
+            shortest_at=int(elements[mine[low.argmin()]]),
+            longest_at=int(elements[mine[high.argmax()]]),
+            collapsed_at=int(elements[mine[gone[mine].argmax()]]),
+            from_inside=bool(signed[mine].sum() < 0.0),
         )
-    return found
 
 
 def place(surface: Surface, positions: np.ndarray, triangle: int) -> str:

@@ -108,10 +108,7 @@ class SelfContact(Part):
         touchable[surface.triangles[solid]] = True
         own = np.where(touchable, surface.corners[np.minimum(surface.corner_start[:-1], len(surface.corners) - 1)], -1)
         stiffness = STIFFNESS * mass / fabric_dt**2
-        return cls(
-            surface.triangles, solid, own, stiffness,
-            2.0 * DAMPING * np.sqrt(stiffness * mass), gap,
-        )  # fmt: skip
+        return cls(surface.triangles, solid, own, stiffness, 2.0 * DAMPING * np.sqrt(stiffness * mass), gap)
 
     @property
     def reach(self) -> float:

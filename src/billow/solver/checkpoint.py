@@ -40,8 +40,9 @@ def restore(fresh: State, arrays: dict[str, np.ndarray], numbers: dict[str, Any]
         raise ValueError(f"it does not have the parts of this model; the first that differs is {odd[0]}")
     for path, leaf, varies, holder in leaves:
         if isinstance(leaf, np.ndarray):
-            saved = arrays.get(path)
-            if saved is None or saved.dtype != leaf.dtype or not _fits(saved.shape, leaf.shape, varies):
+            saved, own = arrays.get(path), 1 if varies else 0  # the number of rows of what varies is its own
+            needed = leaf.dtype, leaf.ndim, leaf.shape[own:]
+            if saved is None or (saved.dtype, saved.ndim, saved.shape[own:]) != needed:
                 raise ValueError(f"{path} does not have the shape this model needs")
             saved = np.array(saved)
         elif path not in numbers:
@@ -56,11 +57,6 @@ def restore(fresh: State, arrays: dict[str, np.ndarray], numbers: dict[str, Any]
         else:
             setattr(holder, name, saved)
     return fresh
-
-
-def _fits(saved: tuple[int, ...], fresh: tuple[int, ...], varies: bool) -> bool:
-    """Whether an array may have this shape: what varies may have more or fewer rows, all else keeps its shape."""
-    return saved == fresh or (varies and len(saved) == len(fresh) and saved[1:] == fresh[1:])
 
 
 def _leaves(path: str, value: Any, varies: bool = False, holder: Any = None) -> Iterator[tuple[str, Leaf, bool, Any]]:

@@ -89,8 +89,7 @@ def _non_finite(model: Model, state: State) -> NumericalStop:
     if not len(bad) and not math.isfinite(totals.pressure + totals.temperature):
         why = "all positions are finite, so the gas went bad first"
         return NOT_FINITE(quantity="a state of the gas", place="gas", when=when, why=why)
-    if not len(bad):
-        bad = np.flatnonzero(~np.isfinite(state.velocities).all(axis=1))
+    bad = bad if len(bad) else np.flatnonzero(~np.isfinite(state.velocities).all(axis=1))
     if not len(bad):
         why = "a state of the gas or of a rigid body is not finite"
         return NOT_FINITE(quantity="a state", place="gas or rigid body", when=when, why=why)

@@ -26,12 +26,8 @@ class Shape(Protocol):
 
     kind: str
     numbers: np.ndarray
-
-    @property
-    def bound(self) -> float: ...
-
-    @property
-    def size(self) -> float: ...
+    bound: float
+    size: float
 
     def volume(self) -> float:
         """[m^3]."""

@@ -168,13 +168,10 @@ class Bodies(Part):
         depths = state.contact.deepest.tolist()
         return [max(d for k, d in zip(self.owner, depths, strict=True) if k == b) for b in range(len(self.bodies))]
 
-    def _of_bodies(self, per_shape: np.ndarray) -> list[float]:
-        """Sums over the shapes of each body."""
-        return np.bincount(self.owner, per_shape, len(self.bodies)).tolist() if self.owner else []
-
     def quantities(self, state: BodiesState, moment: Moment) -> Iterator[Quantity]:
-        contact = zip(self._of_bodies(state.contact.stored), self._deepest(state), strict=True)
-        for body, motion, (stored, deepest) in zip(self.bodies, state.motion, contact, strict=True):
+        energies = np.bincount(self.owner, state.contact.stored, len(self.bodies)).tolist() if self.owner else []
+        rows = zip(self.bodies, state.motion, energies, self._deepest(state), strict=True)
+        for body, motion, stored, deepest in rows:
             yield Quantity(body.name, "force", "N", motion.force)
             if not body.rigid.locked:
                 yield Quantity(body.name, "centre", "m", motion.centre)

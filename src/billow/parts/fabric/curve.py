@@ -5,7 +5,6 @@ test: docs/theory.md, Curve laws. gamma0 is 90 degrees minus the yarns' angle in
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
@@ -25,15 +24,10 @@ class Curve:
         """Last strain."""
         return self.strain[-1]
 
-    @cached_property
-    def slopes(self) -> np.ndarray:
-        """Of each piece [Pa], (points - 1,)."""
-        return np.diff(self.stress) / np.diff(self.strain)
-
     def at(self, strain: np.ndarray | float) -> np.ndarray:
         """Stress [Pa] at strains of any size from 0 on, same shape."""
-        beyond = np.maximum(0.0, np.asarray(strain) - self.end)
-        return np.interp(strain, self.strain, self.stress) + self.slopes[-1] * beyond
+        slope = (self.stress[-1] - self.stress[-2]) / (self.strain[-1] - self.strain[-2])
+        return np.interp(strain, self.strain, self.stress) + slope * np.maximum(0.0, np.asarray(strain) - self.end)
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,6 @@ LARGEST_TURN = np.radians(80.0)
 SAME = 0.02
 """Part of the stress by which unloading may miss the end of loading, or rise above it."""
 
-
 NO_CURVE = InputError.declare(
     "E-FAB-003",
     "the points do not make a curve",
@@ -115,14 +114,10 @@ def _check_pair(tested: TestedCurve, name: str, where: str) -> None:
     end, stress = unloading.end, unloading.stress[-1]
     reached = float(loading.at(end))
     shown = f"{np.degrees(end):g} deg" if name == "shear" else f"{end:g} of strain"
-    if end > loading.end * (1.0 + SAME) or abs(stress - reached) > SAME * reached:
-        raise UNLOADING_DOES_NOT_FIT(
-            curve=where,
-            place=f"at {shown}",
-            why=f"it has {stress:.4g} Pa there, loading {reached:.4g} Pa"
-            if end <= loading.end * (1.0 + SAME)
-            else "loading ends before",
-        )
+    beyond = end > loading.end * (1.0 + SAME)
+    if beyond or abs(stress - reached) > SAME * reached:
+        why = "loading ends before" if beyond else f"it has {stress:.4g} Pa there, loading {reached:.4g} Pa"
+        raise UNLOADING_DOES_NOT_FIT(curve=where, place=f"at {shown}", why=why)
     x = np.array(unloading.strain[1:])
     above = np.array(unloading.stress[1:]) - (1.0 + SAME) * loading.at(x)
     if (above > 0.0).any():

@@ -17,7 +17,7 @@ from billow.base.errors import Concern
 from billow.parts.fabric.curve import TestedCurve, green_strain, shear_of_angle, shear_stress, yarn_stress
 from billow.parts.fabric.curve_table import INTERVALS, VIRGIN, Spring, SpringTable, place, read
 from billow.parts.fabric.membrane import Membrane
-from billow.parts.fabric.triangle import add_corner_forces, along, products, read_triangles, stretch_bound
+from billow.parts.fabric.triangle import add_corner_forces, along, products, stretch_bound
 from billow.parts.part import Setting
 
 WARP, WEFT, SHEAR, SHEAR_BACK = range(4)
@@ -151,7 +151,7 @@ class CurveFabric:
         history: np.ndarray, corner_force: np.ndarray, partial: np.ndarray,
     ) -> None:  # fmt: skip
         """As `billow.parts.fabric.membrane.FabricLaw` promises."""
-        mesh = read_triangles(membrane, triangles, positions, velocities)
+        mesh = membrane.for_kernels(triangles, positions, velocities)
         _curve_forces(
             len(membrane.elements), self.switches_shear, self.table, self._constants, mesh, history, corner_force,
             partial,
@@ -173,10 +173,7 @@ class CurveFabric:
         return NAMES[k], float(safe / self.wave_speed), float(safe / np.sqrt(max(squared, milder / self.density)))
 
     def reach(self) -> dict[str, tuple[float, float]]:
-        """How far the curves of warp and weft go: name -> (true strain [-], force per width [N/m]) at their end.
-
-        Beyond, they go on with their last slope.
-        """
+        """How far the curves of warp and weft go: name -> (true strain [-], force per width [N/m]) at their end."""
         ends = {name: getattr(self, name).loading for name in NAMES[:2]}
         return {
             name: (curve.end, curve.stress[-1] * float(np.exp(self.transverse * curve.end)) * self.thickness)
@@ -184,10 +181,7 @@ class CurveFabric:
         }
 
     def concerns(self, altitude: float, setting: Setting) -> Iterator[Concern]:
-        """Curves so steep that they alone cost half the step, and curves that end before the stresses of a deployment.
-
-        altitude: of the smallest element [m].
-        """
+        """Curves so steep that they alone cost half the step, and curves that end before the stress of a deployment."""
         name, now, without = self.cost_of_steepness(altitude)
         if now < COSTLY * without:
             yield STEEP_CURVE(name=name, now=1e6 * now, without=1e6 * without)

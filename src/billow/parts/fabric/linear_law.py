@@ -16,7 +16,7 @@ from numba import prange
 from billow.base.compiled import CHUNK, kernel, scalar
 from billow.base.errors import Concern
 from billow.parts.fabric.membrane import Membrane
-from billow.parts.fabric.triangle import add_corner_forces, along, products, read_triangles, stretch_bound
+from billow.parts.fabric.triangle import add_corner_forces, along, products, stretch_bound
 from billow.parts.part import Setting
 
 ODD_MODULI = Concern.declare(
@@ -45,9 +45,6 @@ class Liner:
         return np.array([c11, c11, self.poisson * c11, 0.5 * (1.0 - self.poisson) * c11])
 
 
-NO_LINER = Liner()
-
-
 @dataclass(frozen=True)
 class LinearFabric:
     """Orthotropic linear fabric (FORM 0): second Piola-Kirchhoff stress linear in Green strain, plane stress.
@@ -65,7 +62,7 @@ class LinearFabric:
     shear: float
     compression: bool
     damping: float
-    liner: Liner = NO_LINER
+    liner: Liner = Liner()
     history_width: ClassVar[int] = 0
 
     @cached_property
@@ -120,7 +117,7 @@ class LinearFabric:
     ) -> None:  # fmt: skip
         """As `billow.parts.fabric.membrane.FabricLaw` promises; there is no history."""
         rule = KEEP if self.compression else PRINCIPAL if self.is_isotropic else YARN
-        mesh = read_triangles(membrane, triangles, positions, velocities)
+        mesh = membrane.for_kernels(triangles, positions, velocities)
         _linear_forces(len(membrane.elements), rule, *self._moduli, mesh, corner_force, partial)
 
 

@@ -12,11 +12,9 @@ import numpy as np
 from billow.base.errors import Concern, InputError
 from billow.parts.part import Setting
 
-ENERGY, POWER, STRETCH, HYSTERESIS = range(4)
-"""Columns of `partial`, what a law sums up per chunk of elements."""
-
 SUMS = 4
-"""Number of those columns."""
+ENERGY, POWER, STRETCH, HYSTERESIS = range(SUMS)
+"""Columns of `partial`, what a law sums up per chunk of elements."""
 
 UNDAMPED, SLACKENING = 1e-3, 0.4
 """Fabric that goes slack gains energy if its damping fraction lies below UNDAMPED, unless its step is shorter: without
@@ -58,12 +56,8 @@ class FabricLaw(Protocol):
     compression: bool
     damping: float
     history_width: int
-
-    @property
-    def wave_speed(self) -> float: ...
-
-    @property
-    def warp_modulus(self) -> float: ...
+    wave_speed: float
+    warp_modulus: float
 
     def along_yarns(self, reference_inverse: np.ndarray) -> np.ndarray:
         """Inverse flat edges Dm^-1, row by row, [1/m], (4, n), with its columns along the law's two yarn directions
@@ -130,6 +124,12 @@ class Membrane:
     def mass(self) -> np.ndarray:
         """Mass of each element [kg], (n,)."""
         return self.fabric.density * self.volume
+
+    def for_kernels(
+        self, triangles: np.ndarray, positions: np.ndarray, velocities: np.ndarray
+    ) -> tuple[np.ndarray, ...]:
+        """What the kernels of all laws read. positions [m] and velocities [m/s]: (nodes, 3)."""
+        return self.elements, self.yarn_inverse, self.volume, self.viscosity, triangles, positions, velocities
 
     def fresh_history(self) -> np.ndarray:
         """History of fabric that has never been strained, (n, history_width)."""
