@@ -16,10 +16,9 @@ def driver_bag(
     """Driver bag: two flat discs sewn at the rim, lying on the plane z = 0, mouth and vents in the rear (lower) panel.
 
     diameter: of the flat panels [m]. mouth_radius: retainer ring radius [m]; nodes on and inside it are fixed.
-    vent_radius: distance of the vents' centres from the axis [m]. strap_stitch_radius: radius of the stitch line on the
-    front panel [m]; on the rear panel straps are held by the retainer ring, and their bars are as long as in the start
-    shape. initial_gap: height of the front panel's middle over the rear panel at the start [m]; the start is a shallow
-    dome so that the bag encloses some air.
+    vent_radius: distance of the vents' centres from the axis [m]. strap_stitch_radius: of the stitch line on the front
+    panel [m]; on the rear panel the retainer ring holds the straps; bars are as long as in the start shape.
+    initial_gap: height of the shallow dome that the front panel is at the start, for some air in the bag [m].
 
     Raises InputError E-GEO-010 if a vent or strap does not fit into its panel.
     """

@@ -68,12 +68,10 @@ def mesh_bag(
     Raises InputError E-GEO-032 (parts of file and case do not match), E-GEO-033 (the reference does not fit),
     E-GEO-034 (no such node), E-GEO-036 and E-GEO-037 (a panel is mirrored).
     """
-    which = _part_of_cells(start, parts)
-    reference = reference or start
+    which, reference = _part_of_cells(start, parts), reference or start
     _require_same_cells(start, reference)
     diagonal = diagonals(start.cells, len(start.points))
-    triangles, owner = split(start.cells, diagonal)
-    flat_triangles, _ = split(reference.cells, diagonal)
+    (triangles, owner), (flat_triangles, _) = split(start.cells, diagonal), split(reference.cells, diagonal)
     part = which[owner]
     flat = np.zeros((len(triangles), 3, 2))
     layers, leak = np.ones(len(triangles)), np.ones(len(triangles))

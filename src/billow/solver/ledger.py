@@ -12,8 +12,6 @@ from dataclasses import dataclass, field
 from billow.base.quality import Criterion, criterion
 from billow.parts.part import LOST, MOTION, RECEIVED, STORED, Account, Booking, Quantity
 
-SIDES = (MOTION, STORED, LOST, RECEIVED)
-
 
 @dataclass
 class Ledger:
@@ -32,7 +30,8 @@ class Ledger:
     @classmethod
     def of(cls, accounts: Sequence[Account]) -> Ledger:
         """Empty books with these accounts, each once, side by side."""
-        ordered = tuple(a for side in SIDES for a in dict.fromkeys(accounts) if a.side == side)
+        sides = MOTION, STORED, LOST, RECEIVED
+        ordered = tuple(a for side in sides for a in dict.fromkeys(accounts) if a.side == side)
         return cls({account.name: 0.0 for account in ordered}, accounts=ordered)
 
     def __getitem__(self, name: str) -> float:

@@ -78,22 +78,18 @@ def _check_points(curve: Curve, name: str, where: str, fabric: CurveFabric) -> N
     x, stress = np.array(curve.strain), np.array(curve.stress)
     shown, unit = (np.degrees(x), "deg") if name == "shear" else (x, "of strain")
     if x[0] != 0.0 or stress[0] != 0.0:
-        raise NO_CURVE(
-            where=where,
-            why=f"it begins at {shown[0]:g} {unit} with {stress[0]:g} Pa; fabric without strain has no stress",
-            remedy="begin with the point 0, 0; take off what a pretension or a residual strain added",
-        )
+        why = f"it begins at {shown[0]:g} {unit} with {stress[0]:g} Pa; fabric without strain has no stress"
+        remedy = "begin with the point 0, 0; take off what a pretension or a residual strain added"
+        raise NO_CURVE(where=where, why=why, remedy=remedy)
     k = int(np.argmin(np.diff(x)))
     if x[k + 1] <= x[k]:
         why = f"{shown[k + 1]:g} {unit} follows {shown[k]:g}"
         raise NO_CURVE(where=where, why=why, remedy="sort the points; give each strain once")
     turn = x[-1] + abs(fabric.start_angle)
     if name == "shear" and turn > LARGEST_TURN:
-        raise NO_CURVE(
-            where=where,
-            why=f"it ends {np.degrees(turn):.3g} deg from right angles; at 90 the yarns lie on each other",
-            remedy="check the unit of the angle; end the curve at 40 to 50 deg, beyond which its last slope is kept",
-        )
+        why = f"it ends {np.degrees(turn):.3g} deg from right angles; at 90 the yarns lie on each other"
+        remedy = "check the unit of the angle; end the curve at 40 to 50 deg, beyond which its last slope is kept"
+        raise NO_CURVE(where=where, why=why, remedy=remedy)
     falling = np.flatnonzero(np.diff(stress) < 0.0)
     if len(falling) or (stress < 0.0).any():
         k = int(falling[0]) if len(falling) else int(np.argmax(stress < 0.0)) - 1

@@ -14,7 +14,7 @@ from numba import prange
 
 from billow.base.compiled import CHUNK, kernel, scalar
 from billow.base.errors import Concern
-from billow.parts.fabric.curve import TestedCurve, green_strain, shear_of_angle, shear_stress, yarn_stress
+from billow.parts.fabric.curve import Curve, TestedCurve, green_strain, shear_of_angle, shear_stress, yarn_stress
 from billow.parts.fabric.curve_table import INTERVALS, VIRGIN, Spring, SpringTable, place, read
 from billow.parts.fabric.membrane import Membrane
 from billow.parts.fabric.triangle import add_corner_forces, along, products, stretch_bound
@@ -82,14 +82,11 @@ class CurveFabric:
     @cached_property
     def springs(self) -> list[Spring]:
         """Of warp, weft and shear."""
-        yarns = [
-            Spring.of(
-                tested,
-                lambda curve, green: yarn_stress(curve, self.transverse, green),
-                lambda curve: float(green_strain(curve.end)),
-            )
-            for tested in (self.warp, self.weft)
-        ]
+
+        def stress(curve: Curve, green: np.ndarray) -> np.ndarray:
+            return yarn_stress(curve, self.transverse, green)
+
+        yarns = [Spring.of(tested, stress, lambda c: float(green_strain(c.end))) for tested in (self.warp, self.weft)]
         senses = (1.0,) if self.yarn_angle == 0.5 * np.pi else (1.0, -1.0)
         return yarns + [self._shear_spring(sense) for sense in senses]
 

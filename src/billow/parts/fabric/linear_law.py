@@ -98,7 +98,6 @@ class LinearFabric:
 
     @property
     def warp_modulus(self) -> float:
-        """[Pa]."""
         return self.young_warp
 
     def concerns(self, altitude: float, setting: Setting) -> Iterator[Concern]:
