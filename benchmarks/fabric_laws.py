@@ -19,8 +19,7 @@ from billow.case.build import build_model
 from billow.case.fabric.build_fabric import build_fabric
 from billow.case.schema import Case
 from billow.cli.demo import CASE
-from billow.parts.fabric.fabric_law import SUMS
-from billow.parts.fabric.membrane import Membrane
+from billow.parts.fabric.membrane import SUMS, Membrane
 from billow.solver.model import Model
 from billow.solver.run import Schedule, begin
 from billow.solver.step import advance, stable_dt

@@ -75,8 +75,8 @@ def step_cost() -> dict[str, str]:
 
     def gather() -> None:
         nodes.gather(
-            model.surface.corner_start, model.surface.corners, model.work.corner_force, model.mass, model.gravity, 0.0,
-            state.velocities, state.nodal_force,
+            len(model.mass), model.surface.corner_start, model.surface.corners, model.work.corner_force.reshape(-1, 3),
+            model.mass, model.gravity, 0.0, state.velocities, state.nodal_force,
         )  # fmt: skip
 
     whole, kernel, gathered = median_seconds(lambda: advance(model, state, dt), membrane, gather)

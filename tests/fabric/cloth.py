@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from billow.parts.fabric.fabric_law import SUMS
 from billow.parts.fabric.linear_law import KEEP, PRINCIPAL, YARN, LinearFabric
-from billow.parts.fabric.membrane import Membrane
+from billow.parts.fabric.membrane import SUMS, Membrane
 
 COMMON = {"density": 800.0, "thickness": 3e-4, "young_warp": 0.4e9}
 WOVEN = {**COMMON, "young_weft": 0.3e9, "poisson": 0.25, "shear": 2e7}

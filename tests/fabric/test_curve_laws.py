@@ -11,9 +11,8 @@ from hypothesis import strategies as st
 from billow.parts.fabric.curve import Curve
 from billow.parts.fabric.curve_fabric import OWED
 from billow.parts.fabric.curve_table import INTERVALS, Spring
-from billow.parts.fabric.fabric_law import ENERGY, HYSTERESIS, SUMS
 from billow.parts.fabric.linear_law import LinearFabric, Liner
-from billow.parts.fabric.membrane import Membrane
+from billow.parts.fabric.membrane import ENERGY, HYSTERESIS, SUMS, Membrane
 
 FLAT = np.array([[[0.0, 0.0], [1.0, 0.0], [0.3, 0.9]]])
 LAWS = pytest.mark.parametrize("switches", [True, False], ids=["curves", "curves-shear"])

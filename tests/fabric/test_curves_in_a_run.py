@@ -10,9 +10,7 @@ from billow.base.compiled import CHUNK
 from billow.case.build import build_model, build_schedule
 from billow.case.schema import Case
 from billow.parts.fabric.curve_fabric import _curve_forces
-from billow.parts.fabric.fabric_law import SUMS
-from billow.parts.fabric.membrane import Membrane
-from billow.parts.fabric.triangle import read_triangles
+from billow.parts.fabric.membrane import SUMS, Membrane
 from billow.solver.checkpoint import flatten, restore
 from billow.solver.model import start_state
 from billow.solver.run import Recorder, run
@@ -85,7 +83,7 @@ def test_serial_and_parallel_give_the_same_bits(switches):
         for size in (1.1, 1.02, 1.2):
             place = np.concatenate([size * flat.reshape(-1, 2), np.zeros((15_000, 1))], axis=1)
             moved = place + 5e-4 * shake.normal(size=place.shape)
-            mesh = read_triangles(membrane, corners, moved, shake.normal(size=place.shape))
+            mesh = membrane.for_kernels(corners, moved, shake.normal(size=place.shape))
             compiled(5000, switches, law.table, law._constants, mesh, history, force, sums)
         results.append((force, history, sums))
     for one, two in zip(*results, strict=True):

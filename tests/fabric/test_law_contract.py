@@ -1,4 +1,4 @@
-"""What every fabric law promises (billow.parts.fabric.fabric_law), checked for every law there is.
+"""What every fabric law promises (billow.parts.fabric.membrane), checked for every law there is.
 
 A new law joins by a line in `LAWS`.
 """
@@ -14,9 +14,8 @@ from curves import CURVE_FABRICS, first_time, owed, strained_further
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from billow.parts.fabric.fabric_law import ENERGY, HYSTERESIS, POWER, STRETCH, SUMS
 from billow.parts.fabric.linear_law import KEEP, PRINCIPAL, YARN, LinearFabric, Liner
-from billow.parts.fabric.membrane import Membrane
+from billow.parts.fabric.membrane import ENERGY, HYSTERESIS, POWER, STRETCH, SUMS, Membrane
 
 LINED = LinearFabric(800.0, 3e-4, 0.4e9, 0.3e9, 0.25, 2e7, False, 0.05, Liner(0.03, 0.05e9, 0.3))
 LAWS = {

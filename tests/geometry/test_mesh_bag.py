@@ -14,8 +14,8 @@ from billow.case.build import build_model, flat_area
 from billow.case.schema import Case
 from billow.geometry.flat_cut import flat_cut
 from billow.geometry.mesh_file import read_mesh
-from billow.geometry.quads import diagonals, split
 from billow.geometry.surface import check_closed
+from billow.geometry.triangulation import diagonals, split
 from billow.results.vtkhdf import FabricWriter
 
 PARTS = [{"name": "front", "number": 1}, {"name": "rear", "number": 2}]

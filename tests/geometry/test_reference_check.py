@@ -14,7 +14,8 @@ from billow.case.build import build_model
 from billow.case.concerns import concerns_of
 from billow.case.schema import Case
 from billow.geometry.bag_shapes import square_bag
-from billow.geometry.reference_check import panels, require_unmirrored, signed_areas
+from billow.geometry.flat_cut import signed_areas
+from billow.geometry.reference_check import panels, require_unmirrored
 from billow.run.check import describe
 
 BAG = square_bag(0.4, 8, 1e-9)

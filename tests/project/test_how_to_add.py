@@ -157,7 +157,7 @@ from typing import ClassVar
 import numpy as np
 
 from billow.base.compiled import CHUNK
-from billow.parts.fabric.fabric_law import ENERGY, HYSTERESIS, POWER, STRETCH
+from billow.parts.fabric.membrane import ENERGY, HYSTERESIS, POWER, STRETCH
 
 
 @dataclass(frozen=True)

@@ -1,17 +1,8 @@
-"""Compiled kernels: one decorator, two compilations, one set of bits.
+"""Compiled kernels: one decorator, two compilations, one set of bits (docs/architecture.md, Compiled code).
 
-`@kernel` turns a function over arrays into a compiled one. It is compiled serially for small work and in parallel
-(`numba.prange`) for large work, each only when first needed, and both are cached on disk. Kernels are written so
-that both give the same bits for any number of threads: every loop iteration owns what it writes, and sums are
-collected per fixed chunk of `CHUNK` items and added in order afterwards. No fastmath: it breaks NaN checks and
-reproducibility.
-
-`@scalar` marks plain scalar functions (a stress, a flux, a closest point) that kernels call; they take and return
-numbers and tuples, so that another back end can compile the same text.
-
-The cache belongs to all processes of a user. Its key is content: the text of a kernel's file and of every file of the
-package that file imports, the types of the arguments, the processor, and the versions of numba and Python. Neither the
-place of a file nor its date counts, so a second checkout of the same text finds its kernels compiled.
+No fastmath: it breaks NaN checks and reproducibility. The key of the cache is content: the text of a kernel's file and
+of every file of the package that it imports, the types of the arguments, the processor, and the versions of numba and
+Python. Neither the place of a file nor its date counts.
 """
 
 from __future__ import annotations
@@ -38,14 +29,6 @@ PARALLEL_FROM = 8192
 """Fewest items for which a parallel launch (10-200 us) pays."""
 
 _PACKAGE = Path(__file__).parents[1]
-
-
-def cache_folder() -> Path:
-    """Folder of all compiled kernels (set BILLOW_CACHE to move it)."""
-    root = os.environ.get("BILLOW_CACHE") or os.path.join(
-        os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"), "billow"
-    )
-    return Path(root) / "kernels"
 
 
 @functools.cache
@@ -77,24 +60,23 @@ def _digest(source: Path) -> str:
             found.add(path)
             open_ends += _text_and_imports(path)[1]
     digest = hashlib.sha256(numba.__version__.encode())
-    for name, path in sorted((_name(path), path) for path in found):
+    # By its place in the package; a file outside it, by its name.
+    named = [(p.relative_to(_PACKAGE).as_posix() if p.is_relative_to(_PACKAGE) else p.name, p) for p in found]
+    for name, path in sorted(named):
         text = _text_and_imports(path)[0]
         digest.update(f"{name} {len(text)} ".encode() + text)
     return digest.hexdigest()
 
 
-def _name(path: Path) -> str:
-    """A file's place in the package; for a file outside it, its name."""
-    return path.relative_to(_PACKAGE).as_posix() if path.is_relative_to(_PACKAGE) else path.name
-
-
 @functools.cache
 def _module_folder(source: str) -> str | None:
-    """Folder for the kernels of one file; None if it cannot be written, or if there is no file (a kernel typed into a
-    prompt)."""
+    """Folder for the kernels of one file (BILLOW_CACHE moves it); None if it cannot be written, or if there is
+    no file (a kernel typed into a prompt)."""
     if not Path(source).is_file():
         return None
-    folder = cache_folder() / f"{Path(source).stem}-{_digest(Path(source))[:16]}"
+    home = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
+    root = os.environ.get("BILLOW_CACHE") or os.path.join(home, "billow")
+    folder = Path(root, "kernels", f"{Path(source).stem}-{_digest(Path(source))[:16]}")
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError:  # a read-only home: kernels are compiled again in every process
@@ -130,9 +112,8 @@ class _Impl(CompileResultCacheImpl):
 class _Entries:
     """The compilations of one kernel on disk, each in a file of its own.
 
-    numba keeps an index of all compilations of a kernel, which two writers could set against each other's files. With
-    an index of one entry the worst that two writers do is to write the same twice. numba writes to a temporary file and
-    renames it, so that a process killed meanwhile leaves nothing half-written.
+    Two writers could set numba's index of all compilations of a kernel against each other's files; with an index of one
+    entry they write the same twice at worst. numba renames finished files: a kill leaves nothing half-written.
     """
 
     def __init__(self, folder: str, kernel: str):

@@ -12,21 +12,15 @@ user sees; the command line prints it and exits with `exit_code`, without a trac
 All texts of a code stand in one declaration, in the module that raises it; docs/errors.md is made from the
 declarations. A code keeps its meaning, and one that is no longer used is never given to something else.
 
-    UNKNOWN_GAS = InputError.declare(
-        "E-GAS-001",
-        "unknown gas {name!r}",
-        why="there are no thermodynamic data for it",
-        cause="a misspelt formula",
-        remedy="use one of {known}",
-    )
-
-    raise UNKNOWN_GAS(where="inflator.gas", name=name, known=", ".join(SPECIES))
+    UNKNOWN_GAS = InputError.declare("E-GAS-001", "unknown gas {name!r}", remedy="use one of {known}")
+    raise UNKNOWN_GAS(where="inflator.gas", why="there are no data for it", name=name, known=", ".join(SPECIES))
 
 A `Concern` says the same of a case that can be run but is probably not what was meant; its codes begin with W.
 """
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 from typing import Any
 
@@ -101,7 +95,8 @@ class BillowError(_Message, Exception):
 
     def __reduce__(self):
         # Errors travel back from worker processes; keyword-only arguments need telling how.
-        return (_rebuild, (type(self), self.code, self.what, self.where, self.why, self.remedy))
+        texts = {"where": self.where, "why": self.why, "remedy": self.remedy}
+        return functools.partial(type(self), self.code, self.what, **texts), ()
 
 
 @dataclass(frozen=True)
@@ -138,10 +133,6 @@ def _reason(error: Exception) -> str:
     if isinstance(error, KeyError):
         return f"a key is missing: {error}"
     return getattr(error, "strerror", None) or str(error) or type(error).__name__
-
-
-def _rebuild(kind, code, what, where, why, remedy):
-    return kind(code, what, where=where, why=why, remedy=remedy)
 
 
 class InputError(BillowError):

@@ -89,27 +89,24 @@ def square_bag(side: float, divisions: int, initial_gap: float) -> BagShape:
     panel = mesh_rectangle(s, s, side / divisions)
     x, y = panel.points.T
     on_edge = (np.abs(x) > 0.5 * side - 1e-9) | (np.abs(y) > 0.5 * side - 1e-9)
-    rear_node = np.arange(len(x))
-    rear_node[~on_edge] = len(x) + np.arange(np.count_nonzero(~on_edge))
-    flat = np.concatenate([panel.points, panel.points[~on_edge]])
     bump = 0.5 * initial_gap * (1.0 - (2.0 * x / side) ** 2) * (1.0 - (2.0 * y / side) ** 2)
-    positions = np.column_stack([flat, np.concatenate([bump, -bump[~on_edge]])])
-    triangles = np.concatenate([panel.triangles, rear_node[panel.triangles][:, [0, 2, 1]]])
-    part = np.repeat([0, 1], len(panel.triangles))
-    surface = Surface.build(triangles, part, ("front", "rear"), len(flat))
-    return BagShape(surface, positions, flat[triangles], np.zeros(len(flat), dtype=bool))
+    return _two_panels(panel.points, panel.triangles, on_edge, bump)
 
 
 def round_bag(radius: float, rings: int, initial_gap: float) -> BagShape:
     """Two discs sewn at the rim ("Mylar balloon"): radius [m], number of element rings, gap at the middle [m]."""
-    flat_front, triangles_front, _ = mesh_disc(radius, radius / rings)
-    rim = rim_count(radius, radius / rings)
-    rear_node = np.concatenate([np.arange(rim), len(flat_front) + np.arange(len(flat_front) - rim)])
-    flat = np.concatenate([flat_front, flat_front[rim:]])
-    dome = 0.5 * initial_gap * (1.0 - np.sum(flat_front**2, axis=1) / radius**2)
-    dome[:rim] = 0.0
-    positions = np.column_stack([flat, np.concatenate([dome, -dome[rim:]])])
-    triangles = np.concatenate([triangles_front, rear_node[triangles_front][:, [0, 2, 1]]])
-    part = np.repeat([0, 1], len(triangles_front))
-    surface = Surface.build(triangles, part, ("front", "rear"), len(flat))
-    return BagShape(surface, positions, flat[triangles], np.zeros(len(flat), dtype=bool))
+    points, triangles, _ = mesh_disc(radius, radius / rings)
+    on_rim = np.arange(len(points)) < rim_count(radius, radius / rings)
+    dome = np.where(on_rim, 0.0, 0.5 * initial_gap * (1.0 - np.sum(points**2, axis=1) / radius**2))
+    return _two_panels(points, triangles, on_rim, dome)
+
+
+def _two_panels(points: np.ndarray, triangles: np.ndarray, sewn: np.ndarray, height: np.ndarray) -> BagShape:
+    """A flat panel and its mirror image. sewn: (nodes,) bool, nodes of both; height: of the front [m], (nodes,)."""
+    rear_node = np.arange(len(points))
+    rear_node[~sewn] = len(points) + np.arange(np.count_nonzero(~sewn))
+    flat = np.concatenate([points, points[~sewn]])
+    positions = np.column_stack([flat, np.concatenate([height, -height[~sewn]])])
+    both = np.concatenate([triangles, rear_node[triangles][:, [0, 2, 1]]])
+    surface = Surface.build(both, np.repeat([0, 1], len(triangles)), ("front", "rear"), len(flat))
+    return BagShape(surface, positions, flat[both], np.zeros(len(flat), dtype=bool))

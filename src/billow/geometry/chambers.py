@@ -1,9 +1,4 @@
-"""Chambers: which chamber of a bag lies on either side of each triangle.
-
-A bag has one chamber or several, separated by inner walls. A chamber's boundary is every triangle with the chamber
-behind it (on the side its normal points away from) together with every triangle with the chamber ahead of it, reversed.
-An inner wall bounds two chambers and is one layer of fabric.
-"""
+"""Which chamber of a bag lies on either side of each triangle (docs/theory.md, Chambers and openings)."""
 
 from __future__ import annotations
 

@@ -1,7 +1,5 @@
-"""Triangulation of a flat disc with round holes, close to equilateral and the same on every machine.
-
-Points sit on concentric rings (6k points on ring k give nearly equilateral triangles), on the holes' rims and at their
-required radii; a few smoothing sweeps even out the neighbourhood of the holes; Delaunay triangulation joins them.
+"""Triangulation of a flat disc with round holes, near equilateral and the same on every machine: Delaunay, of points
+on concentric rings (6k on ring k), on the holes' rims and at required radii, smoothed near the holes.
 """
 
 from __future__ import annotations
@@ -19,16 +17,16 @@ CLEARANCE = 0.55
 
 @dataclass(frozen=True)
 class Hole:
-    """A circular patch cut out of a disc: centre [m] (x, y), radius [m]."""
+    """A circular patch cut out of a panel: centre [m] (x, y), radius [m]."""
 
     x: float
     y: float
     radius: float
 
 
-def circle(radius: float, count: int, x: float = 0.0, y: float = 0.0, phase: float = 0.0) -> np.ndarray:
+def circle(radius: float, count: int, x: float = 0.0, y: float = 0.0) -> np.ndarray:
     """`count` points [m] on a circle, (count, 2)."""
-    angle = 2.0 * np.pi * (np.arange(count) + phase) / count
+    angle = 2.0 * np.pi * np.arange(count) / count
     return np.column_stack([x + radius * np.cos(angle), y + radius * np.sin(angle)])
 
 

@@ -10,24 +10,15 @@ from billow.geometry.surface import Surface
 
 
 def driver_bag(
-    diameter: float,
-    element_size: float,
-    mouth_radius: float,
-    vent_count: int,
-    vent_diameter: float,
-    vent_radius: float,
-    strap_count: int,
-    strap_width: float,
-    strap_stitch_radius: float,
-    initial_gap: float,
-) -> BagShape:
+    diameter: float, element_size: float, mouth_radius: float, vent_count: int, vent_diameter: float,
+    vent_radius: float, strap_count: int, strap_width: float, strap_stitch_radius: float, initial_gap: float,
+) -> BagShape:  # fmt: skip
     """Driver bag: two flat discs sewn at the rim, lying on the plane z = 0, mouth and vents in the rear (lower) panel.
 
     diameter: of the flat panels [m]. mouth_radius: retainer ring radius [m]; nodes on and inside it are fixed.
-    vent_radius: distance of the vents' centres from the axis [m]. strap_stitch_radius: radius of the stitch line on the
-    front panel [m]; on the rear panel straps are held by the retainer ring, and their bars are as long as in the start
-    shape. initial_gap: height of the front panel's middle over the rear panel at the start [m]; the start is a shallow
-    dome so that the bag encloses some air.
+    vent_radius: distance of the vents' centres from the axis [m]. strap_stitch_radius: of the stitch line on the front
+    panel [m]; on the rear panel the retainer ring holds the straps; bars are as long as in the start shape.
+    initial_gap: height of the shallow dome that the front panel is at the start, for some air in the bag [m].
 
     Raises InputError E-GEO-010 if a vent or strap does not fit into its panel.
     """
@@ -50,9 +41,10 @@ def driver_bag(
     flat = np.concatenate([front, rear[rim:]])
     height = np.concatenate([initial_gap * (1.0 - np.sum(front**2, axis=1) / radius**2), np.zeros(len(rear) - rim)])
     height[:rim] = 0.0
-    part = np.concatenate(
-        [np.zeros(len(front_triangles)), _rear_parts(rear, rear_triangles, mouth_radius, vent_patches)]
-    )
+    in_mouth = np.hypot(*rear[rear_triangles].mean(axis=1).T) < mouth_radius
+    part = np.concatenate([np.zeros(len(front_triangles)), np.where(in_mouth, 2, 1)])
+    for k, patch in enumerate(vent_patches):
+        part[len(front_triangles) + patch] = 3 + k
     names = ("front", "rear", "mouth", *(f"vent_{k + 1}" for k in range(vent_count)))
     triangles = np.concatenate([front_triangles, rear_node[rear_triangles][:, [0, 2, 1]]])  # rear normals point down
     surface = Surface.build(triangles, part, names, len(flat))
@@ -64,15 +56,6 @@ def driver_bag(
         for bars in _straps(front, rear, rear_node, strap_count, strap_width, strap_stitch_radius, mouth_radius)
     )
     return BagShape(surface, positions, flat[triangles], fixed, straps, seen_from_inside=("rear",))
-
-
-def _rear_parts(rear, triangles, mouth_radius, vent_patches):
-    part = np.ones(len(triangles))
-    centroid = rear[triangles].mean(axis=1)
-    part[np.hypot(centroid[:, 0], centroid[:, 1]) < mouth_radius] = 2
-    for k, patch in enumerate(vent_patches):
-        part[patch] = 3 + k
-    return part
 
 
 def _straps(front, rear, rear_node, count, width, stitch_radius, mouth_radius):

@@ -1,8 +1,6 @@
-"""From a reference shape in space to the flat cut: where each triangle lies in its panel's own plane.
-
-A panel drawn in one plane keeps its drawing: in a plane z = constant its flat coordinates are x and y, elsewhere x is
-the horizontal direction nearest to the global x axis. A panel that is not plane cannot be cut from one flat piece;
-then each triangle is laid flat on its own, and its warp is the projection of that same direction.
+"""From a reference shape in space to the flat cut: where each triangle lies in its panel's own plane (docs/theory.md,
+Reference shape). In a plane z = constant flat coordinates are x and y, elsewhere x is the horizontal direction nearest
+to the global x axis.
 """
 
 from __future__ import annotations
@@ -15,10 +13,15 @@ PLANE = np.cos(np.radians(1.0))
 """Cosine between a triangle's normal and its panel's up to which the panel counts as plane."""
 
 
+def signed_areas(flat: np.ndarray) -> np.ndarray:
+    """Areas [m^2], (n,), of flat triangles [m] (n, 3, 2); negative if they run clockwise."""
+    u, w = flat[:, 1] - flat[:, 0], flat[:, 2] - flat[:, 0]
+    return 0.5 * (u[:, 0] * w[:, 1] - u[:, 1] * w[:, 0])
+
+
 def flat_area(reference: np.ndarray) -> np.ndarray:
     """Area as cut [m^2], (triangles,), of flat corner coordinates [m], (triangles, 3, 2)."""
-    u, w = reference[:, 1] - reference[:, 0], reference[:, 2] - reference[:, 0]
-    return 0.5 * np.abs(u[:, 0] * w[:, 1] - u[:, 1] * w[:, 0])
+    return np.abs(signed_areas(reference))
 
 
 def flat_cut(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
@@ -61,8 +64,6 @@ def _along(normal: np.ndarray, across_x: bool) -> np.ndarray:
     flat = axis - (normal @ axis)[:, None] * normal
     length = np.linalg.norm(flat, axis=1, keepdims=True)
     level = length[:, 0] < 1e-6  # this triangle alone faces along the axis: any direction in it will do
-    flat[level] = (
-        np.roll(normal[level], 1, axis=1)
-        - np.sum(np.roll(normal[level], 1, axis=1) * normal[level], 1)[:, None] * normal[level]
-    )
+    other = np.roll(normal[level], 1, axis=1)
+    flat[level] = other - np.sum(other * normal[level], 1)[:, None] * normal[level]
     return flat / np.linalg.norm(flat, axis=1, keepdims=True)

@@ -1,8 +1,5 @@
-"""Where fabric lies in several layers: seams and reinforcements, smeared over the elements they cover.
-
-An element gets the extra layers in proportion to the share of its flat area that is covered, so that mass and membrane
-stiffness of a seam of 8 mm do not depend on an element size of 20 mm.
-"""
+"""Fabric in several layers: seams and reinforcements, smeared over the elements they cover (docs/theory.md, Seams and
+reinforcements)."""
 
 from __future__ import annotations
 

@@ -1,8 +1,4 @@
-"""A bag of any shape: a start mesh, and the flat pieces it was sewn from.
-
-The reference has the cells of the start mesh in the same order, but its own nodes: a node on a seam is one node of the
-bag and a node of each piece.
-"""
+"""A bag of any shape: a start mesh, and the flat pieces it was sewn from (docs/theory.md, Reference shape)."""
 
 from __future__ import annotations
 
@@ -11,13 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from billow.base.errors import InputError
-from billow.geometry.bag_shapes import BagShape
+from billow.geometry.bag_shapes import BagShape, along_warp
 from billow.geometry.chambers import OUTSIDE, Chambers
 from billow.geometry.flat_cut import flat_cut
 from billow.geometry.mesh_file import CellMesh
-from billow.geometry.quads import diagonals, split
 from billow.geometry.reference_check import require_unmirrored
 from billow.geometry.surface import Surface, area_vectors
+from billow.geometry.triangulation import diagonals, split
 
 PARTS_DO_NOT_MATCH = InputError.declare(
     "E-GEO-032",
@@ -72,20 +68,17 @@ def mesh_bag(
     Raises InputError E-GEO-032 (parts of file and case do not match), E-GEO-033 (the reference does not fit),
     E-GEO-034 (no such node), E-GEO-036 and E-GEO-037 (a panel is mirrored).
     """
-    which = _part_of_cells(start, parts)
-    reference = reference or start
+    which, reference = _part_of_cells(start, parts), reference or start
     _require_same_cells(start, reference)
     diagonal = diagonals(start.cells, len(start.points))
-    triangles, owner = split(start.cells, diagonal)
-    flat_triangles, _ = split(reference.cells, diagonal)
+    (triangles, owner), (flat_triangles, _) = split(start.cells, diagonal), split(reference.cells, diagonal)
     part = which[owner]
     flat = np.zeros((len(triangles), 3, 2))
     layers, leak = np.ones(len(triangles)), np.ones(len(triangles))
     for k, one in enumerate(parts):
         mine = np.flatnonzero(part == k)
         if one.kind != "opening":
-            c, s = np.cos(one.warp_angle), np.sin(one.warp_angle)
-            flat[mine] = flat_cut(reference.points, flat_triangles[mine]) @ np.array([[c, -s], [s, c]])
+            flat[mine] = flat_cut(reference.points, flat_triangles[mine])
         layers[mine], leak[mine] = one.layers, one.leak
     surface = Surface.build(
         triangles, part, tuple(p.name for p in parts), len(start.points),
@@ -101,7 +94,9 @@ def mesh_bag(
         surface, start.points, flat, fixed, (), centre, axis, layers, leak,
         seen_from_inside=tuple(one.name for one in parts if one.from_inside),
     )  # fmt: skip
-    require_unmirrored(shape, {one.name: one.warp_angle for one in parts})
+    angles = {one.name: one.warp_angle for one in parts if one.kind != "opening"}
+    shape = along_warp(shape, angles)
+    require_unmirrored(shape, angles)
     return shape
 
 

@@ -1,8 +1,6 @@
-"""Reading triangles and quads with their parts from VTKHDF files and from VTK legacy files.
-
-VTKHDF is what Billow writes and what ParaView reads and writes; VTK legacy is what nearly every other program can
-write. Both are read with checks of every size before anything is read or made, and nothing in a file is executed.
-Formats: docs.vtk.org, "VTKHDF format specification" and "VTK file formats, simple legacy formats".
+"""Reading triangles and quads with their parts from VTKHDF files, which Billow and ParaView write, and from VTK legacy
+files, which nearly every other program can write. Every size is checked before anything is read or made, and nothing in
+a file is executed. Formats: docs.vtk.org, "VTKHDF format specification" and "VTK file formats, simple legacy formats".
 """
 
 from __future__ import annotations
@@ -60,8 +58,9 @@ def read_mesh(path: str | Path, part_field: str = "part", frame: int = 0) -> Cel
     try:
         if not path.is_file() or path.stat().st_size > LARGEST_FILE:
             raise OSError(f"it is not a file, or longer than {LARGEST_FILE} bytes")
-        read = _read_legacy if path.suffix.lower() == ".vtk" else _read_vtkhdf
-        points, offsets, connectivity, types, part, names = read(path, part_field, frame)
+        legacy = path.suffix.lower() == ".vtk"
+        found = (*read_legacy(path.read_bytes(), part_field), {}) if legacy else _read_vtkhdf(path, part_field, frame)
+        points, offsets, connectivity, types, part, names = found
     except (OSError, KeyError, ValueError, IndexError, RuntimeError, TypeError, OverflowError) as error:
         why = str(error.args[-1]) if error.args else "it is damaged"
         raise UNREADABLE(name=path.name, path=str(path), why=why) from None
@@ -97,10 +96,6 @@ def _read_vtkhdf(path: Path, part_field: str, frame: int):
             part,
             {str(name): number for number, name in enumerate(names)},
         )
-
-
-def _read_legacy(path: Path, part_field: str, frame: int):
-    return *read_legacy(path.read_bytes(), part_field), {}
 
 
 def _require_sound(path: Path, points, offsets, connectivity, types, part, part_field) -> None:

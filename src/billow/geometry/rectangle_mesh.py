@@ -1,8 +1,5 @@
-"""Triangulation of a flat rectangle: a grid whose cells are split with alternating diagonals, re-meshed around round
-holes and rings only.
-
-Alternating diagonals prefer no direction. With even numbers of cells every corner has its own diagonal, so that two
-panels sewn along their edges share no other edge.
+"""Triangulation of a flat rectangle: a grid with alternating diagonals, re-meshed around round holes and rings only
+(docs/theory.md, Ready-made bags).
 """
 
 from __future__ import annotations
@@ -19,13 +16,8 @@ MARGIN = 1.6
 """Distance that a hole or ring needs from the nearest line that must stay as it is, in edges."""
 
 
-@dataclass(frozen=True)
-class Ring:
-    """A circle on which nodes must lie, with fabric inside too (a retainer ring): centre [m] (x, y), radius [m]."""
-
-    x: float
-    y: float
-    radius: float
+class Ring(Hole):
+    """A circle on which nodes must lie, with fabric inside too: a retainer ring."""
 
 
 @dataclass(frozen=True)
@@ -41,15 +33,11 @@ class RectangleMesh:
 
 
 def mesh_rectangle(
-    x_lines: np.ndarray,
-    y_lines: np.ndarray,
-    size: float,
-    shapes: tuple[Ring | Hole, ...] = (),
-    walls: tuple[float, ...] = (),
+    x_lines: np.ndarray, y_lines: np.ndarray, size: float, shapes: tuple[Hole, ...] = (), walls: tuple[float, ...] = ()
 ) -> RectangleMesh:
     """Mesh the rectangle between the first and last of ascending grid lines [m], with edges of about `size` [m].
 
-    shapes: circles to be meshed into it, each at least its radius and MARGIN edges away from the rim and from walls
+    shapes: to be meshed into it, each at least its radius and MARGIN edges away from the rim and from walls
     (the caller must check this). Holes get a polygon of the hole's area and no nodes inside. walls: those of x_lines
     whose nodes must stay where they are.
     """
@@ -100,7 +88,7 @@ class _Block:
     j0: int
     i1: int
     j1: int
-    shapes: list[Ring | Hole]
+    shapes: list[Hole]
 
     def overlaps(self, other: _Block) -> bool:
         return self.i0 < other.i1 and other.i0 < self.i1 and self.j0 < other.j1 and other.j0 < self.j1
@@ -137,11 +125,10 @@ def _span(lines: np.ndarray, low: float, high: float) -> tuple[int, int]:
     return max(first, 1), min(last, len(lines) - 2)
 
 
-def _outline(shape: Ring | Hole, size: float) -> tuple[int, float]:
+def _outline(shape: Hole, size: float) -> tuple[int, float]:
     """Corners and circumradius [m] of a shape's polygon."""
-    if isinstance(shape, Hole):
-        return hole_polygon(shape.radius, size)
-    return max(6, round(2.0 * np.pi * shape.radius / size)), shape.radius
+    count, polygon = hole_polygon(shape.radius, size)
+    return count, shape.radius if isinstance(shape, Ring) else polygon
 
 
 def _remesh(points, kept, triangles, cell, block: _Block, rows: int, size: float):

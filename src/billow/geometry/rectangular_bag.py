@@ -1,8 +1,5 @@
-"""Rectangular bag: two flat panels sewn at the rim, divided into chambers by seams that join both panels.
-
-A square bag (LS-DYNA paper, examples 1 and 2) is one chamber; a side or window bag (example 3) several. Each seam
-leaves a gap through which gas passes; virtual triangles between the front and the rear fabric close it, so that the
-opening's area is the real one and grows while the bag inflates.
+"""Rectangular bag: two flat panels sewn at the rim, divided into chambers by seams that join both and leave a gap
+(docs/theory.md, Chambers and openings).
 """
 
 from __future__ import annotations
@@ -23,12 +20,9 @@ FRONT, REAR, MOUTH = "front", "rear", "mouth"
 
 
 @dataclass(frozen=True)
-class PanelVent:
-    """A round vent: centre [m] (x, y) from the middle of the bag, radius [m], and the panel it is cut into."""
+class PanelVent(Hole):
+    """A round vent, its centre counted from the middle of the bag, and the panel it is cut into."""
 
-    x: float
-    y: float
-    radius: float
     panel: str
 
 
@@ -49,17 +43,10 @@ class Seam:
 
 
 def rectangular_bag(
-    length: float,
-    width: float,
-    element_size: float,
-    mouth_radius: float,
-    initial_gap: float,
-    vents: tuple[PanelVent, ...] = (),
-    chambers: int = 1,
-    mouth_chamber: int = 0,
-    gap: Gap | None = None,
+    length: float, width: float, element_size: float, mouth_radius: float, initial_gap: float,
+    vents: tuple[PanelVent, ...] = (), chambers: int = 1, mouth_chamber: int = 0, gap: Gap | None = None,
     seam: Seam | None = None,
-) -> BagShape:
+) -> BagShape:  # fmt: skip
     """Two panels of length (x) by width (y) [m] about the origin, the rear one in the plane z = 0.
 
     mouth_radius: of the retainer ring in the middle of the mouth chamber's rear panel [m], counted from 0 at the lowest
@@ -68,7 +55,9 @@ def rectangular_bag(
 
     Raises InputError E-GEO-010 if the mouth, a vent or a gap does not fit.
     """
-    x_lines = _chamber_lines(length, element_size, chambers)
+    # An even number of cells in every chamber, so that each of its corners is whole.
+    cells = 2 * max(1, round(0.5 * length / chambers / element_size)) * chambers
+    x_lines = np.linspace(-0.5 * length, 0.5 * length, cells + 1)
     gap_ends = _gap_ends(width, element_size, gap) if chambers > 1 else (0.0, 0.0)
     # A gap has a node in its middle: with both ends sewn it could not open otherwise.
     y_lines = even_lines(sorted({-0.5 * width, *gap_ends, 0.5 * sum(gap_ends), 0.5 * width}), element_size)
@@ -78,12 +67,8 @@ def rectangular_bag(
     _require_fit(mouth, vents, walls, width, element_size)
     rear_vents = [k for k, vent in enumerate(vents) if vent.panel == REAR]
     front_vents = [k for k, vent in enumerate(vents) if vent.panel == FRONT]
-    front = mesh_rectangle(
-        x_lines, y_lines, element_size, tuple(_hole(vents[k]) for k in front_vents), tuple(walls[1:-1])
-    )
-    rear = mesh_rectangle(
-        x_lines, y_lines, element_size, (mouth, *(_hole(vents[k]) for k in rear_vents)), tuple(walls[1:-1])
-    )
+    holes = tuple(vents[k] for k in front_vents), (mouth, *(vents[k] for k in rear_vents))
+    front, rear = (mesh_rectangle(x_lines, y_lines, element_size, shapes, tuple(walls[1:-1])) for shapes in holes)
 
     lines = _sewn_lines(length, width, walls, gap_ends)
     sewn = distance_to_lines(rear.points, lines) < 1e-9 * length
@@ -120,20 +105,10 @@ def rectangular_bag(
     fixed = np.zeros(len(flat), dtype=bool)
     fixed[surface.triangles[surface.triangles_of(MOUTH)]] = True
     shape = BagShape(
-        surface,
-        np.column_stack([flat, height]),
-        reference,
-        fixed,
-        mouth_centre=np.array([middle, 0.0, 0.0]),
+        surface, np.column_stack([flat, height]), reference, fixed, mouth_centre=np.array([middle, 0.0, 0.0]),
         seen_from_inside=(REAR,),
-    )
+    )  # fmt: skip
     return doubled(shape, (FRONT, REAR), line_depth(lines, seam.width), seam.layers) if seam else shape
-
-
-def _chamber_lines(length: float, size: float, chambers: int) -> np.ndarray:
-    """Grid lines along x with an even number of cells in every chamber, so that each of its corners is whole."""
-    cells = 2 * max(1, round(0.5 * length / chambers / size)) * chambers
-    return np.linspace(-0.5 * length, 0.5 * length, cells + 1)
 
 
 def _gap_ends(width: float, size: float, gap: Gap) -> tuple[float, float]:
@@ -169,10 +144,6 @@ def _opening(front: RectangleMesh, rear: RectangleMesh, rear_node, wall: float, 
             corners = [(lower[i], lower[j], upper[i]), (lower[j], upper[j], upper[i])]
         triangles += [c for c in corners if len(set(c)) == 3]
     return np.array(triangles)
-
-
-def _hole(vent: PanelVent) -> Hole:
-    return Hole(vent.x, vent.y, vent.radius)
 
 
 def _require_fit(mouth: Ring, vents: tuple[PanelVent, ...], walls: np.ndarray, width: float, size: float) -> None:

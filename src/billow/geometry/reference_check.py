@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from billow.base.errors import InputError
 from billow.geometry.bag_shapes import BagShape
+from billow.geometry.flat_cut import signed_areas
 from billow.geometry.surface import Surface
 
 PARTLY_MIRRORED = InputError.declare(
@@ -55,7 +57,7 @@ class Panel:
     from_inside: bool
 
 
-def panels(surface: Surface, positions: np.ndarray, elements: np.ndarray, flat: np.ndarray) -> list[Panel]:
+def panels(surface: Surface, positions: np.ndarray, elements: np.ndarray, flat: np.ndarray) -> Iterator[Panel]:
     """One `Panel` for each part. positions: [m], (nodes, 3). elements: (n,), triangles of fabric. flat: [m], (n, 3, 2),
     their corners in the flat cut."""
     corners = positions[surface.triangles[elements]]
@@ -63,33 +65,23 @@ def panels(surface: Surface, positions: np.ndarray, elements: np.ndarray, flat: 
     area = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
     signed = signed_areas(flat)
     gone = area < COLLAPSED * np.abs(signed)
-    found = []
     for part in np.unique(surface.part[elements]):
         mine = np.flatnonzero(surface.part[elements] == part)
         low, high = ratio[mine].min(axis=1), ratio[mine].max(axis=1)
-        found.append(
-            Panel(
-                name=surface.part_names[part],
-                triangles=len(mine),
-                flat_area=float(np.abs(signed[mine]).sum()),
-                stretched=float((high > 1.0 + NOTICED).mean()),
-                compressed=float((low < 1.0 - NOTICED).mean()),
-                collapsed=float(gone[mine].mean()),
-                shortest=float(low.min()),
-                longest=float(high.max()),
-                shortest_at=int(elements[mine[low.argmin()]]),
-                longest_at=int(elements[mine[high.argmax()]]),
-                collapsed_at=int(elements[mine[gone[mine].argmax()]]),
-                from_inside=bool(signed[mine].sum() < 0.0),
-            )
+        yield Panel(
+            name=surface.part_names[part],
+            triangles=len(mine),
+            flat_area=float(np.abs(signed[mine]).sum()),
+            stretched=float((high > 1.0 + NOTICED).mean()),
+            compressed=float((low < 1.0 - NOTICED).mean()),
+            collapsed=float(gone[mine].mean()),
+            shortest=float(low.min()),
+            longest=float(high.max()),
+            shortest_at=int(elements[mine[low.argmin()]]),
+            longest_at=int(elements[mine[high.argmax()]]),
+            collapsed_at=int(elements[mine[gone[mine].argmax()]]),
+            from_inside=bool(signed[mine].sum() < 0.0),
         )
-    return found
-
-
-def signed_areas(flat: np.ndarray) -> np.ndarray:
-    """Areas [m^2], (n,), of flat triangles [m] (n, 3, 2); negative if they run clockwise."""
-    u, w = flat[:, 1] - flat[:, 0], flat[:, 2] - flat[:, 0]
-    return 0.5 * (u[:, 0] * w[:, 1] - u[:, 1] * w[:, 0])
 
 
 def place(surface: Surface, positions: np.ndarray, triangle: int) -> str:

@@ -1,8 +1,7 @@
 """Which triangles can be near a point: a uniform grid whose cells list the triangles within `margin` of them.
 
-The lists stay valid until a node has moved further than the margin. What is left of the margin (`reach`) is the
-distance over which a flight needs no neighbouring cells. In cells without triangles no test is needed. Coordinates are
-clipped to the grid: outside it there is no triangle within `margin`.
+The lists stay valid until a node has moved further than the margin; over what is left of it (`reach`) a flight needs no
+neighbouring cells. Coordinates are clipped to the grid: outside it there is no triangle within `margin`.
 """
 
 from __future__ import annotations
@@ -70,10 +69,10 @@ class SearchGrid(NamedTuple):
         return self._replace(reach=self.margin - spent)
 
     def cells_of(self, position: np.ndarray) -> np.ndarray:
-        """Cell index of each point, (points,) int32; points off the grid count to its nearest cell."""
-        cells = np.empty(len(position), dtype=np.int32)
-        _cells_of(len(position), position, self.origin, self.cell, self.counts, cells)
-        return cells
+        """Cell index of each point, (points,) int64; points off the grid count to its nearest cell."""
+        place = np.nan_to_num((position - self.origin) * (1.0 / self.cell))
+        x, y, z = np.clip(place, 0, self.counts - 1).astype(np.int32).T
+        return (x * self.counts[1] + y) * self.counts[2] + z
 
 
 def cell_lists(spans: np.ndarray, counts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -143,12 +142,3 @@ def _largest_move(n, before, after, largest_out):
             dx, dy, dz = after[i, 0] - before[i, 0], after[i, 1] - before[i, 1], after[i, 2] - before[i, 2]
             largest = max(largest, dx * dx + dy * dy + dz * dz)
         largest_out[chunk] = largest
-
-
-@kernel
-def _cells_of(n, position, origin, cell, counts, cells_out):
-    for p in prange(n):
-        x = clipped_cell(position[p, 0], origin[0], 1.0 / cell, counts[0])
-        y = clipped_cell(position[p, 1], origin[1], 1.0 / cell, counts[1])
-        z = clipped_cell(position[p, 2], origin[2], 1.0 / cell, counts[2])
-        cells_out[p] = (x * counts[1] + y) * counts[2] + z

@@ -63,14 +63,9 @@ class Surface:
 
     @classmethod
     def build(
-        cls,
-        triangles: np.ndarray,
-        part: np.ndarray,
-        part_names: tuple[str, ...],
-        node_count: int,
-        part_kinds: tuple[str, ...] | None = None,
-        chambers: Chambers | None = None,
-    ) -> Surface:
+        cls, triangles: np.ndarray, part: np.ndarray, part_names: tuple[str, ...], node_count: int,
+        part_kinds: tuple[str, ...] | None = None, chambers: Chambers | None = None,
+    ) -> Surface:  # fmt: skip
         """Surface from (triangles, 3) node indices and (triangles,) part indices.
 
         part_kinds: by default what each name begins with, else fabric. chambers: a single one by default.

@@ -8,11 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
-TRIANGLE, QUAD = 5, 9
+TRIANGLE, POLYGON, QUAD = 5, 7, 9
 """VTK's numbers for kinds of cells."""
-
-_OTHER = 7
-"""VTK's number for a polygon."""
 
 _TYPES = {
     "float": "f4", "double": "f8", "char": "i1", "unsigned_char": "u1", "short": "i2", "int": "i4",
@@ -57,7 +54,7 @@ def read_legacy(content: bytes, field: str | None = None) -> tuple[np.ndarray, .
         raise ValueError("it has no points or no cells")
     if types is None:
         corners = np.diff(cells[0])
-        types = np.select([corners == 3, corners == 4], [TRIANGLE, QUAD], _OTHER)
+        types = np.select([corners == 3, corners == 4], [TRIANGLE, QUAD], POLYGON)
     return points.astype(float).reshape(-1, 3), *cells, types, np.zeros(len(types)) if values is None else values
 
 

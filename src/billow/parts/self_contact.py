@@ -1,22 +1,4 @@
-"""Fabric against fabric: nodes and triangles of one surface keep a gap between them.
-
-A pair is a node and a triangle it may touch. What pushes is a spring between the node and the point of the triangle
-below it,
-
-    f = k max(0, g - s d),   d = (x_p - x_a) . n,
-
-with n the triangle's unit normal and s = +1 or -1 the side of the triangle on which the node came over it. The
-triangle's corners share the reaction by the area coordinates of that point: this is the exact gradient of
-k (g - s d)^2 / 2, so that momentum and angular momentum are kept to rounding.
-
-No spring is ever loaded by bookkeeping. A node that comes over a triangle nearer than the gap (at the seam, at the
-start, round a corner) gets the distance it comes with as the gap of that pair; it grows to the full one as the node
-moves away. One that passes from a triangle to its neighbour takes the compression of its spring along. What a spring
-held when its node leaves it, or has been forced through by a whole gap, is booked as heat.
-
-The gap is a fraction of the mesh's edge: fabric that could come closer would need steps smaller than its own. The
-stiffness is a fraction of the node's mass over the square of the fabric's stable step, and never limits it.
-"""
+"""Fabric against fabric: nodes and triangles of one surface keep a gap between them (docs/theory.md, Self-contact)."""
 
 from __future__ import annotations
 
@@ -126,10 +108,7 @@ class SelfContact(Part):
         touchable[surface.triangles[solid]] = True
         own = np.where(touchable, surface.corners[np.minimum(surface.corner_start[:-1], len(surface.corners) - 1)], -1)
         stiffness = STIFFNESS * mass / fabric_dt**2
-        return cls(
-            surface.triangles, solid, own, stiffness,
-            2.0 * DAMPING * np.sqrt(stiffness * mass), gap,
-        )  # fmt: skip
+        return cls(surface.triangles, solid, own, stiffness, 2.0 * DAMPING * np.sqrt(stiffness * mass), gap)
 
     @property
     def reach(self) -> float:

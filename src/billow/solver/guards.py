@@ -1,7 +1,5 @@
-"""A run that has become meaningless is stopped, with the place and the likely cause.
-
-The check of every step is a handful of scalars, because a bad number anywhere reaches the energy sums at once; only
-when they trip is the first bad entity looked for.
+"""A run that has become meaningless is stopped, with the place and the likely cause. A bad number anywhere reaches the
+energy sums at once: every step checks a handful of scalars, and only when they trip is the first bad entity looked for.
 """
 
 from __future__ import annotations
@@ -91,8 +89,7 @@ def _non_finite(model: Model, state: State) -> NumericalStop:
     if not len(bad) and not math.isfinite(totals.pressure + totals.temperature):
         why = "all positions are finite, so the gas went bad first"
         return NOT_FINITE(quantity="a state of the gas", place="gas", when=when, why=why)
-    if not len(bad):
-        bad = np.flatnonzero(~np.isfinite(state.velocities).all(axis=1))
+    bad = bad if len(bad) else np.flatnonzero(~np.isfinite(state.velocities).all(axis=1))
     if not len(bad):
         why = "a state of the gas or of a rigid body is not finite"
         return NOT_FINITE(quantity="a state", place="gas or rigid body", when=when, why=why)

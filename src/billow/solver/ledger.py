@@ -1,12 +1,7 @@
-"""Where the energy is and where it went: the only place where energies are written.
+"""Where the energy is and where it went (docs/theory.md, Energy balance): the only place where energies are written.
 
-Parts and solver return bookings; the balance closed every step is
-
-    motion + stored + lost = start + received,
-
-with every term computed on its own: motion from velocities, stored from the fabric law and springs, received from the
-books of the gas, gravity and whatever else acts from outside. Its residual is a property of the whole solver; a wrong
-sign anywhere shows up in it.
+Every term of motion + stored + lost = start + received is computed on its own, so that a wrong sign anywhere shows up
+in the residual.
 """
 
 from __future__ import annotations
@@ -16,8 +11,6 @@ from dataclasses import dataclass, field
 
 from billow.base.quality import Criterion, criterion
 from billow.parts.part import LOST, MOTION, RECEIVED, STORED, Account, Booking, Quantity
-
-SIDES = (MOTION, STORED, LOST, RECEIVED)
 
 
 @dataclass
@@ -37,7 +30,8 @@ class Ledger:
     @classmethod
     def of(cls, accounts: Sequence[Account]) -> Ledger:
         """Empty books with these accounts, each once, side by side."""
-        ordered = tuple(a for side in SIDES for a in dict.fromkeys(accounts) if a.side == side)
+        sides = MOTION, STORED, LOST, RECEIVED
+        ordered = tuple(a for side in sides for a in dict.fromkeys(accounts) if a.side == side)
         return cls({account.name: 0.0 for account in ordered}, accounts=ordered)
 
     def __getitem__(self, name: str) -> float:

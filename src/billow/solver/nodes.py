@@ -1,4 +1,5 @@
-"""Loops over nodes: gathering corner forces, moving, kinetic energy."""
+"""Loops over the n nodes: gathering corner forces, moving, kinetic energy. mass [kg], inverse_mass [1/kg]: (n,);
+velocities [m/s], positions [m], forces [N]: (n, 3)."""
 
 from __future__ import annotations
 
@@ -6,37 +7,6 @@ import numpy as np
 from numba import prange
 
 from billow.base.compiled import CHUNK, kernel, scalar
-
-
-def gather(corner_start, corners, corner_force, mass, gravity, drag, velocities, nodal_force) -> None:
-    """nodal_force [N] (nodes, 3) = corner forces + mass (gravity - drag v); drag: 2 alpha [1/s]."""
-    _gather(len(mass), corner_start, corners, corner_force.reshape(-1, 3), mass, gravity, drag, velocities, nodal_force)
-
-
-def half_kick(inverse_mass, nodal_force, dt, velocities) -> None:
-    """velocities [m/s] (nodes, 3) += dt/2 force / mass."""
-    _half_kick(len(inverse_mass), inverse_mass, nodal_force, 0.5 * dt, velocities)
-
-
-def last_kick(mass, inverse_mass, nodal_force, touching, contact_force, dt, velocities) -> float:
-    """The half kick that ends a step: `nodal_force` and the second half of the contact impulses.
-
-    touching: (obstacles, nodes) bool; contact_force: [N], (obstacles, nodes, 3). Returns the kinetic energy after it
-    [J].
-    """
-    return 0.5 * _last_kick(
-        len(mass), mass, inverse_mass, nodal_force, touching, contact_force, 0.5 * dt, velocities
-    )  # fmt: skip
-
-
-def drift(dt, velocities, positions, before) -> None:
-    """positions [m] (nodes, 3) += dt velocities; before: receives the old ones."""
-    _drift(len(positions), dt, velocities, positions, before)
-
-
-def kinetic_energy(mass, velocities) -> float:
-    """Kinetic energy [J] of nodes with mass [kg] (nodes,) and velocities [m/s] (nodes, 3)."""
-    return 0.5 * _twice_kinetic(len(mass), mass, velocities)
 
 
 @scalar
@@ -49,7 +19,8 @@ def in_order(partial):
 
 
 @kernel
-def _gather(n, corner_start, corners, corner_force, mass, gravity, drag, velocities, force_out):
+def gather(n, corner_start, corners, corner_force, mass, gravity, drag, velocities, force_out):
+    """force_out = corner forces [N] (corners, 3) + mass (gravity - drag v); drag: 2 alpha [1/s]."""
     for i in prange(n):
         fx, fy, fz = mass[i] * gravity[0], mass[i] * gravity[1], mass[i] * gravity[2]
         if drag > 0.0:
@@ -65,7 +36,8 @@ def _gather(n, corner_start, corners, corner_force, mass, gravity, drag, velocit
 
 
 @kernel
-def _half_kick(n, inverse_mass, force, half_dt, velocities):
+def half_kick(n, inverse_mass, force, half_dt, velocities):
+    """velocities += half_dt force / mass."""
     for i in prange(n):
         s = half_dt * inverse_mass[i]
         velocities[i, 0] += s * force[i, 0]
@@ -74,7 +46,11 @@ def _half_kick(n, inverse_mass, force, half_dt, velocities):
 
 
 @kernel
-def _last_kick(n, mass, inverse_mass, force, touching, contact_force, half_dt, velocities):
+def last_kick(n, mass, inverse_mass, force, touching, contact_force, half_dt, velocities):
+    """The half kick that ends a step: `force`, and the second half of the contact impulses.
+
+    touching: (obstacles, n) bool; contact_force: [N], (obstacles, n, 3). Returns twice the kinetic energy after it [J].
+    """
     partial = np.empty((n + CHUNK - 1) // CHUNK)
     for chunk in prange(len(partial)):
         total = 0.0
@@ -94,7 +70,8 @@ def _last_kick(n, mass, inverse_mass, force, touching, contact_force, half_dt, v
 
 
 @kernel
-def _drift(n, dt, velocities, positions, before_out):
+def drift(n, dt, velocities, positions, before_out):
+    """positions += dt velocities; before_out: receives the old ones."""
     for i in prange(n):
         for k in range(3):
             before_out[i, k] = positions[i, k]
@@ -102,7 +79,8 @@ def _drift(n, dt, velocities, positions, before_out):
 
 
 @kernel
-def _twice_kinetic(n, mass, velocities):
+def twice_kinetic(n, mass, velocities):
+    """Twice the kinetic energy [J]."""
     partial = np.empty((n + CHUNK - 1) // CHUNK)
     for chunk in prange(len(partial)):
         total = 0.0

@@ -52,8 +52,11 @@ def run(model: Model, schedule: Schedule, recorder: Recorder = SILENT, state: St
     intervals = schedule.frames * schedule.histories_per_frame
     while state.interval < intervals:
         target = schedule.end * (state.interval + 1) / intervals
-        if state.steps_left == 0:
-            plan(model, schedule, state, target)
+        if state.steps_left == 0:  # split the way to the target into equal steps within the stable one
+            limit = schedule.dt_scale * stable_dt(model, state)
+            check_step_size(state, limit)
+            state.steps_left = math.ceil((target - state.time) / limit)
+            state.dt = (target - state.time) / state.steps_left
         while state.steps_left > 0:
             advance(model, state, state.dt)
             state.steps_left -= 1
@@ -75,11 +78,3 @@ def begin(model: Model, schedule: Schedule) -> State:
     first_forces(model, state)
     state.first_dt = state.dt = schedule.dt_scale * stable_dt(model, state)
     return state
-
-
-def plan(model: Model, schedule: Schedule, state: State, target: float) -> None:
-    """Split the way to `target` [s] into equal steps within the stable one."""
-    limit = schedule.dt_scale * stable_dt(model, state)
-    check_step_size(state, limit)
-    state.steps_left = math.ceil((target - state.time) / limit)
-    state.dt = (target - state.time) / state.steps_left

@@ -12,31 +12,31 @@ import math
 from billow.parts.gas.gas_model import Bag
 from billow.parts.part import DAMPING, GRAVITY_WORK, Booking
 from billow.solver.model import KINETIC, Model, State
-from billow.solver.nodes import drift, gather, half_kick, kinetic_energy, last_kick
+from billow.solver.nodes import drift, gather, half_kick, last_kick, twice_kinetic
 
 
 def advance(model: Model, state: State, dt: float) -> None:
     """Advance by dt [s]. On return positions, velocities, forces, parts and ledger all belong to the new time."""
-    positions, velocities, ledger = state.positions, state.velocities, state.ledger
+    positions, velocities, ledger, nodes = state.positions, state.velocities, state.ledger, len(model.mass)
     ledger.open()
 
-    half_kick(model.inverse_mass, state.nodal_force, dt, velocities)
+    half_kick(nodes, model.inverse_mass, state.nodal_force, 0.5 * dt, velocities)
     if model.driven is not None:
         model.driven.drive(state.driven, positions, velocities, state.nodal_force, state.time, dt)
     ledger.book(model.bodies.push(state.bodies, positions, velocities, model.inverse_mass, dt))
     ledger.book(gravity_and_damping(model, state, dt))
     ledger.book(model.bodies.move(state.bodies, dt))
-    drift(dt, velocities, positions, model.work.before)
+    drift(nodes, dt, velocities, positions, model.work.before)
 
     evaluate_forces(model, state, dt)
 
     contact = state.bodies.contact
     if model.driven is not None:
         ledger.book(model.driven.work(state.driven, velocities, state.nodal_force, dt))
-    kinetic = last_kick(
-        model.mass, model.inverse_mass, state.nodal_force, contact.touching, contact.force, dt, velocities
+    twice = last_kick(
+        nodes, model.mass, model.inverse_mass, state.nodal_force, contact.touching, contact.force, 0.5 * dt, velocities
     )
-    ledger.book([Booking(KINETIC, kinetic)])
+    ledger.book([Booking(KINETIC, 0.5 * twice)])
     state.time += dt
     state.step += 1
     ledger.close()
@@ -53,8 +53,8 @@ def evaluate_forces(model: Model, state: State, dt: float) -> None:
     if model.self_contact is not None:
         ledger.book(model.self_contact.add_forces(state.self_contact, positions, velocities, dt, force))
     gather(
-        model.surface.corner_start, model.surface.corners, force, model.mass, model.gravity, 2.0 * model.mass_damping,
-        velocities, state.nodal_force,
+        len(model.mass), model.surface.corner_start, model.surface.corners, force.reshape(-1, 3), model.mass,
+        model.gravity, 2.0 * model.mass_damping, velocities, state.nodal_force,
     )  # fmt: skip
     ledger.book(model.straps.add_forces(state.straps, positions, velocities, dt, state.nodal_force))
 
@@ -71,21 +71,18 @@ def first_forces(model: Model, state: State) -> None:
 def gravity_and_damping(model: Model, state: State, dt: float) -> list[Booking]:
     """Work of gravity on the nodes and of mass damping over the step, from the velocities at its middle."""
     bookings = []
-    if model.has_gravity:
+    if model.gravity.any():
         momentum = model.mass @ (state.velocities * (model.inverse_mass > 0.0)[:, None])
         bookings.append(Booking(GRAVITY_WORK, float(model.gravity @ momentum) * dt))
     if model.mass_damping:
-        heat = 4.0 * model.mass_damping * kinetic_energy(model.mass, state.velocities) * dt
+        heat = 2.0 * model.mass_damping * twice_kinetic(len(model.mass), model.mass, state.velocities) * dt
         bookings.append(Booking(DAMPING, heat))
     return bookings
 
 
 def stable_dt(model: Model, state: State) -> float:
-    """Largest step [s] every part tolerates now.
-
-    Fabric and straps act on the same nodes, so that their squared frequencies add. Contact sets no limit; the gas has
-    its own.
-    """
+    """Largest step [s] every part tolerates now: squared frequencies of fabric and straps, which act on the same nodes,
+    add; contact sets no limit, and the gas has its own."""
     squared = model.fabric.squared_rate(state.fabric) + model.straps.squared_rate(model.inverse_mass)
     structure = squared**-0.5 if squared > 0.0 else math.inf
     return min(structure, model.gas.stable_dt(state.gas))

@@ -6,7 +6,7 @@ import numpy as np
 
 from billow.case.bag.schema_bag import StrapCloth
 from billow.geometry.bag_shapes import BagShape, StrapLine
-from billow.parts.fabric.fabric_law import FabricLaw
+from billow.parts.fabric.membrane import FabricLaw
 from billow.parts.straps import NO_STRAPS, Straps
 
 

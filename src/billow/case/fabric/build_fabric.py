@@ -10,8 +10,8 @@ from billow.case.fabric import schema_fabric
 from billow.parts.fabric.curve import Curve, TestedCurve
 from billow.parts.fabric.curve_check import check_curves, check_shape
 from billow.parts.fabric.curve_fabric import CurveFabric
-from billow.parts.fabric.fabric_law import FabricLaw
 from billow.parts.fabric.linear_law import LinearFabric, Liner
+from billow.parts.fabric.membrane import FabricLaw
 
 WHERE = "fabric.curves"
 

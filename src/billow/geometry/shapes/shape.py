@@ -27,12 +27,8 @@ class Shape(Protocol):
 
     kind: str
     numbers: np.ndarray
-
-    @property
-    def bound(self) -> float: ...
-
-    @property
-    def size(self) -> float: ...
+    bound: float
+    size: float
 
     def volume(self) -> float:
         """[m^3]."""

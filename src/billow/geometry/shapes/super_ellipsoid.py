@@ -1,6 +1,5 @@
-"""Super-ellipsoid |x/a|^n + |y/b|^n + |z/c|^n <= 1, in its own axes about its centre.
-
-The shape is symmetric, so the closest point is found in the first octant.
+"""Super-ellipsoid in its own axes about its centre (docs/theory.md, Super-ellipsoid). It is symmetric, so the closest
+point is found in the first octant.
 """
 
 from __future__ import annotations
@@ -139,10 +138,7 @@ def closest_point(x, y, z, a, b, c, degree):
             break
     length = math.sqrt(gx * gx + gy * gy + gz * gz)
     flip_x, flip_y, flip_z = _sign(x), _sign(y), _sign(z)
-    return (
-        flip_x * qx, flip_y * qy, flip_z * qz,
-        flip_x * gx / length, flip_y * gy / length, flip_z * gz / length,
-    )  # fmt: skip
+    return flip_x * qx, flip_y * qy, flip_z * qz, flip_x * gx / length, flip_y * gy / length, flip_z * gz / length
 
 
 @scalar

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from copy import deepcopy
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -106,7 +107,7 @@ class Bodies(Part):
 
     def start(self, bag=None) -> BodiesState:
         """Bodies where they start; nothing touches."""
-        motion = tuple(body.start.copy() for body in self.bodies)
+        motion = tuple(deepcopy(body.start) for body in self.bodies)
         return BodiesState(motion, ContactState.none(len(self.owner), len(self.area)))
 
     # --- in a step -------------------------------------------------------------------------------------------------
@@ -167,13 +168,10 @@ class Bodies(Part):
         depths = state.contact.deepest.tolist()
         return [max(d for k, d in zip(self.owner, depths, strict=True) if k == b) for b in range(len(self.bodies))]
 
-    def _of_bodies(self, per_shape: np.ndarray) -> list[float]:
-        """Sums over the shapes of each body."""
-        return np.bincount(self.owner, per_shape, len(self.bodies)).tolist() if self.owner else []
-
     def quantities(self, state: BodiesState, moment: Moment) -> Iterator[Quantity]:
-        contact = zip(self._of_bodies(state.contact.stored), self._deepest(state), strict=True)
-        for body, motion, (stored, deepest) in zip(self.bodies, state.motion, contact, strict=True):
+        energies = np.bincount(self.owner, state.contact.stored, len(self.bodies)).tolist() if self.owner else []
+        rows = zip(self.bodies, state.motion, energies, self._deepest(state), strict=True)
+        for body, motion, stored, deepest in rows:
             yield Quantity(body.name, "force", "N", motion.force)
             if not body.rigid.locked:
                 yield Quantity(body.name, "centre", "m", motion.centre)

@@ -53,11 +53,10 @@ class Body:
 
     def describe(self) -> list[dict]:
         """What pictures need, at the start: one entry a shape."""
-        start = self.start
-        found = []
+        turn, found = self.start.rotation, []
         for carried in self.shapes:
-            centre = start.centre + start.rotation @ carried.centre
-            rotation = start.rotation if carried.rotation is None else start.rotation @ carried.rotation
+            centre = self.start.centre + turn @ carried.centre
+            rotation = turn if carried.rotation is None else turn @ carried.rotation
             place = {"center": centre.tolist(), "rotation": rotation.tolist(), "locked": self.rigid.locked}
             found.append({"name": self.name, **carried.shape.describe(), **place})
         return found

@@ -1,8 +1,5 @@
-"""Fabric nodes against the shapes of rigid bodies.
-
-Over a step every fabric node near a shape gets an average contact force (`penalty`), half of whose impulse is added to
-its velocity at once, so that the velocity it drifts with is the mean of before and after; the other half follows after
-the drift. What acts back on the bodies is summed per fixed chunk.
+"""Fabric nodes against the shapes of rigid bodies, over a step (docs/theory.md, Contact over a step). Half of
+each impulse comes at once, so that the drift has the mean of both velocities, the other half after the drift.
 """
 
 from __future__ import annotations

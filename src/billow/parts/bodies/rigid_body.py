@@ -1,9 +1,4 @@
-"""A rigid body with six degrees of freedom, or locked.
-
-Translation by position Verlet with the fabric's step. Rotation by the symmetric splitting of Dullweber, Leimkuhler and
-McLachlan (J. Chem. Phys. 107, 1997): five exact rotations about body axes, so that the angular momentum of a free
-body is constant to rounding and its energy error stays bounded at second order.
-"""
+"""A rigid body with six degrees of freedom, or locked (docs/theory.md, Rigid bodies)."""
 
 from __future__ import annotations
 
@@ -41,9 +36,6 @@ class RigidState:
     def rotation(self) -> np.ndarray:
         """Rotation matrix body to space, (3, 3)."""
         return rotation_matrix(self.quaternion)
-
-    def copy(self) -> RigidState:
-        return RigidState(*(array.copy() for array in vars(self).values()))
 
 
 def moving(body: RigidBody, pose: Pose, velocity: np.ndarray, spin: np.ndarray) -> RigidState:

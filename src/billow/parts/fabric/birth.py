@@ -1,12 +1,5 @@
-"""Birth ramp: fabric whose start shape is stretched against its flat cut is released slowly.
-
-A start shape that another program folded or scaled holds strain, which would snap back in the first step. Until the
-birth time, strain is therefore measured against a reference between start and flat cut. With the deformation gradient
-of the start F0 = R U (polar decomposition, U symmetric in the plane of the cut), the flat edges are
-Dm(s) = ((1 - s) U + s I) Dm, s from 0 to 1: at s = 0 nothing is strained. U keeps only stretch, it has no eigenvalue
-below one: compressed fabric is slack, and a smaller reference would need smaller steps.
-
-The moving reference does work on the fabric, dE/ds ds at a fixed shape, by the trapezoidal rule over each step.
+"""Birth ramp: fabric whose start shape is stretched against its flat cut is released slowly (docs/theory.md, Birth
+ramp). At s = 0 nothing is strained, at s = 1 the flat cut holds.
 """
 
 from __future__ import annotations
@@ -17,8 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from billow.base.compiled import CHUNK
-from billow.parts.fabric.fabric_law import ENERGY, SUMS
-from billow.parts.fabric.membrane import Membrane
+from billow.parts.fabric.membrane import ENERGY, SUMS, Membrane
 
 NUDGE = 1e-4
 """Step of s in the central difference for dE/ds."""
@@ -35,7 +27,7 @@ class Birth:
     @classmethod
     def of(cls, time: float, membranes: Sequence[Membrane], triangles: np.ndarray, start: np.ndarray) -> Birth:
         """start: positions at time zero, [m], (nodes, 3); triangles: (triangles, 3)."""
-        return cls(time, tuple(_excess(m, start[triangles[m.elements]]) for m in membranes))
+        return cls(time, tuple(_excess(m, triangles, start) for m in membranes))
 
     def fraction(self, time: float) -> float:
         """How far the reference has moved at a time [s], 0 to 1."""
@@ -72,12 +64,9 @@ def strain_energy(
     return total
 
 
-def _excess(membrane: Membrane, corners: np.ndarray) -> np.ndarray:
-    """U - I with the eigenvalues of U at least one; corners: [m], (n, 3, 3)."""
-    d = membrane.reference_inverse[:, :, None]
-    u, w = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    f1, f2 = u * d[0] + w * d[2], u * d[1] + w * d[3]
-    c11, c12, c22 = (np.einsum("ij,ij->i", a, b) for a, b in ((f1, f1), (f1, f2), (f2, f2)))
+def _excess(membrane: Membrane, triangles: np.ndarray, start: np.ndarray) -> np.ndarray:
+    """U - I with the eigenvalues of U at least one."""
+    c11, c22, c12 = membrane.cauchy_green(triangles, start)
     squared, axes = np.linalg.eigh(np.stack([c11, c12, c12, c22], axis=1).reshape(-1, 2, 2))
     excess = np.maximum(np.sqrt(np.maximum(squared, 0.0)), 1.0) - 1.0
     tensor = np.einsum("nik,nk,njk->nij", axes, excess, axes)

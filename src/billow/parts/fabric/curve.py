@@ -1,29 +1,10 @@
-"""Stress-strain curves as they come out of a test, and the forces that they stand for.
-
-A membrane that pulls with "true stress times current transverse width" while its true stress depends on the axial
-strain alone is not conservative: the width changes the force along one yarn without a counterpart along the other, and
-a loop in (warp stretch, weft stretch) creates energy. Billow uses the widths of the test once, when the case is
-read. A yarn family then carries a stress s(E) of its own Green strain E = (l^2 - 1)/2 alone, l being its stretch, and
-shear acts with H(z) on a measure z of the angle between the yarns. Energy per reference volume,
-
-    dW = s_warp dE_warp + s_weft dE_weft + H dz,
-
-is exact in each term, so each has a potential, and a test under the conditions the curves come from returns them.
-
-- Yarns: with l = exp(strain) the force per reference width and thickness is stress exp(transverse strain), which does
-  work on dl; dE = l dl, hence s = stress exp(transverse strain) / l. In an equal-biaxial test the transverse strain is
-  the axial one (ratio 1), in a strip test it is none (ratio 0).
-- Shear: in a picture frame the yarns keep their lengths and only the angle gamma changes, dW = tau dgamma. With
-  z = sin(gamma + gamma0) - sin(gamma0) this is H dz, H = tau / cos(gamma + gamma0); gamma0 = 90 degrees minus the
-  yarns' angle in the flat cut.
-
-docs/theory.md, Curve laws.
+"""Stress-strain curves as they come out of a test, and the forces s(E) and H(z) that have a potential and return the
+test: docs/theory.md, Curve laws. gamma0 is 90 degrees minus the yarns' angle in the flat cut.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
@@ -43,15 +24,10 @@ class Curve:
         """Last strain."""
         return self.strain[-1]
 
-    @cached_property
-    def slopes(self) -> np.ndarray:
-        """Of each piece [Pa], (points - 1,)."""
-        return np.diff(self.stress) / np.diff(self.strain)
-
     def at(self, strain: np.ndarray | float) -> np.ndarray:
         """Stress [Pa] at strains of any size from 0 on, same shape."""
-        beyond = np.maximum(0.0, np.asarray(strain) - self.end)
-        return np.interp(strain, self.strain, self.stress) + self.slopes[-1] * beyond
+        slope = (self.stress[-1] - self.stress[-2]) / (self.strain[-1] - self.strain[-2])
+        return np.interp(strain, self.strain, self.stress) + slope * np.maximum(0.0, np.asarray(strain) - self.end)
 
 
 @dataclass(frozen=True)

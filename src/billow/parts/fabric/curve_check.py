@@ -17,7 +17,6 @@ LARGEST_TURN = np.radians(80.0)
 SAME = 0.02
 """Part of the stress by which unloading may miss the end of loading, or rise above it."""
 
-
 NO_CURVE = InputError.declare(
     "E-FAB-003",
     "the points do not make a curve",
@@ -79,22 +78,18 @@ def _check_points(curve: Curve, name: str, where: str, fabric: CurveFabric) -> N
     x, stress = np.array(curve.strain), np.array(curve.stress)
     shown, unit = (np.degrees(x), "deg") if name == "shear" else (x, "of strain")
     if x[0] != 0.0 or stress[0] != 0.0:
-        raise NO_CURVE(
-            where=where,
-            why=f"it begins at {shown[0]:g} {unit} with {stress[0]:g} Pa; fabric without strain has no stress",
-            remedy="begin with the point 0, 0; take off what a pretension or a residual strain added",
-        )
+        why = f"it begins at {shown[0]:g} {unit} with {stress[0]:g} Pa; fabric without strain has no stress"
+        remedy = "begin with the point 0, 0; take off what a pretension or a residual strain added"
+        raise NO_CURVE(where=where, why=why, remedy=remedy)
     k = int(np.argmin(np.diff(x)))
     if x[k + 1] <= x[k]:
         why = f"{shown[k + 1]:g} {unit} follows {shown[k]:g}"
         raise NO_CURVE(where=where, why=why, remedy="sort the points; give each strain once")
     turn = x[-1] + abs(fabric.start_angle)
     if name == "shear" and turn > LARGEST_TURN:
-        raise NO_CURVE(
-            where=where,
-            why=f"it ends {np.degrees(turn):.3g} deg from right angles; at 90 the yarns lie on each other",
-            remedy="check the unit of the angle; end the curve at 40 to 50 deg, beyond which its last slope is kept",
-        )
+        why = f"it ends {np.degrees(turn):.3g} deg from right angles; at 90 the yarns lie on each other"
+        remedy = "check the unit of the angle; end the curve at 40 to 50 deg, beyond which its last slope is kept"
+        raise NO_CURVE(where=where, why=why, remedy=remedy)
     falling = np.flatnonzero(np.diff(stress) < 0.0)
     if len(falling) or (stress < 0.0).any():
         k = int(falling[0]) if len(falling) else int(np.argmax(stress < 0.0)) - 1
@@ -115,14 +110,10 @@ def _check_pair(tested: TestedCurve, name: str, where: str) -> None:
     end, stress = unloading.end, unloading.stress[-1]
     reached = float(loading.at(end))
     shown = f"{np.degrees(end):g} deg" if name == "shear" else f"{end:g} of strain"
-    if end > loading.end * (1.0 + SAME) or abs(stress - reached) > SAME * reached:
-        raise UNLOADING_DOES_NOT_FIT(
-            curve=where,
-            place=f"at {shown}",
-            why=f"it has {stress:.4g} Pa there, loading {reached:.4g} Pa"
-            if end <= loading.end * (1.0 + SAME)
-            else "loading ends before",
-        )
+    beyond = end > loading.end * (1.0 + SAME)
+    if beyond or abs(stress - reached) > SAME * reached:
+        why = "loading ends before" if beyond else f"it has {stress:.4g} Pa there, loading {reached:.4g} Pa"
+        raise UNLOADING_DOES_NOT_FIT(curve=where, place=f"at {shown}", why=why)
     x = np.array(unloading.strain[1:])
     above = np.array(unloading.stress[1:]) - (1.0 + SAME) * loading.at(x)
     if (above > 0.0).any():

@@ -1,26 +1,5 @@
-"""Fabric described by curves (FORM 14 and FORM 4): loading and unloading curves for warp, weft and shear.
-
-Yarns: vectors a = F a0 and b = F b0 with stretches la and lb, c the cosine between them, c0 in the flat cut. Stress is
-written in the yarns' own basis, P = (s_aa a + s_ab b) (x) a0 + (s_ab a + s_bb b) (x) b0, which needs no directions and
-so no division by a length that may vanish. The angle between slack yarns means nothing: a crumpled triangle has any
-angle, and a shear force T/l would have no bound. The measure of shear is therefore
-
-    z = w(la) w(lb) (c - c0),   w(l) = 2 l / (1 + l^2),
-
-which is sin(gamma) for orthogonal yarns of flat length (0.5 % less with both 5 % longer), fades as yarns go slack, and
-is smooth through zero length and through inversion (c -> +-1).
-
-Law "curves-shear" (FORM 14): every direction is a spring with history (`curve_table`). Stress is a continuous function
-of strain and of the largest strain so far, in shear as along the yarns, so that small vibrations stay small.
-
-Law "curves" (FORM 4), kept for comparison with old models: warp and weft likewise, but shear follows its loading curve
-while the angle grows and its unloading curve while it shrinks, whatever happened before. The stress jumps whenever the
-rate changes its sign, and small vibrations of the angle jump between the curves: the old formulation oscillates.
-What shear turns to heat is the work of each step less what became recoverable. Where the angle turns back, the stress
-of the loading curve still acts over half a step, and the law gives back more than was recoverable. Heat never falls:
-what comes back is owed, shows as energy created in the energy balance, and is repaid before new heat is booked.
-
-Source: docs/theory.md, Curve laws.
+"""Fabric described by loading and unloading curves for warp, weft and shear: law "curves-shear" (FORM 14), and law
+"curves" (FORM 4), kept for comparison with old models. Both: docs/theory.md, Curve laws.
 """
 
 from __future__ import annotations
@@ -35,10 +14,10 @@ from numba import prange
 
 from billow.base.compiled import CHUNK, kernel, scalar
 from billow.base.errors import Concern
-from billow.parts.fabric.curve import TestedCurve, green_strain, shear_of_angle, shear_stress, yarn_stress
-from billow.parts.fabric.curve_table import INTERVALS, VIRGIN, Spring, SpringTable, Stress, place, read
-from billow.parts.fabric.fabric_law import Elements
-from billow.parts.fabric.triangle import add_corner_forces, along, products, read_triangles, stretch_bound
+from billow.parts.fabric.curve import Curve, TestedCurve, green_strain, shear_of_angle, shear_stress, yarn_stress
+from billow.parts.fabric.curve_table import INTERVALS, VIRGIN, Spring, SpringTable, place, read
+from billow.parts.fabric.membrane import Membrane
+from billow.parts.fabric.triangle import add_corner_forces, along, products, stretch_bound
 from billow.parts.part import Setting
 
 WARP, WEFT, SHEAR, SHEAR_BACK = range(4)
@@ -103,31 +82,24 @@ class CurveFabric:
     @cached_property
     def springs(self) -> list[Spring]:
         """Of warp, weft and shear."""
-        yarns = [_spring(curve, *self._yarn(curve), scaled=True) for curve in (self.warp, self.weft)]
-        senses = (1.0,) if self.is_orthogonal else (1.0, -1.0)
-        scaled = not self.switches_shear
-        return yarns + [_spring(self.shear, *self._shear(sense), scaled=scaled) for sense in senses]
 
-    def _yarn(self, tested: TestedCurve):
-        return (
-            lambda curve: lambda green: yarn_stress(curve, self.transverse, green),
-            lambda curve: float(green_strain(curve.end)),
-            float(green_strain(tested.loading.end)),
-        )
+        def stress(curve: Curve, green: np.ndarray) -> np.ndarray:
+            return yarn_stress(curve, self.transverse, green)
 
-    def _shear(self, sense: float):
+        yarns = [Spring.of(tested, stress, lambda c: float(green_strain(c.end))) for tested in (self.warp, self.weft)]
+        senses = (1.0,) if self.yarn_angle == 0.5 * np.pi else (1.0, -1.0)
+        return yarns + [self._shear_spring(sense) for sense in senses]
+
+    def _shear_spring(self, sense: float) -> Spring:
         start = self.start_angle
-
-        def end(curve):
-            return abs(float(shear_of_angle(sense * curve.end, start)))
-
         # Two fixed curves must stay apart beyond their ends, too: up to yarns on top of each other.
-        last = float(sense - np.sin(start)) * sense if self.switches_shear else end(self.shear.loading)
-        return lambda curve: lambda z: shear_stress(curve, start, sense, z), end, last
-
-    @property
-    def is_orthogonal(self) -> bool:
-        return self.yarn_angle == 0.5 * np.pi
+        last = float(sense - np.sin(start)) * sense if self.switches_shear else None
+        return Spring.of(
+            self.shear,
+            lambda curve, z: shear_stress(curve, start, sense, z),
+            lambda curve: abs(float(shear_of_angle(sense * curve.end, start))),
+            last,
+        )
 
     @property
     def start_angle(self) -> float:
@@ -148,12 +120,7 @@ class CurveFabric:
 
     @cached_property
     def wave_speed(self) -> float:
-        """Bound of the fastest membrane wave [m/s], from the steepest slopes.
-
-        A yarn family of stretch l has the tangent ds/dE l^2 + s along itself; `Membrane.stable_dt` allows for the
-        growth with l^2. The acoustic tensor of two families, K_warp a (x) a cos^2 + K_weft b (x) b cos^2, has no larger
-        eigenvalue than max(K) (1 + |cos|) with the cosine of the yarns' angle. Shear adds dH/dz.
-        """
+        """Bound of the fastest membrane wave [m/s], from the steepest slopes: docs/theory.md, Curve laws."""
         warp, weft, *shear = (spring.steepest for spring in self.springs)
         stress = max(float((s.loading.stress / (1.0 + 2.0 * s.loading.x)).max()) for s in self.springs[:2])
         along = (max(warp, weft) + stress) * (1.0 + abs(np.cos(self.yarn_angle)))
@@ -177,11 +144,11 @@ class CurveFabric:
         return OWED + 1 if self.switches_shear else 1 + 2 * len(self.springs)
 
     def add_forces(
-        self, membrane: Elements, triangles: np.ndarray, positions: np.ndarray, velocities: np.ndarray,
+        self, membrane: Membrane, triangles: np.ndarray, positions: np.ndarray, velocities: np.ndarray,
         history: np.ndarray, corner_force: np.ndarray, partial: np.ndarray,
     ) -> None:  # fmt: skip
-        """As `billow.parts.fabric.fabric_law.FabricLaw` promises."""
-        mesh = read_triangles(membrane, triangles, positions, velocities)
+        """As `billow.parts.fabric.membrane.FabricLaw` promises."""
+        mesh = membrane.for_kernels(triangles, positions, velocities)
         _curve_forces(
             len(membrane.elements), self.switches_shear, self.table, self._constants, mesh, history, corner_force,
             partial,
@@ -203,10 +170,7 @@ class CurveFabric:
         return NAMES[k], float(safe / self.wave_speed), float(safe / np.sqrt(max(squared, milder / self.density)))
 
     def reach(self) -> dict[str, tuple[float, float]]:
-        """How far the curves of warp and weft go: name -> (true strain [-], force per width [N/m]) at their end.
-
-        Beyond, they go on with their last slope.
-        """
+        """How far the curves of warp and weft go: name -> (true strain [-], force per width [N/m]) at their end."""
         ends = {name: getattr(self, name).loading for name in NAMES[:2]}
         return {
             name: (curve.end, curve.stress[-1] * float(np.exp(self.transverse * curve.end)) * self.thickness)
@@ -214,10 +178,7 @@ class CurveFabric:
         }
 
     def concerns(self, altitude: float, setting: Setting) -> Iterator[Concern]:
-        """Curves so steep that they alone cost half the step, and curves that end before the stresses of a deployment.
-
-        altitude: of the smallest element [m].
-        """
+        """Curves so steep that they alone cost half the step, and curves that end before the stress of a deployment."""
         name, now, without = self.cost_of_steepness(altitude)
         if now < COSTLY * without:
             yield STEEP_CURVE(name=name, now=1e6 * now, without=1e6 * without)
@@ -225,17 +186,6 @@ class CurveFabric:
         for name, (strain, force) in self.reach().items():
             if force < needed:
                 yield SHORT_CURVE(name=name, force=force, strain=strain, needed=needed)
-
-
-def _spring(tested: TestedCurve, stress, end, table_end: float, *, scaled: bool) -> Spring:
-    """Spring of a tested direction; stress(curve) and end(curve) are its nominal stress and the end of its curve."""
-    loading: Stress = stress(tested.loading)
-    if tested.unloading is None:
-        return Spring.elastic(loading, table_end)
-    unloading = stress(tested.unloading)
-    if scaled:
-        return Spring.scaled(loading, table_end, unloading, end(tested.unloading))
-    return Spring.switched(loading, table_end, unloading)
 
 
 @scalar

@@ -1,11 +1,8 @@
-"""Curves from files: those of a user, and those that come with Billow.
+"""Curves from files: those that come with Billow, and those of a user: CSV of two columns, strain or angle and stress,
+with units in the header if they are not SI, for example
 
-A user's file is a CSV of two columns, strain (or angle) and stress, with units in the
-header if they are not SI:
-
-strain [%], stress [MPa]
-0, 0
-2, 2.2
+    strain [%], stress [MPa]
+    2, 2.2
 """
 
 from __future__ import annotations

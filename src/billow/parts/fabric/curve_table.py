@@ -1,32 +1,24 @@
-"""Curves as uniform tables, in which a kernel finds stress and energy without a search, and springs with hysteresis.
-
-A loading curve f(x) and the shape of an unloading curve u (u(0) = 0, u(1) = 1) make a spring with history: on the way
-up, at the largest x so far, it follows f. Below the largest, m, it follows f(m) u(x/m), the unloading curve scaled in
-both axes so that it passes through (m, f(m)) and the origin. Stress is a continuous function of x and m. With U the
-integral of u, the recoverable energy is f(m) m U(x/m), and what has been turned to heat so far is the work of loading
-minus f(m) m U(1): both follow from x and m alone. No loop creates energy as long as the heat
-never shrinks while m grows; `billow.parts.fabric.curve_check` refuses curves for which it would.
+"""Curves as uniform tables, in which a kernel finds stress and energy without a search, and springs with hysteresis:
+loading f(x), unloading f(m) u(x/m) from the largest x so far, m (docs/theory.md, Curve laws).
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
 from billow.base.compiled import scalar
+from billow.parts.fabric.curve import Curve, TestedCurve
 
 INTERVALS = 256
 """Of a table; a kink of the curve is rounded off over one of them."""
 
-
 VIRGIN = 1e300
 """Intervals of the unloading curve per x before the first load: only x = 0 lies on that curve."""
-
-Stress = Callable[[np.ndarray], np.ndarray]
-"""[Pa] at x >= 0 [-], (n,) to (n,)."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +31,8 @@ class Branch:
     end: float
 
     @classmethod
-    def sample(cls, stress: Stress, end: float) -> Branch:
+    def sample(cls, stress: Callable[[np.ndarray], np.ndarray], end: float) -> Branch:
+        """stress: [Pa] at x >= 0 [-], (n,) to (n,)."""
         value = stress(np.linspace(0.0, end, INTERVALS + 1))
         step = end / INTERVALS
         work = np.concatenate([[0.0], np.cumsum(0.5 * step * (value[1:] + value[:-1]))])
@@ -75,23 +68,25 @@ class Spring:
     share: float
 
     @classmethod
-    def elastic(cls, stress: Stress, end: float) -> Spring:
-        """Unloads as it loads."""
-        branch = Branch.sample(stress, end)
-        return cls(branch, branch, 0.0)
+    def of(
+        cls, tested: TestedCurve, stress: Callable[[Curve, np.ndarray], np.ndarray], end: Callable[[Curve], float],
+        switched: float | None = None,
+    ) -> Spring:  # fmt: skip
+        """Spring of a tested direction. stress(curve, x): nominal stress [Pa] of a curve; end(curve): x at its end.
 
-    @classmethod
-    def scaled(cls, stress: Stress, end: float, unloading: Stress, unloading_end: float) -> Spring:
-        """Unloads along the unloading curve, scaled to wherever loading has come."""
-        last = unloading(np.array([unloading_end]))[0]
-        shape = Branch.sample(lambda x: unloading(x * unloading_end) / last, 1.0)
-        return cls(Branch.sample(stress, end), shape, float(shape.work[-1]))
-
-    @classmethod
-    def switched(cls, stress: Stress, end: float, unloading: Stress) -> Spring:
-        """Unloads along the unloading curve as it is, which never lies above the loading curve."""
-        lower = Branch.sample(lambda x: np.minimum(unloading(x), stress(x)), end)
-        return cls(Branch.sample(stress, end), lower, 0.0)
+        It unloads along the unloading curve, scaled to wherever loading has come; with `switched`, to which x both
+        tables reach, along that curve as it is but never above loading. Without unloading it unloads as it loads.
+        """
+        back = tested.unloading
+        upper = partial(stress, tested.loading)
+        loading = Branch.sample(upper, end(tested.loading) if switched is None else switched)
+        if back is None:
+            return cls(loading, loading, 0.0)
+        if switched is not None:
+            return cls(loading, Branch.sample(lambda x: np.minimum(stress(back, x), upper(x)), switched), 0.0)
+        last = stress(back, np.array([end(back)]))[0]
+        shape = Branch.sample(lambda x: stress(back, x * end(back)) / last, 1.0)
+        return cls(loading, shape, float(shape.work[-1]))
 
     @property
     def steepest(self) -> float:

@@ -12,21 +12,10 @@ from billow.base.compiled import CHUNK
 from billow.base.errors import Concern, NumericalStop
 from billow.base.quality import Criterion, criterion
 from billow.geometry.surface import Surface, area_vectors
+from billow.geometry.triangulation import sorted_edges
 from billow.parts.fabric.birth import Birth
-from billow.parts.fabric.concerns import fabric_concerns
-from billow.parts.fabric.fabric_law import ENERGY, HYSTERESIS, POWER, STRETCH, SUMS
-from billow.parts.fabric.membrane import Membrane
-from billow.parts.part import (
-    DAMPING,
-    RECEIVED,
-    STORED,
-    Account,
-    Booking,
-    Moment,
-    Part,
-    Quantity,
-    Setting,
-)
+from billow.parts.fabric.membrane import ENERGY, HYSTERESIS, POWER, STRETCH, SUMS, Membrane
+from billow.parts.part import DAMPING, RECEIVED, STORED, Account, Booking, Moment, Part, Quantity, Setting
 from billow.parts.part import HYSTERESIS as HEAT_OF_HYSTERESIS
 
 STRAIN = Account("strain", STORED, renewed=True)
@@ -52,6 +41,22 @@ TORN = NumericalStop.declare(
     where="triangle {triangle} (nodes {nodes}), part {part}, {when}",
     why="real fabric tears at 1.3; the load is too high or the fabric too soft",
     remedy="check fabric.young_warp, fabric.young_weft, fabric.thickness and inflator.mass_flow",
+)
+
+ODD_SPEED = Concern.declare(
+    "W-FAB-001",
+    "sound travels at {speed:.3g} m/s along the warp",
+    where="fabric.young_warp or fabric.curves.warp, fabric.density",
+    why="woven fabric has 400 to 1,500 m/s: a modulus, a stress or the density is probably in another unit",
+    remedy='write units, for example young_warp = "0.4 GPa"',
+)
+ODD_WEIGHT = Concern.declare(
+    "W-FAB-002",
+    "the fabric weighs {weight:.3g} g/m^2",
+    where="fabric.density, fabric.thickness",
+    why="airbag fabric weighs 150 to 400 g/m^2",
+    cause="density or thickness in another unit",
+    remedy='write units, for example thickness = "0.3 mm"',
 )
 
 
@@ -192,7 +197,13 @@ class Fabric(Part):
 
     def concerns(self, setting: Setting) -> Iterator[Concern]:
         for membrane in self.membranes:
-            yield from fabric_concerns(membrane, setting)
+            fabric = membrane.fabric
+            speed, areal = math.sqrt(fabric.warp_modulus / fabric.density), fabric.density * fabric.thickness
+            if not 100.0 <= speed <= 4000.0:
+                yield ODD_SPEED(speed=speed)
+            if not 0.05 <= areal <= 2.0:
+                yield ODD_WEIGHT(weight=1e3 * areal)
+            yield from fabric.concerns(float(membrane.altitude.min()), setting)
 
     def seconds_per_step(self, state: FabricState, dt: float) -> float:
         return SECONDS_PER_TRIANGLE * self.element_count
@@ -201,18 +212,14 @@ class Fabric(Part):
 def worst_stretch(membrane: Membrane, triangles: np.ndarray, positions: np.ndarray) -> tuple[int, float]:
     """The element of a membrane, counted from 0, that is stretched most, and its principal stretch [-]; positions: [m],
     (nodes, 3)."""
-    corners = positions[triangles[membrane.elements]]
-    u, w = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    d = membrane.reference_inverse[:, :, None]
-    f1, f2 = u * d[0] + w * d[2], u * d[1] + w * d[3]
-    c1, c2, c12 = (np.einsum("ij,ij->i", a, b) for a, b in ((f1, f1), (f2, f2), (f1, f2)))
+    c1, c2, c12 = membrane.cauchy_green(triangles, positions)
     stretch = np.sqrt(0.5 * (c1 + c2) + np.sqrt((0.5 * (c1 - c2)) ** 2 + c12**2))
     return int(stretch.argmax()), float(stretch.max())
 
 
 def _neighbours(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Pairs of triangles that share an edge."""
-    edges = np.sort(np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]), axis=1)
+    edges = sorted_edges(triangles)
     owner = np.tile(np.arange(len(triangles)), 3)
     order = np.lexsort((edges[:, 1], edges[:, 0]))
     edges, owner = edges[order], owner[order]

@@ -1,17 +1,5 @@
-"""FORM 0: orthotropic linear fabric, with or without compression.
-
-Second Piola-Kirchhoff stress S = C E of the Green strain E = (F^T F - I)/2. Fabric buckles under the slightest
-compression; "no compression" therefore means the relaxed (quasi-convex) energy, whose stress is continuous and
-conserves energy on any closed path:
-
-- isotropic: principal tension field (taut, wrinkled, slack), e.g. Pipkin, IMA J. Appl. Math. 36 (1986);
-- orthotropic: each yarn family drops out when its stress would be negative, the other keeps its uniaxial stiffness,
-  shear stays.
-
-A *liner* is an isotropic layer on the fabric that carries compression too. A thin one (1 to 5 % of the thickness)
-keeps crushed folds from collapsing. It adds stress, no mass.
-
-Damping stress S_v = viscosity dE/dt is proportional to stiffness in the highest mode of each element.
+"""FORM 0: orthotropic linear fabric, with or without compression, and a liner: docs/theory.md, Linear law; its damping
+and what "no compression" means: docs/theory.md, Membrane element.
 """
 
 from __future__ import annotations
@@ -27,8 +15,8 @@ from numba import prange
 
 from billow.base.compiled import CHUNK, kernel, scalar
 from billow.base.errors import Concern
-from billow.parts.fabric.fabric_law import Elements
-from billow.parts.fabric.triangle import add_corner_forces, along, products, read_triangles, stretch_bound
+from billow.parts.fabric.membrane import Membrane
+from billow.parts.fabric.triangle import add_corner_forces, along, products, stretch_bound
 from billow.parts.part import Setting
 
 ODD_MODULI = Concern.declare(
@@ -57,9 +45,6 @@ class Liner:
         return np.array([c11, c11, self.poisson * c11, 0.5 * (1.0 - self.poisson) * c11])
 
 
-NO_LINER = Liner()
-
-
 @dataclass(frozen=True)
 class LinearFabric:
     """Orthotropic linear fabric (FORM 0): second Piola-Kirchhoff stress linear in Green strain, plane stress.
@@ -77,7 +62,7 @@ class LinearFabric:
     shear: float
     compression: bool
     damping: float
-    liner: Liner = NO_LINER
+    liner: Liner = Liner()
     history_width: ClassVar[int] = 0
 
     @cached_property
@@ -113,7 +98,6 @@ class LinearFabric:
 
     @property
     def warp_modulus(self) -> float:
-        """[Pa]."""
         return self.young_warp
 
     def concerns(self, altitude: float, setting: Setting) -> Iterator[Concern]:
@@ -127,12 +111,12 @@ class LinearFabric:
         return reference_inverse
 
     def add_forces(
-        self, membrane: Elements, triangles: np.ndarray, positions: np.ndarray, velocities: np.ndarray,
+        self, membrane: Membrane, triangles: np.ndarray, positions: np.ndarray, velocities: np.ndarray,
         history: np.ndarray, corner_force: np.ndarray, partial: np.ndarray,
     ) -> None:  # fmt: skip
-        """As `billow.parts.fabric.fabric_law.FabricLaw` promises; there is no history."""
+        """As `billow.parts.fabric.membrane.FabricLaw` promises; there is no history."""
         rule = KEEP if self.compression else PRINCIPAL if self.is_isotropic else YARN
-        mesh = read_triangles(membrane, triangles, positions, velocities)
+        mesh = membrane.for_kernels(triangles, positions, velocities)
         _linear_forces(len(membrane.elements), rule, *self._moduli, mesh, corner_force, partial)
 
 

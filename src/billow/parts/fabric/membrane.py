@@ -1,18 +1,20 @@
-"""Three-node membrane triangles, total Lagrangian from the flat cut geometry.
-
-The deformation gradient of a triangle is F = [x1 - x0, x2 - x0] Dm^-1 (3 x 2), where Dm holds the flat edges in warp
-and weft direction. Whatever shape the bag starts from, strain is measured against the flat cut: this is what LS-DYNA
-calls AIRBAG_REFERENCE_GEOMETRY. One point per element, no hourglass modes.
-"""
+"""Three-node membrane triangles, total Lagrangian from the flat cut (docs/theory.md, Membrane element), and what every
+fabric law promises."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
-from billow.base.errors import InputError
-from billow.parts.fabric.fabric_law import FabricLaw
+from billow.base.errors import Concern, InputError
+from billow.parts.part import Setting
+
+SUMS = 4
+ENERGY, POWER, STRETCH, HYSTERESIS = range(SUMS)
+"""Columns of `partial`, what a law sums up per chunk of elements."""
 
 UNDAMPED, SLACKENING = 1e-3, 0.4
 """Fabric that goes slack gains energy if its damping fraction lies below UNDAMPED, unless its step is shorter: without
@@ -25,6 +27,56 @@ NO_AREA = InputError.declare(
     cause="two of its reference corners coincide, or all three lie on a line",
     remedy="correct the reference coordinates of its nodes",
 )
+
+
+class FabricLaw(Protocol):
+    """Stress from deformation. `Membrane` knows the elements, the law knows what they are made of.
+
+    Promises, which tests/fabric/test_law_contract.py checks for every law:
+
+    1. Fabric moved or turned as a rigid body feels no force; forces turn with it.
+    2. A triangle has neither net force nor net torque.
+    3. Force is minus the gradient of the recoverable energy wherever the history stands still.
+    4. Work on the fabric is either recoverable or turned to heat, and heat never falls: no loop creates energy. (The
+       law "curves" returns too much where a shear rate changes its sign; the energy balance of a run shows it.)
+    5. Forces are finite for any finite positions, crumpled, inverted and collapsed triangles included. A position or
+       velocity that is not finite makes the sums not finite.
+    6. Stress follows from strain and history, so that a second evaluation changes nothing. (The law "curves" keeps
+       this only while no shear rate changes its sign.)
+    7. `wave_speed` bounds the speed of every wave, so that `Membrane.stable_dt` is stable.
+
+    density: [kg/m^3]. thickness: [m], on which the stress acts. compression: whether the fabric carries compression or
+    goes slack. damping: fraction of critical damping of an element's highest mode [-]. history_width: numbers stored
+    per element, all zero at the start. wave_speed: fastest membrane wave [m/s], from the steepest slope, unloading
+    included. warp_modulus: [Pa], of straps cut along the warp.
+    """
+
+    density: float
+    thickness: float
+    compression: bool
+    damping: float
+    history_width: int
+    wave_speed: float
+    warp_modulus: float
+
+    def along_yarns(self, reference_inverse: np.ndarray) -> np.ndarray:
+        """Inverse flat edges Dm^-1, row by row, [1/m], (4, n), with its columns along the law's two yarn directions
+        instead of the axes of the flat cut."""
+
+    def add_forces(
+        self, membrane: Membrane, triangles: np.ndarray, positions: np.ndarray, velocities: np.ndarray,
+        history: np.ndarray, corner_force: np.ndarray, partial: np.ndarray,
+    ) -> None:  # fmt: skip
+        """Add membrane forces [N] to corner_force (triangles, 3, 3), and bring history up to date.
+
+        triangles: (triangles, 3). positions [m] and velocities [m/s]: (nodes, 3). history: (elements, history_width).
+        partial: (chunks, 4), receives per chunk of elements the recoverable strain energy [J], the power turned to
+        heat [W], a bound on the largest squared stretch [-] (for the stable step), and the energy turned to heat so far
+        that follows from the history [J].
+        """
+
+    def concerns(self, altitude: float, setting: Setting) -> Iterator[Concern]:
+        """What of this law is allowed but probably not meant; altitude: of the smallest element [m]."""
 
 
 @dataclass(frozen=True)
@@ -73,20 +125,29 @@ class Membrane:
         """Mass of each element [kg], (n,)."""
         return self.fabric.density * self.volume
 
+    def for_kernels(
+        self, triangles: np.ndarray, positions: np.ndarray, velocities: np.ndarray
+    ) -> tuple[np.ndarray, ...]:
+        """What the kernels of all laws read. positions [m] and velocities [m/s]: (nodes, 3)."""
+        return self.elements, self.yarn_inverse, self.volume, self.viscosity, triangles, positions, velocities
+
     def fresh_history(self) -> np.ndarray:
         """History of fabric that has never been strained, (n, history_width)."""
         return np.zeros((len(self.elements), self.fabric.history_width))
 
+    def cauchy_green(self, triangles: np.ndarray, positions: np.ndarray) -> tuple[np.ndarray, ...]:
+        """Entries 11, 22 and 12 of F^T F [-], (n,) each, at positions [m] (nodes, 3)."""
+        corners = positions[triangles[self.elements]]
+        u, w = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+        d = self.reference_inverse[:, :, None]
+        f1, f2 = u * d[0] + w * d[2], u * d[1] + w * d[3]
+        return tuple(np.einsum("ij,ij->i", a, b) for a, b in ((f1, f1), (f2, f2), (f1, f2)))
+
     def stable_dt(self, largest_stretch: float = 1.0) -> float:
         """Stable step [s] of the most critical element: h/c (sqrt(1 + xi^2) - xi) / stretch, without a safety factor.
 
-        h is the smallest altitude, c the wave speed and xi the damping fraction (docs/theory.md, Membrane step;
-        Belytschko, Liu and Moran, "Nonlinear Finite Elements for Continua and Structures", 2000, ch. 6). In a total
-        Lagrangian element the tangent grows with the square of the stretch, so the step shrinks with the stretch.
-
-        Fabric without compression has a kink in its stress wherever it goes slack. At each kink a step within the bound
-        gains or loses a little energy; the gains win, unless damping takes them. Next to no damping therefore needs a
-        shorter step.
+        h is the smallest altitude, c the wave speed and xi the damping fraction (docs/theory.md, Membrane step, says
+        also why fabric without compression and next to no damping needs a shorter step).
         """
         xi = self.fabric.damping
         factor = (np.sqrt(1.0 + xi**2) - xi) / max(1.0, largest_stretch)

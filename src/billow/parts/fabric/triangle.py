@@ -6,34 +6,7 @@ Every law's kernel calls these functions in this order: `along` twice, `products
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
-import numpy as np
-
 from billow.base.compiled import scalar
-from billow.parts.fabric.fabric_law import Elements
-
-
-class Triangles(NamedTuple):
-    """What the kernels of all laws read. elements, inverse, volume, viscosity: as in `Membrane`, inverse along the
-    yarns. triangles: nodes, (triangles, 3). positions [m] and velocities [m/s]: (nodes, 3)."""
-
-    elements: np.ndarray
-    inverse: np.ndarray
-    volume: np.ndarray
-    viscosity: np.ndarray
-    triangles: np.ndarray
-    positions: np.ndarray
-    velocities: np.ndarray
-
-
-def read_triangles(
-    membrane: Elements, triangles: np.ndarray, positions: np.ndarray, velocities: np.ndarray
-) -> Triangles:
-    """Of a membrane at some moment."""
-    return Triangles(
-        membrane.elements, membrane.yarn_inverse, membrane.volume, membrane.viscosity, triangles, positions, velocities
-    )
 
 
 @scalar
