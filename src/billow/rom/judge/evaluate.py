@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.interpolate import RBFInterpolator
 
 from billow.base.errors import InputError
-from billow.results.dataset_files import mesh_sha256, same_times
-from billow.rom.judge.baselines import baselines
+from billow.results.dataset_files import Parameter, mesh_sha256, same_times
 from billow.rom.judge.errors import (
     ErrorsByModes,
     IntervalCheck,
@@ -25,7 +26,7 @@ from billow.rom.learn.left_out import LeftOut, left_out
 from billow.rom.learn.progress import Announcement, Announcer
 from billow.rom.learn.reduction import DEFAULT_MEMORY
 from billow.rom.learn.train import Recipe, train
-from billow.rom.surrogate.basis import Z
+from billow.rom.surrogate.basis import Basis, Z
 from billow.rom.surrogate.design_space import neighbour_distances, to_unit
 from billow.rom.surrogate.surrogate import Surrogate
 
@@ -44,6 +45,11 @@ NO_UNSEEN_RUNS = InputError.declare(
     cause="the test runs of the study are not made yet, or failed",
     remedy="ask for test runs in study.toml, or finish the study: billow study STUDY.toml --out FOLDER",
 )
+
+BASELINES = MEAN_TRAJECTORY, NEAREST_RUN, RADIAL_BASIS = "mean trajectory", "nearest run", "radial basis functions"
+
+Predict = Callable[[np.ndarray], np.ndarray]
+"""As `Surrogate.predict`: the displacement [m], (times, nodes, 3), of one design (parameters,) at the trained times."""
 
 SWEEP_MODES = (1, 2, 4, 6, 8, 10, 12, 16)
 
@@ -83,7 +89,7 @@ class Evaluation:
     surrogate: what was judged; test: the unseen runs; design: theirs, (runs, parameters)
     errors: [m], name -> (runs, times, 3) float64, RMSE of each snapshot's components (inside paper equation 5) for
         "surrogate", "truncation" (the best any coefficients could do), "regression" (coefficients predicted instead of
-        known; truncation^2 + regression^2 = surrogate^2) and each of `baselines.BASELINES`
+        known; truncation^2 + regression^2 = surrogate^2) and each of `BASELINES`
     spread: [m], (runs, times, 3), disagreement of the ensemble; None without one
     intervals: how many unseen values the intervals of each level hold; empty without calibration
     sweep: against training runs and modes
@@ -138,12 +144,9 @@ def evaluate(
     """Predict every unseen run of a dataset and compare.
 
     sizes: numbers of training runs (the first ones of the surrogate's own) for which another model is trained with the
-        same recipe and epochs, to show errors against runs; default a quarter, half and all for `shared`, none for
-        `paper`, whose training takes hours
-    modes: numbers of modes to report for each size. One model is trained with the largest and cut: the basis of fewer
-        modes is the start of the basis of more, and every coefficient has its own output
+        same recipe and epochs; default a quarter, half and all for `shared`, none for `paper`, which takes hours
+    modes: numbers of modes to report for each size, as `ErrorsByModes`
     memory: [byte] for the models of `sizes`, as `Recipe`; all else reads one run at a time
-    progress: called as progress(done, total, what) before each piece of work
 
     Raises InputError E-ROM-012 if surrogate and dataset do not belong together, E-ROM-015 without unseen runs, and the
     errors of `train`.
@@ -215,11 +218,9 @@ def _errors(dataset, surrogate) -> dict[str, np.ndarray]:
                 errors[name].append(snapshot_rmse(predict(design), truth))
             yield truth
 
-    seen, count = project(compared(), surrogate.bases), surrogate.modes
-    parts = {
-        "truncation": seen.truncation(count),
-        "regression": seen.regression(surrogate.coefficients(designs), count),
-    }
+    seen = project(compared(), surrogate.bases)
+    regression = seen.regression(surrogate.coefficients(designs), surrogate.modes)
+    parts = {"truncation": seen.truncation(surrogate.modes), "regression": regression}
     return {name: np.array(values) for name, values in errors.items()} | parts
 
 
@@ -247,10 +248,56 @@ def _coverage(parameters, seen: np.ndarray, unseen: np.ndarray) -> Coverage:
 
 def _ledgers(dataset, runs) -> dict[str, dict[str, float]]:
     """Balance errors of runs whose records hold them; datasets made by other solvers may have none."""
-    found = {}
+    ledgers = {run: dataset.result(run).record.get("ledger") or {} for run in runs}
+    numbers = {run: {n: float(v) for n, v in of.items() if isinstance(v, int | float)} for run, of in ledgers.items()}
+    return {run: ledger for run, ledger in numbers.items() if ledger}
+
+
+def baselines(dataset: Dataset, runs: tuple[str, ...], bases: tuple[Basis, ...]) -> dict[str, Predict]:
+    """The answers `BASELINES`, made from `runs`, which are read once, one after the other; none holds more than a run.
+
+    The mean of all runs at each time, whatever the design; the run of the nearest design, every parameter's range
+    counting as one; `radial_basis` in `bases`, the reduced bases of x, y and z.
+    Raises InputError E-ROM-009 if a run holds a value that is not finite.
+    """
+    total, trajectories = 0.0, []
     for run in runs:
-        ledger = dataset.result(run).record.get("ledger") or {}
-        numbers = {name: float(value) for name, value in ledger.items() if isinstance(value, int | float)}
-        if numbers:
-            found[run] = numbers
-    return found
+        shape = read_run(dataset, run)
+        total = total + shape.astype(float)
+        trajectories.append(np.stack([shape[:, :, c] @ basis.modes.T for c, basis in enumerate(bases)], axis=1))
+    mean = (total / len(runs)).astype(np.float32)
+    designs = dataset.design(runs)
+    known = to_unit(designs, dataset.parameters)
+
+    def nearest_run(design):
+        distance = np.linalg.norm(known - to_unit(design, dataset.parameters), axis=1)
+        return read_run(dataset, runs[int(distance.argmin())])
+
+    return {
+        MEAN_TRAJECTORY: lambda design: mean,
+        NEAREST_RUN: nearest_run,
+        RADIAL_BASIS: radial_basis(np.stack(trajectories), designs, bases, dataset.parameters),
+    }
+
+
+def radial_basis(
+    trajectories: np.ndarray, designs: np.ndarray, bases: tuple[Basis, ...], parameters: tuple[Parameter, ...]
+) -> Predict:
+    """Radial basis functions from the design to the whole trajectory of basis coefficients: thin-plate splines with a
+    linear part on designs in [-1, 1]; with too few runs for that (parameters + 1), linear splines with a constant.
+
+    trajectories: [m], (runs, times, 3, modes), coefficients in `bases`; designs: (runs, parameters)
+    """
+    runs, count = designs.shape
+    kernel, degree = ("thin_plate_spline", 1) if runs > count else ("linear", 0)
+
+    def scaled(design):
+        return 2.0 * to_unit(design, parameters) - 1.0
+
+    interpolant = RBFInterpolator(scaled(designs), trajectories.reshape(runs, -1), kernel=kernel, degree=degree)
+
+    def predict(design):
+        found = interpolant(scaled(design)[None]).reshape(trajectories.shape[1:]).astype(np.float32)
+        return np.stack([basis.fields(found[:, c].T) for c, basis in enumerate(bases)]).transpose(2, 1, 0)
+
+    return predict

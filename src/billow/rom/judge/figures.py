@@ -14,9 +14,8 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import FixedLocator, MaxNLocator, NullFormatter, ScalarFormatter
 
 from billow.base.plot_style import GREY, INK, STYLE
-from billow.rom.judge.baselines import MEAN_TRAJECTORY
 from billow.rom.judge.errors import ErrorsByModes
-from billow.rom.judge.evaluate import Evaluation
+from billow.rom.judge.evaluate import MEAN_TRAJECTORY, Evaluation
 from billow.rom.judge.sections import cut, obstacles_at, outline
 from billow.rom.judge.timing import break_even
 from billow.rom.learn.dataset import Dataset
@@ -120,10 +119,7 @@ def evaluation_time(making: dict[int, float], simulation: float, inference: floa
 
 
 def cross_sections(evaluation: Evaluation, dataset: Dataset, run: str) -> Figure:
-    """Paper Figure 11: sections y = 0 at six times, solver and surrogate overlaid, z RMSE printed.
-
-    run: name of an unseen run of the dataset
-    """
+    """Paper Figure 11: sections y = 0 of an unseen run at six times, solver and surrogate overlaid, z RMSE printed."""
     surrogate, times = evaluation.surrogate, evaluation.surrogate.times
     index = evaluation.test.index(run)
     truth = dataset.snapshots("displacement", [run])[0]
@@ -137,9 +133,12 @@ def cross_sections(evaluation: Evaluation, dataset: Dataset, run: str) -> Figure
     height = rows * (8.8 / 3 * np.ptp(window[1]) / np.ptp(window[0]) + 0.35) + 0.7
     figure, panels = new_figure(8.8, height, min(len(chosen), 3) * rows, rows=rows, sharex=True, sharey=True)
     result = dataset.result(run)
+    x, z = np.meshgrid(*(np.linspace(*limits, 300) for limits in window))
     for axes, step in zip(np.ravel(panels), chosen, strict=False):
         for obstacle in obstacles_at(result, times[step]):
-            _fill_outline(axes, obstacle, window)
+            level = outline(obstacle, x / MILLI, z / MILLI)
+            if level.min() < 0.0:
+                axes.contourf(x, z, level, levels=[-1.0, 0.0], colors=[OBSTACLE])
         for displacement, colour, width in ((truth, SOLVER, 2.6), (predicted, SURROGATE, 1.2)):
             segments = cut(surrogate.reference + displacement[step], surrogate.triangles) * MILLI
             axes.add_collection(LineCollection(segments, colors=colour, linewidths=width, capstyle="round"))
@@ -160,15 +159,10 @@ def singular_values(evaluation: Evaluation) -> Figure:
         values = basis.singular_values
         if values[0] > 0.0:
             axes.semilogy(np.arange(1, len(values) + 1), values / values[0], "o-", ms=3, color=colour, label=name)
-    axes.axvline(evaluation.surrogate.modes + 0.5, color=GREY, lw=1, ls=":")
-    axes.annotate(
-        f"cut after {evaluation.surrogate.modes}",
-        (evaluation.surrogate.modes + 0.5, 1.0),
-        (5, -4),
-        textcoords="offset points",
-        va="top",
-        color=GREY,
-    )
+    modes = evaluation.surrogate.modes
+    axes.axvline(modes + 0.5, color=GREY, lw=1, ls=":")
+    place = {"xytext": (5, -4), "textcoords": "offset points", "va": "top"}
+    axes.annotate(f"cut after {modes}", (modes + 0.5, 1.0), color=GREY, **place)
     axes.set(xlabel="mode", ylabel="singular value / the first")
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     axes.legend()
@@ -185,10 +179,9 @@ def error_against_time(evaluation: Evaluation) -> Figure:
         axes.fill_between(time, low, high, color=colour, alpha=0.18, lw=0, label="10 to 90 % of runs")
         axes.plot(time, error.mean(axis=0), color=colour, label="mean")
         axes.plot(time, error.max(axis=0), color=colour, lw=0.9, label="worst run")
-        floor = evaluation.errors["truncation"][:, :, c].mean(axis=0) * MILLI
-        axes.plot(time, floor, "--", color=GREY, lw=1.2, label="truncation, mean")
-        mean_trajectory = evaluation.errors[MEAN_TRAJECTORY][:, :, c].mean(axis=0) * MILLI
-        axes.plot(time, mean_trajectory, ":", color=GREY, lw=1.4, label=f"{MEAN_TRAJECTORY}, mean")
+        for name, style, width in (("truncation", "--", 1.2), (MEAN_TRAJECTORY, ":", 1.4)):
+            mean = evaluation.errors[name][:, :, c].mean(axis=0) * MILLI
+            axes.plot(time, mean, style, color=GREY, lw=width, label=f"{name}, mean")
         axes.set(xlabel="time [ms]", title=COMPONENTS[c], ylim=(0, None), xlim=(time[0], time[-1]))
     panels[0].set_ylabel("RMSE [mm]")
     handles, labels = panels[-1].get_legend_handles_labels()
@@ -217,10 +210,3 @@ def plain_log(axis, limits) -> None:
     axis.set_major_locator(FixedLocator([t for t in ticks if limits[0] <= t <= limits[1]]))
     axis.set_major_formatter(ScalarFormatter())
     axis.set_minor_formatter(NullFormatter())
-
-
-def _fill_outline(axes, obstacle, window):
-    x, z = np.meshgrid(*(np.linspace(*limits, 300) for limits in window))
-    level = outline(obstacle, x / MILLI, z / MILLI)
-    if level.min() < 0.0:
-        axes.contourf(x, z, level, levels=[-1.0, 0.0], colors=[OBSTACLE])

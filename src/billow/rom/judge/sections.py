@@ -13,7 +13,6 @@ def cut(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     """Where the plane y = 0 cuts a triangle mesh: [m], (segments, 2 ends, 2) as x and z.
 
     points: [m], (nodes, 3); triangles: (triangles, 3) int
-
     A node exactly on the plane counts as above it, so every cut triangle gives one segment, none is given twice, and
     a closed surface gives closed loops.
     """
@@ -29,9 +28,7 @@ def cut(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
 
 def outline(obstacle: dict, x: np.ndarray, z: np.ndarray) -> np.ndarray:
     """The function whose zero line is an obstacle's outline in the plane y = 0: [-], negative inside, shape of x and z.
-
-    obstacle: as run.json describes it, a shape with "center" [m] (3,) and "rotation" (3, 3) from body to space
-    """
+    obstacle: as run.json describes it, a shape with "center" [m] (3,) and "rotation" (3, 3) from body to space."""
     space = np.stack([x, np.zeros_like(x), z], axis=-1) - np.asarray(obstacle["center"], float)
     return from_description(obstacle).level(space @ np.asarray(obstacle["rotation"], float))
 

@@ -1,13 +1,5 @@
-"""From the scale of an error to an interval: factors found on runs that the networks have not seen.
-
-The runs are split into folds, for each fold a surrogate learns from the others, and the factor of a level is the
-quantile of |error|/s over the held-out values. All values of a run are held out together, because neighbours in time
-and space are no new evidence, and every run counts the same (pooled distribution of Dunn, Wasserman and Ramdas,
-J. Amer. Statist. Assoc. 118 (2023) 2491-2502).
-
-Folds learn from fewer runs than the surrogate, so intervals come out somewhat too wide, which is the safe side; the
-usual increase of the level for few runs is therefore left out.
-"""
+"""From the scale of an error to an interval: factors found on runs that the networks have not seen, held out in folds
+(docs/theory.md, Intervals of a surrogate)."""
 
 from __future__ import annotations
 
@@ -41,15 +33,18 @@ def held_out(runs: tuple[str, ...]) -> list[tuple[str, ...]]:
 def calibrate(
     dataset: Dataset, runs: tuple[str, ...], learn: Callable[[tuple[str, ...]], tuple[Surrogate, Reduction]]
 ) -> np.ndarray:
-    """Factors for `LEVELS`: [-], (levels, 3).
-
-    runs: names, at least `FEWEST_RUNS`; learn(runs): a surrogate and its Reduction, learned from these alone
-    """
+    """Factors for `LEVELS`: [-], (levels, 3). runs: names, at least `FEWEST_RUNS`; learn(runs): a surrogate and its
+    Reduction, learned from these alone."""
     counts, scored = np.zeros((3, _BINS)), 0
     for fold in held_out(runs):
         surrogate, reduction = learn(tuple(run for run in runs if run not in fold))
+        every = slice(None, None, -(-surrogate.nodes // _MOST_NODES))
         for run in fold:
-            counts += _scores(surrogate, reduction, dataset.design([run])[0], read_run(dataset, run))
+            design, truth = dataset.design([run])[0], read_run(dataset, run)[:, every]
+            scales = scale(surrogate, reduction.lost_by_time, reduction.lost_by_node, design, surrogate.times, every)
+            error = surrogate.predict(design, extrapolate=True)[:, every] - truth
+            # A held node would be covered by any interval, so it does not count.
+            counts += histogram(np.where(np.any(truth != 0.0, axis=0), error, np.nan), scales)
         scored += len(fold)
     return quantiles(counts / scored)
 
@@ -63,10 +58,8 @@ def quantiles(counts: np.ndarray) -> np.ndarray:
 
 
 def histogram(error: np.ndarray, scales: np.ndarray) -> np.ndarray:
-    """Part of the values in each bin of ln(|error|/s): (3, bins). error, scales: [m], (times, nodes, 3).
-
-    Values that are NaN do not count.
-    """
+    """Part of the values, NaN not counted, in each bin of ln(|error|/s): (3, bins). error, scales: [m], (times, nodes,
+    3)."""
     counts = np.empty((3, _BINS))
     for component in range(3):
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -75,11 +68,3 @@ def histogram(error: np.ndarray, scales: np.ndarray) -> np.ndarray:
         index = ((ratio - _LOWEST) * (_BINS / (_HIGHEST - _LOWEST))).astype(int).clip(0, _BINS - 1)
         counts[component] = np.bincount(index, minlength=_BINS) / max(ratio.size, 1)
     return counts
-
-
-def _scores(surrogate: Surrogate, reduction: Reduction, design: np.ndarray, truth: np.ndarray) -> np.ndarray:
-    every = slice(None, None, -(-surrogate.nodes // _MOST_NODES))
-    scales = scale(surrogate, reduction.lost_by_time, reduction.lost_by_node, design, surrogate.times, every)
-    error = surrogate.predict(design, extrapolate=True)[:, every] - truth[:, every]
-    # A held node would be covered by any interval, so it does not count.
-    return histogram(np.where(np.any(truth[:, every] != 0.0, axis=0), error, np.nan), scales)

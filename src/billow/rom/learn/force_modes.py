@@ -1,12 +1,6 @@
-"""Learning the force inputs of a surrogate from the contact forces of its training runs (paper, Methods).
+"""Learning the force inputs of a surrogate from its training runs (docs/theory.md, Contact forces as inputs).
 
-For each chosen component, over all training snapshots: snapshots whose Euclidean norm lies outside mean +- 3
-deviations are left out, the POD of the others gives M force modes, and the coefficients of the others give the mean and
-deviation of their scaling. A snapshot that is left out here is still learned from: its force is extreme, its shape is
-not.
-
-Forces that fit into memory are read once. Larger ones are read three times: for their norms, their bases (block by
-block, joined as in `pod`) and their coefficients.
+Forces that fit into memory are read once, larger ones three times: for their norms, bases and coefficients.
 """
 
 from __future__ import annotations

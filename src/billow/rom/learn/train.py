@@ -20,8 +20,7 @@ from billow.rom.learn.reduction import DEFAULT_MEMORY, Reduction, reduce_runs
 from billow.rom.surrogate.design_space import bounds
 from billow.rom.surrogate.force_inputs import ForceInputs
 from billow.rom.surrogate.intervals import FEWEST_RUNS, LEVELS, Intervals
-from billow.rom.surrogate.regression import ACTIVATIONS, Regression
-from billow.rom.surrogate.scaling import InputScaling, OutputScaling
+from billow.rom.surrogate.regression import ACTIVATIONS, InputScaling, OutputScaling, Regression
 from billow.rom.surrogate.surrogate import Surrogate
 
 NO_PYTORCH = ResourceError.declare(
@@ -58,10 +57,9 @@ class Recipe:
     epochs: default 30 to 200, fewer for more runs (`shared`), 15,000 (`paper`)
     force_modes: M, modes of each contact-force component whose coefficients of the previous time become inputs (the
         paper's "Model Including Forces"), 0 for none; force_components: which, such as "z" or "xyz"
-    calibrate: learn up to four more times, each time without a quarter of the runs, so that `Surrogate.half_width` can
-        say how far answers may be off; costs three times the training again (once, with many runs). Not done with
-        fewer than `FEWEST_RUNS` runs, with force modes, whose inputs are not known in advance, or for `paper`, which
-        has no ensemble
+    calibrate: learn up to four more times, each time without a quarter of the runs, for `Surrogate.half_width`; costs
+        three times the training again (once, with many runs). Not done with fewer than `FEWEST_RUNS` runs, with force
+        modes, whose inputs are not known in advance, or for `paper`, which has no ensemble
     memory: [byte] larger snapshots are read from disk block by block; calibrating may take twice as much
     """
 
@@ -160,10 +158,7 @@ def train_networks(
             "epochs": len(losses),
             "first_loss": losses[0],
             "last_loss": losses[-1],
-            "snapshot_bytes": reduction.snapshot_bytes,
-            "read_seconds": reduction.read_seconds,
-            "pod_seconds": reduction.pod_seconds,
-            "pod_cpu_seconds": reduction.pod_cpu_seconds,
+            **{n: getattr(reduction, n) for n in ("snapshot_bytes", "read_seconds", "pod_seconds", "pod_cpu_seconds")},
             "network_seconds": time.perf_counter() - begun,
             "network_cpu_seconds": time.process_time() - spent,
             "mesh_sha256": mesh_sha256(dataset.reference, dataset.triangles),
@@ -191,11 +186,8 @@ def _learn(dataset: Dataset, runs, recipe: Recipe, progress, client) -> tuple[Su
     import_network()
     _input_scaling(dataset, recipe.networks)  # refuses what cannot be learned before the long work
     reduction = reduce_runs(dataset, runs, recipe.modes, recipe.seed, recipe.memory, client)
-    forces = None
-    if recipe.force_modes:
-        forces = learn_force_inputs(
-            dataset, runs, recipe.force_modes, recipe.force_components, recipe.seed, recipe.memory
-        )
+    wanted = recipe.force_modes, recipe.force_components, recipe.seed, recipe.memory
+    forces = learn_force_inputs(dataset, runs, *wanted) if recipe.force_modes else None
     return train_networks(dataset, reduction, recipe, forces, progress), reduction
 
 

@@ -1,14 +1,5 @@
-"""How far an answer may be off: intervals that contain the value of the solver, at a stated level.
-
-Each predicted value has a scale of its own: the disagreement of the ensemble there and what the basis cannot represent,
-
-    s^2(t, node) = var over members of the field(t, node) + lost(t) lost(node) / mean(lost).
-
-The scale ranks values by error but is too small as an error bar. A factor found on runs that the networks have not seen
-turns it into an interval (conformal prediction; Vovk, Gammerman and Shafer 2005); `learn/calibration.py` finds it.
-Measured: driver bag against a locked obstacle, 60 training runs, 30 unseen ones, nominal 90 %: 92, 92 and 94 % of the
-values of x, y and z are covered.
-"""
+"""How far an answer may be off: intervals that contain the value of the solver, at a stated level. `scale` ranks values
+by error; factors from `learn/calibration.py` make it an interval (docs/theory.md, Intervals of a surrogate)."""
 
 from __future__ import annotations
 

@@ -91,10 +91,8 @@ def import_onnx(name: str = "onnx"):
 
 
 def onnx_bytes(surrogate: Surrogate) -> bytes:
-    """The graph as the content of an .onnx file.
-
-    Raises ResourceError E-ROM-016 without the package onnx, InputError E-ROM-019 for a surrogate with force inputs.
-    """
+    """The graph as the content of an .onnx file. Raises ResourceError E-ROM-016 without the package onnx, InputError
+    E-ROM-019 for a surrogate with force inputs."""
     onnx = import_onnx()
     if surrogate.forces is not None:
         raise NEEDS_FORCES(title=surrogate.title)
