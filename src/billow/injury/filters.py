@@ -39,9 +39,7 @@ EVEN = 1e-3
 
 CLASSES = (60, 180, 600, 1000)
 SAMPLES_PER_CLASS = 10
-"""Lowest sample rate over class (ISO 6487): 10 kHz for CFC 1000. At that rate the bilinear transform puts the -3 dB
-point of CFC 1000 at 1.750 instead of 1.667 kHz."""
-
+"""Lowest sample rate over class (ISO 6487): 10 kHz for CFC 1000."""
 PADDING = 2.0
 """Length of the mirrored ends in periods of the corner frequency 2.0775 CFC: what is left of a step there is 1e-4."""
 

@@ -77,14 +77,13 @@ def rate(times: np.ndarray, curve: np.ndarray, reference: np.ndarray) -> Rating:
         corridor=_corridor(curve, reference),
         phase=max(0.0, 1.0 - abs(shift) / allowed),
         magnitude=_magnitude(shifted, matched),
-        slope=_slope(shifted, matched),
+        slope=_score(_smooth_slope(shifted), _smooth_slope(matched), SLOPE_LIMIT),
         shift=shift * INTERVAL,
     )
 
 
 def _corridor(curve, reference):
-    largest = np.abs(reference).max()
-    away = np.abs(curve - reference) / largest
+    away = np.abs(curve - reference) / np.abs(reference).max()
     between = np.clip((OUTER - away) / (OUTER - INNER), 0.0, 1.0)
     return float((between**CORRIDOR_EXPONENT).mean())
 
@@ -119,9 +118,7 @@ def _magnitude(curve, reference):
     band = max(int(np.ceil(WARPING_WINDOW * samples)) - 1, 1)
     pairs, length = np.empty((2 * samples, 2), np.int64), np.zeros(1, np.int64)
     _warp(samples, np.ascontiguousarray(curve), np.ascontiguousarray(reference), band, pairs, length)
-    warped, matched = curve[pairs[: length[0], 0]], reference[pairs[: length[0], 1]]
-    error = np.abs(warped - matched).sum() / np.abs(matched).sum()
-    return float(max(0.0, 1.0 - error / MAGNITUDE_LIMIT))
+    return _score(curve[pairs[: length[0], 0]], reference[pairs[: length[0], 1]], MAGNITUDE_LIMIT)
 
 
 @kernel
@@ -149,10 +146,10 @@ def _warp(n, curve, reference, band, path_out, length_out):
     length_out[0] = count
 
 
-def _slope(curve, reference):
-    one, other = _smooth_slope(curve), _smooth_slope(reference)
-    error = np.abs(one - other).sum() / np.abs(other).sum()
-    return float(max(0.0, 1.0 - error / SLOPE_LIMIT))
+def _score(values, reference, limit):
+    """1 for equal values, 0 from a relative error of `limit`."""
+    error = np.abs(values - reference).sum() / np.abs(reference).sum()
+    return float(max(0.0, 1.0 - error / limit))
 
 
 def _smooth_slope(curve):

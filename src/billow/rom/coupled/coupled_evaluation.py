@@ -98,11 +98,7 @@ class CoupledEvaluation:
 
 
 def evaluate_coupled(
-    dataset: Dataset,
-    coupled: Coupled,
-    progress: Announcement | None = None,
-    *,
-    with_forces: Surrogate | None = None,
+    dataset: Dataset, coupled: Coupled, progress: Announcement | None = None, *, with_forces: Surrogate | None = None
 ) -> CoupledEvaluation:
     """Deploy every unseen run of the dataset and compare with the solver.
 
@@ -136,13 +132,8 @@ def evaluate_coupled(
                 ratings.setdefault(answer, {}).setdefault(quantity, []).append(rating)
         solver.append(assess(truth.times, truth.velocity))
         answers.append(assess(motion.times, motion.velocity))
-    return CoupledEvaluation(
-        runs=tuple(dataset.test),
-        ratings={answer: {q: tuple(r) for q, r in of.items()} for answer, of in ratings.items()},
-        solver=tuple(solver),
-        coupled=tuple(answers),
-        seconds=float(np.median(seconds)),
-    )
+    found = {answer: {q: tuple(r) for q, r in of.items()} for answer, of in ratings.items()}
+    return CoupledEvaluation(tuple(dataset.test), found, tuple(solver), tuple(answers), float(np.median(seconds)))
 
 
 def _bag_with_true_forces(dataset, run, surrogate: Surrogate, times) -> np.ndarray:
@@ -153,8 +144,7 @@ def _bag_with_true_forces(dataset, run, surrogate: Surrogate, times) -> np.ndarr
     first = np.minimum(place.astype(int), len(before) - 2)
     part = (place - first).astype(np.float32)[:, None, None]
     forces = (1 - part) * before[first] + part * before[first + 1]
-    design = dataset.design([run])[0]
-    return surrogate.reference + surrogate.predict(design, times, previous_forces=forces)
+    return surrogate.reference + surrogate.predict(dataset.design([run])[0], times, previous_forces=forces)
 
 
 def injury_record(injury: Injury) -> dict:

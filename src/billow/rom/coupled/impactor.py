@@ -66,10 +66,8 @@ went through, and must not drift further away because of them."""
 
 @dataclass(frozen=True)
 class Impactor:
-    """A super-ellipsoid in a start position.
-
-    radii: [m], (3,); degree: [-]; centre: [m], (3,); rotation: body to space, (3, 3); mass: [kg]; velocity: [m/s], (3,)
-    """
+    """A super-ellipsoid in a start position: radii [m], (3,); degree [-]; centre [m], (3,); rotation, body to space,
+    (3, 3); mass [kg]; velocity [m/s], (3,)."""
 
     radii: np.ndarray
     degree: float
@@ -211,11 +209,8 @@ class ContactLaw:
 def learn_contact_law(
     inputs: InputScaling, design, times, state, force, seed: int, progress: Progress | None = None
 ) -> ContactLaw:
-    """Learn a law from runs.
-
-    inputs: scaling of design and time, without further inputs; design: (runs, parameters); times: [s], (steps,), the
-    middle of each step; state: (runs, steps, state); force: [N], (runs, steps, 3)
-    """
+    """Learn a law from runs. inputs: scaling of design and time; design: (runs, parameters); times: [s], (steps,), the
+    middle of each step; state: (runs, steps, state); force: [N], (runs, steps, 3)."""
     mean = state.mean(axis=(0, 1))
     deviation = np.maximum(state.std(axis=(0, 1)), 1e-9)
     scaling = replace(inputs, recipe="shared", further=state.shape[-1])

@@ -115,10 +115,8 @@ class ErrorsByModes:
 
 @dataclass(frozen=True)
 class LearningCurve:
-    """What more training runs would buy: error = scale * runs^-rate, fitted to measured errors.
-
-    runs: (sizes,); errors: [m], (sizes,), mean RMSE on unseen runs; rate: [-]; scale: [m]
-    """
+    """What more training runs would buy: error = scale [m] * runs^-rate [-], fitted to `errors` [m], (sizes,), the mean
+    RMSE on unseen runs that was measured with `runs`, (sizes,)."""
 
     runs: tuple[int, ...]
     errors: tuple[float, ...]
@@ -143,11 +141,8 @@ def fit_learning_curve(runs, errors) -> LearningCurve | None:
 
 @dataclass(frozen=True)
 class IntervalCheck:
-    """Intervals of one level on unseen runs.
-
-    level: [-]; by_run: [-], (runs, 3), part of each run's values of x, y and z that lie inside
-    half_width: [m], (3,), mean
-    """
+    """Intervals of one level [-] on unseen runs: `by_run` [-], (runs, 3), is the part of each run's values of x, y, z
+    that lie inside, `half_width` [m], (3,), the mean."""
 
     level: float
     by_run: np.ndarray

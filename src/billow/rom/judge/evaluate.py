@@ -10,16 +10,7 @@ from scipy.interpolate import RBFInterpolator
 
 from billow.base.errors import InputError
 from billow.results.dataset_files import Parameter, mesh_sha256, same_times
-from billow.rom.judge.errors import (
-    ErrorsByModes,
-    IntervalCheck,
-    LearningCurve,
-    Summary,
-    check_intervals,
-    fit_learning_curve,
-    project,
-    snapshot_rmse,
-)
+from billow.rom.judge import errors
 from billow.rom.judge.timing import Timing, measure, training_seconds
 from billow.rom.learn.dataset import Dataset, read_run
 from billow.rom.learn.left_out import LeftOut, left_out
@@ -56,16 +47,13 @@ SWEEP_MODES = (1, 2, 4, 6, 8, 10, 12, 16)
 
 @dataclass(frozen=True, eq=False)
 class SweepModel:
-    """One model of the learning curve.
-
-    runs: number of training runs; generation, training: [s] that making them and learning from them took
-    errors: on the unseen runs, with several numbers of modes
-    """
+    """One model of the learning curve: number of training runs, [s] that making them (`generation`) and learning from
+    them took, errors on the unseen runs with several numbers of modes."""
 
     runs: int
     generation: float
     training: float
-    errors: ErrorsByModes
+    errors: errors.ErrorsByModes
 
 
 @dataclass(frozen=True)
@@ -105,26 +93,26 @@ class Evaluation:
     design: np.ndarray
     errors: dict[str, np.ndarray]
     spread: np.ndarray | None
-    intervals: tuple[IntervalCheck, ...]
+    intervals: tuple[errors.IntervalCheck, ...]
     sweep: tuple[SweepModel, ...]
     coverage: Coverage
     timing: Timing
     ledgers: dict[str, dict[str, float]]
 
-    def summary(self, name: str, component: int) -> Summary:
+    def summary(self, name: str, component: int) -> errors.Summary:
         """Distribution of one kind of error over unseen runs and times."""
-        return Summary.of(self.errors[name][:, :, component])
+        return errors.Summary.of(self.errors[name][:, :, component])
 
     def regression_share(self, component: int) -> float:
         """Part of the squared error that is regression, not truncation: [-]; 0 in a component that never moves."""
         regression, total = (np.square(self.errors[n][:, :, component]).sum() for n in ("regression", "surrogate"))
         return regression / total if total else 0.0
 
-    def learning_curve(self, component: int) -> LearningCurve | None:
+    def learning_curve(self, component: int) -> errors.LearningCurve | None:
         """Mean RMSE against training runs, from the models of the sweep with the surrogate's own number of modes."""
         rows = [int(np.abs(np.array(model.errors.counts) - self.surrogate.modes).argmin()) for model in self.sweep]
         means = [model.errors.summary(component, row).mean for model, row in zip(self.sweep, rows, strict=True)]
-        return fit_learning_curve([model.runs for model in self.sweep], means)
+        return errors.fit_learning_curve([model.runs for model in self.sweep], means)
 
     def typical_and_worst(self) -> tuple[str, str]:
         """The unseen runs with the median and the largest mean z RMSE."""
@@ -156,12 +144,11 @@ def evaluate(
         count = len(surrogate.runs)
         sizes = tuple(sorted({count // 4, count // 2, count} - {0})) if surrogate.recipe == "shared" else ()
     announce = Announcer(progress, 2 + len(sizes))
-
     announce(f"comparing with {len(dataset.test)} unseen runs and simple answers")
     unseen = np.asarray(dataset.design(dataset.test), float)
-    errors = _errors(dataset, surrogate)
+    rmse = _errors(dataset, surrogate)
     spread = surrogate.spread(unseen) if surrogate.regression.members > 1 else None
-    intervals = check_intervals(surrogate, dataset, tuple(dataset.test))
+    intervals = errors.check_intervals(surrogate, dataset, tuple(dataset.test))
     sweep = []
     for size in sizes:
         announce(f"training on {size} runs")
@@ -174,7 +161,7 @@ def evaluate(
         missing=dict(dataset.missing),
         left_out=left_out(dataset, surrogate.runs),
         design=unseen,
-        errors=errors,
+        errors=rmse,
         spread=spread,
         intervals=intervals,
         sweep=tuple(sweep),
@@ -209,19 +196,19 @@ def _errors(dataset, surrogate) -> dict[str, np.ndarray]:
     """As in `Evaluation`, from one pass over the unseen runs."""
     answers = {"surrogate": surrogate.predict} | baselines(dataset, surrogate.runs, surrogate.bases)
     designs = dataset.design(dataset.test)
-    errors = {name: [] for name in answers}
+    rmse = {name: [] for name in answers}
 
     def compared():
         for run, design in zip(dataset.test, designs, strict=True):
             truth = read_run(dataset, run)
             for name, predict in answers.items():
-                errors[name].append(snapshot_rmse(predict(design), truth))
+                rmse[name].append(errors.snapshot_rmse(predict(design), truth))
             yield truth
 
-    seen = project(compared(), surrogate.bases)
+    seen = errors.project(compared(), surrogate.bases)
     regression = seen.regression(surrogate.coefficients(designs), surrogate.modes)
     parts = {"truncation": seen.truncation(surrogate.modes), "regression": regression}
-    return {name: np.array(values) for name, values in errors.items()} | parts
+    return {name: np.array(values) for name, values in rmse.items()} | parts
 
 
 def _sweep(dataset, surrogate, runs, modes, memory) -> SweepModel:
@@ -230,13 +217,10 @@ def _sweep(dataset, surrogate, runs, modes, memory) -> SweepModel:
     seed, epochs = surrogate.training["seed"], surrogate.training["epochs"]
     recipe = Recipe(surrogate.recipe, max(counts), seed, epochs, calibrate=False, memory=memory)
     model = train(dataset, recipe, runs=runs)
-    unseen = project((read_run(dataset, run) for run in dataset.test), model.bases)
-    return SweepModel(
-        runs=len(runs),
-        generation=float(np.sum(dataset.wall_seconds(runs))),
-        training=sum(training_seconds(model).values()),
-        errors=ErrorsByModes.of(counts, unseen, model.coefficients(dataset.design(dataset.test))),
-    )
+    unseen = errors.project((read_run(dataset, run) for run in dataset.test), model.bases)
+    found = errors.ErrorsByModes.of(counts, unseen, model.coefficients(dataset.design(dataset.test)))
+    generation, training = float(np.sum(dataset.wall_seconds(runs))), sum(training_seconds(model).values())
+    return SweepModel(len(runs), generation, training, found)
 
 
 def _coverage(parameters, seen: np.ndarray, unseen: np.ndarray) -> Coverage:

@@ -47,12 +47,9 @@ def learn_force_inputs(
     learned = [known[:, kept].astype(float) for known, kept in zip(coefficients, usual, strict=True)]
     # A mode that the rank of the data does not reach has coefficients of rounding only.
     least = [1e-6 * basis.singular_values[0] for basis in bases]
-    found = ForceInputs(
-        chosen,
-        np.stack([basis.modes for basis in bases]),
-        np.array([known.mean(axis=1) for known in learned]),
-        np.array([np.maximum(known.std(axis=1), low) for known, low in zip(learned, least, strict=True)]),
-    )
+    mean = np.array([known.mean(axis=1) for known in learned])
+    deviation = np.array([np.maximum(known.std(axis=1), low) for known, low in zip(learned, least, strict=True)])
+    found = ForceInputs(chosen, np.stack([basis.modes for basis in bases]), mean, deviation)
     # (components, modes, runs * times) -> (runs, times, components, modes)
     by_run = np.stack(coefficients).reshape(len(chosen), modes, len(runs), -1).transpose(2, 3, 0, 1)
     return found, found.scaled(previous(by_run))

@@ -99,10 +99,8 @@ def _orthonormal(matrix):
 
 @dataclass(frozen=True)
 class Sketch:
-    """What is kept of some snapshots of all components.
-
-    scaled: [m], (components, nodes, rank) float32, U S; energy: [m2], (components,); columns: number of snapshots
-    """
+    """What is kept of some snapshots of all components: scaled [m], (components, nodes, rank) float32, is U S; energy
+    [m2], (components,); columns, the number of snapshots."""
 
     scaled: np.ndarray
     energy: np.ndarray

@@ -26,8 +26,8 @@ class Reduction:
     design: (runs, parameters) float64; times: [s], (times,); runs: names
     lost_by_time: [m2], (components, times) float64, mean square over runs and nodes of what lies outside the basis
     lost_by_node: [m2], (components, nodes) float64, the same over runs and times
-    snapshot_bytes: [byte] all snapshots; read_seconds, pod_seconds: [s] of wall time
-    pod_cpu_seconds: [s] of this process' processors; where snapshots are read block by block, reading included
+    snapshot_bytes: [byte] all snapshots; read_seconds, pod_seconds: [s] of wall time; pod_cpu_seconds: [s] of this
+        process' processors, reading included where snapshots are read block by block
     """
 
     bases: tuple[Basis, ...]

@@ -52,8 +52,7 @@ class Surrogate:
     bases: the reduced bases of x, y and z; regression: the networks
     training: how it was made: runs, seed, epochs, seconds, versions
     forces: how contact forces of the previous time become inputs; None if it needs none
-    designs: (runs, parameters) float64, what it was trained on; intervals: how far answers may be off, None if not
-        calibrated
+    designs: (runs, parameters) float64, what it was trained on; intervals: how far answers may be off, or None
     """
 
     title: str

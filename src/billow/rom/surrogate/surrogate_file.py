@@ -121,9 +121,7 @@ def surrogate_fields(tensors: dict[str, np.ndarray], record: dict) -> dict:
     weights, biases, width = take_networks(tensors, "", None if recipe == "shared" else count, inputs.width)
     if width != (count if recipe == "shared" else 1):
         raise ValueError(f"the last layer has {width} outputs")
-    mean, deviation = (
-        take(tensors, f"outputs.{name}", np.float32, len(times), count) for name in ("mean", "deviation")
-    )
+    mean, deviation = (take(tensors, f"outputs.{n}", np.float32, len(times), count) for n in ("mean", "deviation"))
     return {
         "title": title,
         "parameters": parameters,
