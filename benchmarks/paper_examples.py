@@ -26,8 +26,8 @@ from billow.base.errors import NumericalStop
 from billow.base.plot_style import STYLE
 from billow.case.gas.build_gas import GasNames
 from billow.case.schema import Case
+from billow.injury.criteria import mean_acceleration
 from billow.injury.filters import channel_filter
-from billow.injury.motion import mean_acceleration
 from billow.parts.gas.supply.mixture import mixture_enthalpy
 from billow.parts.gas.supply.species import AIR, thermo_table
 from billow.results.result import Result

@@ -8,8 +8,7 @@ import numpy as np
 
 from billow.results.dataset_files import Parameter, mesh_sha256
 from billow.rom.surrogate.basis import Basis
-from billow.rom.surrogate.regression import Regression
-from billow.rom.surrogate.scaling import InputScaling, OutputScaling
+from billow.rom.surrogate.regression import InputScaling, OutputScaling, Regression
 from billow.rom.surrogate.surrogate import Surrogate
 
 

@@ -6,8 +6,8 @@ from types import SimpleNamespace
 
 import numpy as np
 
+from billow.injury.criteria import assess_run
 from billow.injury.filters import channel_filter
-from billow.injury.motion import assess_run
 from billow.injury.rating import rate
 
 TIMES = np.arange(501) * 1e-4

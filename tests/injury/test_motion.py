@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from billow.base.errors import InputError
-from billow.injury.criteria import GRAVITY
-from billow.injury.motion import assess, assess_run, mean_acceleration
+from billow.injury.criteria import GRAVITY, assess, assess_run, mean_acceleration
 from billow.results.histories import History
 
 TIMES = np.arange(501) * 1e-4

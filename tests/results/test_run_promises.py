@@ -13,7 +13,7 @@ from billow.case.schema import Case
 from billow.geometry.bag_shapes import square_bag
 from billow.results.result import Result
 from billow.results.vtkhdf import FabricWriter
-from billow.rom.judge.sections import obstacles_at
+from billow.rom.judge.figures import obstacles_at
 from billow.run.simulate import simulate
 
 

@@ -10,8 +10,7 @@ from synthetic import disc
 
 from billow.results.dataset_files import Parameter
 from billow.results.histories import History
-from billow.rom.coupled.contact_force import area_vectors, node_area
-from billow.rom.coupled.impactor import Impactor
+from billow.rom.coupled.impactor import Impactor, area_vectors, node_area
 
 PARAMETERS = (
     Parameter("pressure", "Pressure", "kPa", 10.0, 30.0),

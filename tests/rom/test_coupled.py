@@ -13,7 +13,6 @@ from free_synthetic import CLEARANCE, MASS, FreeDataset, case, finished
 from billow.base.errors import InputError, IntegrityError
 from billow.geometry.shapes.super_ellipsoid import closest_point
 from billow.results.histories import read_histories
-from billow.rom.coupled.contact_force import EVERY, REACHES, area_vectors, node_area
 from billow.rom.coupled.coupled_evaluation import (
     COUPLED,
     MEAN_MOTION,
@@ -21,10 +20,20 @@ from billow.rom.coupled.coupled_evaluation import (
     TRUE_INPUTS,
     _bag_with_true_forces,
     evaluate_coupled,
+    write_motion,
 )
-from billow.rom.coupled.coupled_folder import write_motion
 from billow.rom.coupled.coupled_model import Coupled
-from billow.rom.coupled.impactor import Impactor, ImpactorMotion, ImpactorOfDesign, filtered_force, recorded_force
+from billow.rom.coupled.impactor import (
+    EVERY,
+    REACHES,
+    Impactor,
+    ImpactorMotion,
+    ImpactorOfDesign,
+    area_vectors,
+    filtered_force,
+    node_area,
+    recorded_force,
+)
 from billow.rom.learn.train import Recipe, train
 from billow.rom.surrogate.force_inputs import previous
 from billow.rom.surrogate.surrogate import Surrogate

@@ -12,9 +12,8 @@ from synthetic import SyntheticDataset
 
 from billow.base.errors import InputError
 from billow.results.dataset_files import Parameter
-from billow.rom.judge.baselines import BASELINES, baselines, radial_basis
 from billow.rom.judge.errors import Summary, accuracy, snapshot_rmse
-from billow.rom.judge.evaluate import evaluate
+from billow.rom.judge.evaluate import BASELINES, baselines, evaluate, radial_basis
 from billow.rom.judge.report import metrics as metrics_of
 from billow.rom.judge.timing import Inference, Timing
 from billow.rom.learn.dataset import snapshot_bytes

@@ -14,11 +14,10 @@ from synthetic import SyntheticDataset
 
 from billow.base.errors import InputError
 from billow.rom.judge.errors import check_intervals, fit_learning_curve
-from billow.rom.learn.calibration import held_out, histogram, quantiles
 from billow.rom.learn.dataset import collect
-from billow.rom.learn.train import Recipe, train
+from billow.rom.learn.train import Recipe, held_out, train
 from billow.rom.surrogate.design_space import neighbour_distances
-from billow.rom.surrogate.intervals import LEVELS, scale
+from billow.rom.surrogate.intervals import LEVELS, histogram, quantiles, scale
 from billow.rom.surrogate.surrogate import Surrogate
 
 

@@ -9,8 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from billow.rom.surrogate.regression import Regression
-from billow.rom.surrogate.scaling import InputScaling, OutputScaling
+from billow.rom.surrogate.regression import InputScaling, OutputScaling, Regression
 
 TIMES = np.linspace(1e-3, 5e-2, 7)
 OUTPUTS = 6

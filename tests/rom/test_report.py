@@ -11,9 +11,9 @@ from synthetic import SyntheticDataset
 
 from billow.rom.judge import figures
 from billow.rom.judge.evaluate import evaluate
+from billow.rom.judge.figures import cut, outline
 from billow.rom.judge.findings import verdict, weaknesses
 from billow.rom.judge.report import page, write_report
-from billow.rom.judge.sections import cut, outline
 from billow.rom.learn.train import Recipe, train
 
 

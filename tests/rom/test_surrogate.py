@@ -9,7 +9,7 @@ from synthetic import SyntheticDataset
 from billow.base.errors import InputError
 from billow.rom.learn.network import MEMBERS
 from billow.rom.learn.train import Recipe, train
-from billow.rom.surrogate.scaling import OutputScaling
+from billow.rom.surrogate.regression import OutputScaling
 
 
 @pytest.fixture(scope="module")

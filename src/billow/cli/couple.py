@@ -89,8 +89,7 @@ def predict(
     extrapolate: Extrapolate = False,
 ) -> None:
     """Motion and injury metrics of the obstacle in one deployment. Without --set, list the parameters."""
-    from billow.rom.coupled.coupled_evaluation import injury_record
-    from billow.rom.coupled.coupled_folder import write_motion
+    from billow.rom.coupled.coupled_evaluation import injury_record, write_motion
     from billow.rom.coupled.coupled_model import Coupled
     from billow.rom.surrogate.prediction import describe_surrogate
 
@@ -98,7 +97,7 @@ def predict(
     if not settings:
         print(describe_surrogate(coupled.surrogate))
         return
-    from billow.injury.motion import assess
+    from billow.injury.criteria import assess
 
     motion = coupled.deploy(parse_settings(settings), extrapolate=extrapolate)
     found = injury_record(assess(motion.times, motion.velocity))

@@ -226,8 +226,7 @@ def injury(run: Annotated[Path, typer.Argument(help="Result folder of a run with
 
     HIC15 and HIC36 with their windows, the 3 ms clip (cumulative and contiguous), and the peak.
     """
-    from billow.injury.criteria import GRAVITY
-    from billow.injury.motion import assess_run
+    from billow.injury.criteria import GRAVITY, assess_run
     from billow.results.result import Result
 
     for name, found in assess_run(Result.open(run)).items():

@@ -1,8 +1,4 @@
-"""Injury criteria of an acceleration: HIC and the 3 ms clip.
-
-Accelerations are given in m/s^2 and reported in g = 9.80665 m/s^2, as regulations do. Between samples a
-curve is linear.
-"""
+"""Injury criteria of an acceleration, linear between samples, and of a body's motion: HIC and the 3 ms clip."""
 
 from __future__ import annotations
 
@@ -10,13 +6,23 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from billow.injury.curve import sample_interval
+from billow.base.errors import InputError
+from billow.injury.filters import channel_filter, sample_interval
+
+NO_FREE_OBSTACLE = InputError.declare(
+    "E-INJ-005",
+    "the run has no free obstacle",
+    where="{folder}",
+    why="a locked obstacle has no acceleration",
+    remedy="set obstacles.impactor.locked to false, or obstacles of another name, and run again",
+)
 
 GRAVITY = 9.80665
 """Standard gravity: [m/s^2]."""
-
 CLIP = 3e-3
 """[s] for which the 3 ms clip asks."""
+HEAD_CLASS = 1000
+"""Channel frequency class of head acceleration (SAE J211-1)."""
 
 
 @dataclass(frozen=True)
@@ -26,6 +32,22 @@ class HeadInjury:
     value: float
     start: float
     end: float
+
+
+@dataclass(frozen=True)
+class Injury:
+    """Of one body, taken as a head: resultant acceleration of its centre, filtered to CFC 1000.
+
+    hic15, hic36: head injury criterion over up to 15 and 36 ms
+    clip, contiguous_clip: 3 ms clip, summed and without interruption [m/s^2]; peak: [m/s^2] at peak_time [s]
+    """
+
+    hic15: HeadInjury
+    hic36: HeadInjury
+    clip: float
+    contiguous_clip: float
+    peak: float
+    peak_time: float
 
 
 def head_injury(times: np.ndarray, acceleration: np.ndarray, longest: float) -> HeadInjury:
@@ -43,8 +65,9 @@ def head_injury(times: np.ndarray, acceleration: np.ndarray, longest: float) -> 
     velocity = np.concatenate([[0.0], np.cumsum(0.5 * interval * (a[1:] + a[:-1]))])
     best = HeadInjury(0.0, float(times[0]), float(times[0]))
 
-    def consider(value, starts, window):
+    def consider(gain, starts, window):
         nonlocal best
+        value = window * np.maximum(gain / window, 0.0) ** 2.5
         if len(value) and value.max() > best.value:
             first = int(value.argmax())
             best = HeadInjury(float(value[first]), float(starts[first]), float(starts[first] + window))
@@ -53,19 +76,19 @@ def head_injury(times: np.ndarray, acceleration: np.ndarray, longest: float) -> 
     within = min(samples - 1, int(longest / interval * (1.0 + 1e-12)))
     for steps in range(1, within + 1):
         window = steps * interval
-        consider(_hic(velocity[steps:] - velocity[:-steps], window), times, window)
+        consider(velocity[steps:] - velocity[:-steps], times, window)
     rest = longest - within * interval
     if within < samples - 1 and rest > 1e-9 * interval:
         inside = velocity[:-1] + rest * a[:-1] + 0.5 * rest * rest / interval * (a[1:] - a[:-1])  # after each sample
-        consider(_hic(inside[within:] - velocity[: samples - 1 - within], longest), times, longest)
+        consider(inside[within:] - velocity[: samples - 1 - within], times, longest)
         before = velocity[1:] - (rest * a[1:] - 0.5 * rest * rest / interval * (a[1:] - a[:-1]))  # before each sample
         ends = velocity[within + 1 :]
-        consider(_hic(ends - before[: len(ends)], longest), times[1:] - rest, longest)
+        consider(ends - before[: len(ends)], times[1:] - rest, longest)
     return best
 
 
-def clip(times: np.ndarray, acceleration: np.ndarray, *, contiguous: bool, duration: float = CLIP) -> float:
-    """Highest level that lasts for `duration`: [m/s^2]; 0 if the curve is shorter (SAE J885; ECE R94 for the head).
+def clip(times: np.ndarray, acceleration: np.ndarray, *, contiguous: bool) -> float:
+    """Highest level that lasts for `CLIP`: [m/s^2]; 0 if the curve is shorter (SAE J885; ECE R94 for the head).
 
     times: [s], (samples,), evenly spaced; acceleration: resultant [m/s^2], (samples,), not negative
     contiguous: without interruption (the chest, 49 CFR 571.208 S6.3), else summed over all times above (the head)
@@ -74,18 +97,14 @@ def clip(times: np.ndarray, acceleration: np.ndarray, *, contiguous: bool, durat
     interval = sample_interval(times, acceleration)
     a = np.asarray(acceleration, float)
     low, high = 0.0, float(a.max())
-    if interval * (len(a) - 1) < duration or high <= 0.0:
+    if interval * (len(a) - 1) < CLIP or high <= 0.0:
         return 0.0
     while high - low > 1e-9 * high:  # time above a level never grows with the level
         middle = 0.5 * (low + high)
         above = _seconds_above(a, middle, interval)
         lasted = _longest_run(above, a > middle) if contiguous else above.sum()
-        low, high = (middle, high) if lasted >= duration else (low, middle)
+        low, high = (middle, high) if lasted >= CLIP else (low, middle)
     return low
-
-
-def _hic(gain, window):
-    return window * np.maximum(gain / window, 0.0) ** 2.5
 
 
 def _seconds_above(a, level, interval):
@@ -99,7 +118,44 @@ def _seconds_above(a, level, interval):
 def _longest_run(above, sample_above):
     """Longest sum over intervals that join at samples above the level: [s]."""
     total = np.cumsum(above)
-    # A run breaks at every inner sample that is not above.
-    breaks = np.flatnonzero(~sample_above[1:-1])
+    breaks = np.flatnonzero(~sample_above[1:-1])  # a run breaks at every inner sample that is not above
     edges = np.concatenate([[0.0], total[breaks], total[-1:]])
     return np.diff(edges).max()
+
+
+def mean_acceleration(times: np.ndarray, velocity: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Middle of each interval [s], (samples - 1,), and mean acceleration over it [m/s^2], (samples - 1, ...).
+
+    times: [s], (samples,), evenly spaced; velocity: [m/s], (samples, ...)
+
+    A force sampled at an instant would fold contact chatter into the curve (docs/coupled.md, Injury metrics).
+    Raises InputError E-INJ-001.
+    """
+    interval = sample_interval(times, velocity)
+    times = np.asarray(times, float)
+    return 0.5 * (times[1:] + times[:-1]), np.diff(np.asarray(velocity, float), axis=0) / interval
+
+
+def assess(times: np.ndarray, velocity: np.ndarray) -> Injury:
+    """Injury metrics of a body that moves at `velocity`: [m/s], (samples, 3), at times [s], (samples,). Raises
+    InputError E-INJ-001 (no curve), E-INJ-003 (fewer than 10,000 samples per second)."""
+    middles, acceleration = mean_acceleration(times, velocity)
+    resultant = np.linalg.norm(channel_filter(middles, acceleration, HEAD_CLASS), axis=1)
+    highest = int(resultant.argmax())
+    return Injury(
+        hic15=head_injury(middles, resultant, 0.015),
+        hic36=head_injury(middles, resultant, 0.036),
+        clip=clip(middles, resultant, contiguous=False),
+        contiguous_clip=clip(middles, resultant, contiguous=True),
+        peak=float(resultant[highest]),
+        peak_time=float(middles[highest]),
+    )
+
+
+def assess_run(result) -> dict[str, Injury]:
+    """Injury metrics of every free obstacle of a `Result`, from its histories. Raises InputError E-INJ-005 if the run
+    has none, and the errors of `assess`."""
+    bodies = result.histories.moving_bodies
+    if not bodies:
+        raise NO_FREE_OBSTACLE(folder=result.folder)
+    return {name: assess(result.histories.time, result.body(name).velocity) for name in bodies}

@@ -1,14 +1,5 @@
-"""Channel frequency classes of SAE J211-1 (and ISO 6487): the low pass every crash signal goes through.
-
-A Butterworth filter of second order runs forward and backward, so that it shifts nothing in time; the two passes
-together make four poles (SAE J211-1, Appendix C):
-
-    y[i] = a0 x[i] + a1 x[i-1] + a2 x[i-2] + b1 y[i-1] + b2 y[i-2]
-    w = tan(pi 2.0775 CFC dt),  a0 = w^2 / (1 + sqrt(2) w + w^2),  a1 = 2 a0,  a2 = a0
-    b1 = -2 (w^2 - 1) / (1 + sqrt(2) w + w^2),  b2 = (-1 + sqrt(2) w - w^2) / (1 + sqrt(2) w + w^2)
-
-Both passes together lose 3 dB at 1.667 CFC.
-"""
+"""Curves of evenly spaced samples, and the low pass every crash signal goes through: the channel frequency classes of
+SAE J211-1 and ISO 6487 (docs/theory.md, Injury metrics)."""
 
 from __future__ import annotations
 
@@ -18,8 +9,14 @@ import numpy as np
 from scipy.signal import filtfilt
 
 from billow.base.errors import InputError
-from billow.injury.curve import sample_interval
 
+UNUSABLE_CURVE = InputError.declare(
+    "E-INJ-001",
+    "the curve cannot be used",
+    where="injury metrics",
+    cause="values that are not finite, times that are not evenly spaced, or lengths that differ",
+    remedy="give one finite value for each of at least two evenly spaced times",
+)
 UNKNOWN_CLASS = InputError.declare(
     "E-INJ-002",
     "there is no channel frequency class {channel_class!r}",
@@ -37,13 +34,33 @@ SAMPLED_TOO_SLOWLY = InputError.declare(
     remedy="raise run.histories_per_frame and run again, or choose a lower class",
 )
 
+EVEN = 1e-3
+"""Part of the interval by which a time may be off before times count as uneven."""
+
 CLASSES = (60, 180, 600, 1000)
 SAMPLES_PER_CLASS = 10
-"""Lowest sample rate over class (ISO 6487): 10 kHz for CFC 1000. At that rate the bilinear transform puts the -3 dB
-point of CFC 1000 at 1.750 instead of 1.667 kHz."""
-
+"""Lowest sample rate over class (ISO 6487): 10 kHz for CFC 1000."""
 PADDING = 2.0
 """Length of the mirrored ends in periods of the corner frequency 2.0775 CFC: what is left of a step there is 1e-4."""
+
+
+def sample_interval(times: np.ndarray, curve: np.ndarray) -> float:
+    """Interval of a curve: [s].
+
+    times: [s], (samples,); curve: any unit, (samples, ...)
+    Raises InputError E-INJ-001 if there are fewer than two samples, lengths differ, a value is not finite, or times are
+    not evenly spaced and rising.
+    """
+    times, curve = np.asarray(times, float), np.asarray(curve, float)
+    if times.ndim != 1 or len(times) < 2 or curve.shape[:1] != times.shape:
+        raise UNUSABLE_CURVE(why=f"times have shape {times.shape}, values {curve.shape}")
+    if not (np.isfinite(times).all() and np.isfinite(curve).all()):
+        raise UNUSABLE_CURVE(why="a time or a value is not a finite number")
+    steps = np.diff(times)
+    interval = float(times[-1] - times[0]) / len(steps)
+    if not interval > 0.0 or np.abs(steps - interval).max() > EVEN * interval:
+        raise UNUSABLE_CURVE(why=f"times are not evenly spaced: steps from {steps.min():.3g} to {steps.max():.3g} s")
+    return interval
 
 
 def channel_filter(times: np.ndarray, curve: np.ndarray, channel_class: int) -> np.ndarray:

@@ -1,15 +1,6 @@
-"""How like two curves are: the objective rating of ISO/TS 18571.
+"""How like two curves are: the objective rating of ISO/TS 18571 (docs/theory.md, Injury metrics).
 
-R = 0.4 Z + 0.2 (E_P + E_M + E_S), each between 0 and 1:
-
-- corridor Z: how much of the curve lies near the reference, point by point
-- phase E_P: how far it must be shifted to correlate best
-- magnitude E_M: how much sizes differ after the shift, times matched by dynamic time warping
-- slope E_S: how much derivatives differ after the shift
-
-Above 0.94 a rating is called excellent, above 0.80 good, above 0.58 fair. The standard is written for curves of 10 kHz;
-others are interpolated to that rate. The reference needs to be the test, the curve the model: exchanged, they rate
-differently.
+The reference needs to be the test, the curve the model: exchanged, they rate differently.
 """
 
 from __future__ import annotations
@@ -20,7 +11,7 @@ import numpy as np
 
 from billow.base.compiled import kernel
 from billow.base.errors import InputError
-from billow.injury.curve import sample_interval
+from billow.injury.filters import sample_interval
 
 UNUSABLE_REFERENCE = InputError.declare(
     "E-INJ-004",
@@ -86,25 +77,21 @@ def rate(times: np.ndarray, curve: np.ndarray, reference: np.ndarray) -> Rating:
         corridor=_corridor(curve, reference),
         phase=max(0.0, 1.0 - abs(shift) / allowed),
         magnitude=_magnitude(shifted, matched),
-        slope=_slope(shifted, matched),
+        slope=_score(_smooth_slope(shifted), _smooth_slope(matched), SLOPE_LIMIT),
         shift=shift * INTERVAL,
     )
 
 
 def _corridor(curve, reference):
-    largest = np.abs(reference).max()
-    away = np.abs(curve - reference) / largest
+    away = np.abs(curve - reference) / np.abs(reference).max()
     between = np.clip((OUTER - away) / (OUTER - INNER), 0.0, 1.0)
     return float((between**CORRIDOR_EXPONENT).mean())
 
 
 def _overlap(curve, reference, shift):
     """The parts of both that face each other once the curve is moved `shift` samples to earlier times."""
-    if shift > 0:
-        return curve[shift:], reference[:-shift]
-    if shift < 0:
-        return curve[:shift], reference[-shift:]
-    return curve, reference
+    count = len(curve) - abs(shift)
+    return curve[max(shift, 0) :][:count], reference[max(-shift, 0) :][:count]
 
 
 def _best_shift(curve, reference):
@@ -125,21 +112,13 @@ def _correlation(one, other):
 
 
 def _magnitude(curve, reference):
-    pairs = _warping_path(curve, reference)
-    warped, matched = curve[pairs[:, 0]], reference[pairs[:, 1]]
-    error = np.abs(warped - matched).sum() / np.abs(matched).sum()
-    return float(max(0.0, 1.0 - error / MAGNITUDE_LIMIT))
-
-
-def _warping_path(curve, reference):
-    """Pairs of samples that dynamic time warping matches: (pairs, 2). Steps (1, 1), (1, 0), (0, 1) of equal weight,
-    squared differences, no farther from the diagonal than a tenth of the length."""
+    """Of samples matched by dynamic time warping: steps (1, 1), (1, 0), (0, 1) of equal weight, squared differences, no
+    farther from the diagonal than a tenth of the length."""
     samples = len(curve)
-    band = int(np.ceil(WARPING_WINDOW * samples)) - 1
-    path = np.empty((2 * samples, 2), np.int64)
-    length = np.zeros(1, np.int64)
-    _warp(samples, np.ascontiguousarray(curve), np.ascontiguousarray(reference), max(band, 1), path, length)
-    return path[: length[0]]
+    band = max(int(np.ceil(WARPING_WINDOW * samples)) - 1, 1)
+    pairs, length = np.empty((2 * samples, 2), np.int64), np.zeros(1, np.int64)
+    _warp(samples, np.ascontiguousarray(curve), np.ascontiguousarray(reference), band, pairs, length)
+    return _score(curve[pairs[: length[0], 0]], reference[pairs[: length[0], 1]], MAGNITUDE_LIMIT)
 
 
 @kernel
@@ -167,10 +146,10 @@ def _warp(n, curve, reference, band, path_out, length_out):
     length_out[0] = count
 
 
-def _slope(curve, reference):
-    one, other = _smooth_slope(curve), _smooth_slope(reference)
-    error = np.abs(one - other).sum() / np.abs(other).sum()
-    return float(max(0.0, 1.0 - error / SLOPE_LIMIT))
+def _score(values, reference, limit):
+    """1 for equal values, 0 from a relative error of `limit`."""
+    error = np.abs(values - reference).sum() / np.abs(reference).sum()
+    return float(max(0.0, 1.0 - error / limit))
 
 
 def _smooth_slope(curve):

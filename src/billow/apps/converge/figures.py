@@ -14,7 +14,7 @@ from billow.apps.converge.measures import Convergence, millisecond_means
 from billow.base.plot_style import GREY, STYLE, png
 from billow.results.histories import History
 from billow.results.result import Result
-from billow.rom.judge.sections import cut
+from billow.rom.judge.figures import cut
 
 LINES = ("#0072b2", "#d55e00", "#0f9d76", "#8e5ea2", "#b8860b", "#4f5b66", "#c2185b")  # one for each quantity
 FEW, MANY = np.array([0.61, 0.79, 0.91]), np.array([0.02, 0.15, 0.25])  # colours of few and of many particles

@@ -20,8 +20,7 @@ from billow.rom.learn.progress import Progress
 from billow.rom.learn.train import import_network
 from billow.rom.surrogate.basis import COMPONENTS
 from billow.rom.surrogate.design_space import bounds
-from billow.rom.surrogate.regression import Regression
-from billow.rom.surrogate.scaling import InputScaling, OutputScaling
+from billow.rom.surrogate.regression import InputScaling, OutputScaling, Regression
 
 SAVE_EVERY = 30.0
 """[s] of wall time between two checkpoints."""
@@ -47,7 +46,7 @@ class RecipeFit:
 
 
 class _Sittings:
-    """A `network.Checkpoint` in one file that also adds up the processor time of all sittings."""
+    """The checkpoint of `network.train_paper` in one file that also adds up the processor time of all sittings."""
 
     def __init__(self, path: Path):
         self.path, self.spent, self._begun, self._saved = path, 0.0, time.process_time(), time.monotonic()

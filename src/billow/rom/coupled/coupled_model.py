@@ -1,34 +1,40 @@
-"""The surrogate coupled to its own impactor: nothing about the deployment is known in advance.
+"""The surrogate coupled to its own impactor: nothing about the deployment is known in advance (docs/coupled.md, The
+coupled model).
 
-The ROM paper predicts the bag with the contact forces of the run to be predicted, and names this coupling as future
-work. Step by step:
-
-    bag(t)  ->  fabric within reach of the body where it now is  ->  contact force  ->  the body moves  ->  t + dt
-
-The bag is a `Surrogate`, the force a `ContactLaw`. It is held for dt, `EVERY` intervals of the histories, and the
-body's centre then moves on a parabola, whose points at the histories' times are the answer.
-The body's rotation stays that of the start: in the driver-bag study it turns by less than 3 degrees while the force is
-large.
+The bag is a `Surrogate`, the force a `ContactLaw`. It is held for `EVERY` intervals of the histories, and the body's
+centre then moves on a parabola, whose points at the histories' times are the answer.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
 from pathlib import Path
 
 import numpy as np
 
 from billow.base.errors import InputError
-from billow.injury.curve import sample_interval
+from billow.injury.filters import sample_interval
 from billow.results.dataset_files import same_times
 from billow.results.tensor_file import write_tensors
-from billow.rom.coupled.contact_force import EVERY, REACHES, ContactLaw, area_vectors, learn_contact_law, node_area
-from billow.rom.coupled.coupled_file import coupled_content, read_coupled
-from billow.rom.coupled.impactor import Impactor, ImpactorMotion, ImpactorOfDesign, filtered_force
+from billow.rom.coupled.impactor import (
+    EVERY,
+    PROPERTIES,
+    REACHES,
+    ContactLaw,
+    Impactor,
+    ImpactorMotion,
+    ImpactorOfDesign,
+    area_vectors,
+    filtered_force,
+    learn_contact_law,
+    node_area,
+)
 from billow.rom.learn.dataset import Dataset
 from billow.rom.learn.progress import Progress
+from billow.rom.surrogate import surrogate_file as stored
 from billow.rom.surrogate.design_space import check_design, design_rows
+from billow.rom.surrogate.regression import OutputScaling, Regression
 from billow.rom.surrogate.surrogate import Surrogate
 
 CANNOT_COUPLE = InputError.declare(
@@ -37,6 +43,17 @@ CANNOT_COUPLE = InputError.declare(
     cause="the surrogate was trained with force_modes, or histories of the runs have different times",
     remedy="train the surrogate without force_modes, on runs with the same run.histories_per_frame",
 )
+NOT_COUPLED = InputError.declare(
+    "E-CPL-006",
+    "the file holds no coupled model",
+    where="{path}",
+    cause="the file is a surrogate of the bag alone",
+    remedy="make one: billow couple train FOLDER",
+)
+
+FORMAT = 1
+STATE = 3 * len(REACHES) + 3
+"""Numbers that the law sees besides design and time."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -47,8 +64,7 @@ class Coupled:
         motion = coupled.deploy({"permeability": 0.03, ...})
         motion.velocity[-1]          # [m/s]
 
-    times: [s], (steps + 1,) float64, evenly spaced from 0
-    gravity: [m/s^2], (3,)
+    times: [s], (steps + 1,) float64, evenly spaced from 0; gravity: [m/s^2], (3,)
     """
 
     surrogate: Surrogate
@@ -61,7 +77,6 @@ class Coupled:
     def train(cls, dataset: Dataset, surrogate: Surrogate, seed: int = 0, progress: Progress | None = None) -> Coupled:
         """Learn the contact force of the runs that `surrogate` was learned from. Test runs are never read.
 
-        progress(epoch, epochs, loss) is called after each epoch.
         Raises InputError E-CPL-003 and E-CPL-004 (no free obstacle, or one that the design does not determine),
         E-CPL-005 (the surrogate needs forces itself, or histories of runs differ in their times), ResourceError
         E-ROM-006 (no PyTorch), NumericalStop E-ROM-014 (training failed).
@@ -89,21 +104,57 @@ class Coupled:
         return f"Coupled({self.surrogate!r}, impactor={self.impactor.name!r}, {len(self.times) - 1} steps)"
 
     def save(self, path: str | Path) -> Path:
-        """Write everything to one file without pickle, atomically. `Surrogate.load` reads the bag from it too."""
-        return write_tensors(path, *coupled_content(self))
+        """Write a surrogate file with one more block, without pickle, atomically: `Surrogate.load` reads the bag."""
+        tensors, record = stored.surrogate_content(self.surrogate)
+        law, outputs = self.law, self.law.regression.outputs
+        block = {
+            "times": self.times,
+            "gravity": self.gravity,
+            "affine": self.impactor.affine,
+            "state_mean": law.mean,
+            "state_deviation": law.deviation,
+            "force_mean": outputs.mean,
+            "force_deviation": outputs.deviation,
+            **stored.network_content(law.regression),
+        }
+        tensors |= {f"coupled.{name}": array for name, array in block.items()}
+        return write_tensors(path, tensors, record | {"coupled": {"format": FORMAT, "name": self.impactor.name}})
 
     @classmethod
     def load(cls, path: str | Path) -> Coupled:
-        """Read a file written by `save`. Errors as `read_coupled`."""
-        return cls(**read_coupled(path))
+        """Read a file written by `save`. Raises InputError E-CPL-006 if the file holds a surrogate alone or a block of
+        another format, and the errors of `surrogate_file.read_checked`."""
+        return stored.read_checked(path, partial(cls._read, path), "billow couple train FOLDER")
+
+    @classmethod
+    def _read(cls, path, tensors, record) -> Coupled:
+        surrogate, block = Surrogate(**stored.surrogate_fields(tensors, record)), record.get("coupled")
+        if not isinstance(block, dict) or block.get("format") != FORMAT:
+            why = "it is a surrogate of the bag alone" if block is None else "its coupled part has another format"
+            raise NOT_COUPLED(path=path, why=why)
+        if not isinstance(block.get("name"), str):
+            raise ValueError("the obstacle has no name")
+        times = stored.times_of(tensors, "coupled.times")
+        affine = stored.take(tensors, "coupled.affine", np.float64, len(PROPERTIES), 1 + len(surrogate.parameters))
+        mean, deviation = (stored.take(tensors, f"coupled.state_{n}", np.float64, STATE) for n in ("mean", "deviation"))
+        if not (deviation > 0.0).all():
+            raise ValueError("a state has no deviation")
+        inputs = replace(surrogate.regression.inputs, recipe="shared", further=STATE)
+        weights, biases, width = stored.take_networks(tensors, "coupled.", None, inputs.width)
+        if width != 3:
+            raise ValueError(f"the force has {width} components")
+        force = (stored.take(tensors, f"coupled.force_{name}", np.float32, 2, 3) for name in ("mean", "deviation"))
+        outputs = OutputScaling(np.array([inputs.start, inputs.end]), *force)
+        law = ContactLaw(Regression("shared", weights, biases, inputs, outputs), mean, deviation)
+        gravity = stored.take(tensors, "coupled.gravity", np.float64, 3)
+        return cls(surrogate, ImpactorOfDesign(block["name"], affine), law, times, gravity)
 
     def deploy(
         self, design, *, extrapolate: bool = False, pushed: np.ndarray | None = None, bag: np.ndarray | None = None
     ) -> ImpactorMotion:
         """Motion of the impactor in one deployment.
 
-        design: {name: value} or (parameters,)
-        pushed: [m], (3,), the body starts displaced by this much from where the design puts it
+        design: {name: value} or (parameters,); pushed: [m], (3,), how far the body starts from where the design puts it
         bag: [m], (steps, nodes, 3), where the fabric is at `step_times`, default what the surrogate predicts
         Raises InputError E-ROM-001 and E-ROM-002, as `Surrogate.predict`.
         """
@@ -120,11 +171,8 @@ class Coupled:
         return self._move(body, body.centre if pushed is None else body.centre + pushed, force)
 
     def replay(self, design, force: np.ndarray) -> ImpactorMotion:
-        """Motion of the impactor under a contact force that is known: what `deploy` would answer with a perfect law.
-
-        force: [N], (times - 1, 3), mean over each interval of `times`; it is held over the same steps as in `deploy`
-        Arguments and errors otherwise as `deploy`.
-        """
+        """What `deploy` would answer with a perfect law: motion under a contact force that is known, held over the same
+        steps. force: [N], (times - 1, 3), mean over each interval of `times`; errors as `deploy`."""
         body, held = self.impactor(self._row(design, extrapolate=False)), self._held(force)
         return self._move(body, body.centre, lambda step, centre, velocity: held[step])
 
@@ -186,12 +234,10 @@ class Coupled:
 
 def _require_alike(surrogate: Surrogate, motions: list[ImpactorMotion]) -> None:
     runs, first = surrogate.runs, motions[0]
-    other = [run for run, m in zip(runs, motions, strict=True) if not same_times(m.times, first.times)]
     if surrogate.forces is not None:
-        where, why = "surrogate", "it needs the contact forces of the previous time, which are not known in advance"
-    elif other:
-        where, why = f"run {other[0]}", f"its histories have other times than those of run {runs[0]}"
-    else:
-        sample_interval(first.times, first.velocity)
-        return
-    raise CANNOT_COUPLE(where=where, why=why)
+        why = "it needs the contact forces of the previous time, which are not known in advance"
+        raise CANNOT_COUPLE(where="surrogate", why=why)
+    for run, motion in zip(runs, motions, strict=True):
+        if not same_times(motion.times, first.times):
+            raise CANNOT_COUPLE(where=f"run {run}", why=f"its histories have other times than those of run {runs[0]}")
+    sample_interval(first.times, first.velocity)

@@ -1,8 +1,7 @@
-"""Errors on unseen snapshots by the ROM paper's measure (equation 5), their two sources, and how intervals cover them.
+"""Errors on unseen snapshots by the ROM paper's measure (equation 5), and how intervals cover them.
 
-The basis is orthonormal, so that sums of squares over nodes are sums of squares over modes. Once every unseen shape has
-been projected, the errors of any number of modes follow from coefficients alone: truncation, what the best coefficients
-cannot represent, and regression, what wrong coefficients add. Their squares add up.
+Their sources are truncation, what the best coefficients cannot represent, and regression, what wrong coefficients add.
+Their squares add up, and both follow from coefficients (docs/theory.md, Reduced basis).
 """
 
 from __future__ import annotations
@@ -18,10 +17,8 @@ from billow.rom.surrogate.surrogate import Surrogate
 
 
 def snapshot_rmse(predicted: np.ndarray, truth: np.ndarray) -> np.ndarray:
-    """Root mean square over nodes of each component's error: [m], (..., nodes, 3) -> (..., 3) float64.
-
-    This is RMSE_{i,l} inside paper equation 5.
-    """
+    """Root mean square over nodes of each component's error: [m], (..., nodes, 3) -> (..., 3) float64. This is
+    RMSE_{i,l} inside paper equation 5."""
     return np.sqrt(np.square(predicted - truth).mean(axis=-2, dtype=float))
 
 
@@ -50,9 +47,8 @@ def accuracy(mean_rmse: float, reference_length: float) -> float:
 class Projection:
     """Some runs in a basis.
 
-    known: [m], (runs, times, 3, modes) float32, the best coefficients
+    nodes: number of them; known: [m], (runs, times, 3, modes) float32, the best coefficients
     outside: [m2], (runs, times, 3) float64, sum over nodes of the squares that all modes leave
-    nodes: number of them
     """
 
     known: np.ndarray
@@ -65,10 +61,8 @@ class Projection:
         return np.sqrt((self.outside + cut) / self.nodes)
 
     def regression(self, learned: np.ndarray, modes: int) -> np.ndarray:
-        """RMSE over nodes that wrong coefficients alone make: [m], (runs, times, 3).
-
-        learned: [m], (runs, times, 3, at least modes), predicted coefficients
-        """
+        """RMSE over nodes that wrong coefficients alone make: [m], (runs, times, 3). learned: [m], (runs, times, 3, at
+        least modes), predicted coefficients."""
         wrong = np.square(learned[..., :modes] - self.known[..., :modes], dtype=float).sum(axis=3)
         return np.sqrt(wrong / self.nodes)
 
@@ -121,10 +115,8 @@ class ErrorsByModes:
 
 @dataclass(frozen=True)
 class LearningCurve:
-    """What more training runs would buy: error = scale * runs^-rate, fitted to measured errors.
-
-    runs: (sizes,); errors: [m], (sizes,), mean RMSE on unseen runs; rate: [-]; scale: [m]
-    """
+    """What more training runs would buy: error = scale [m] * runs^-rate [-], fitted to `errors` [m], (sizes,), the mean
+    RMSE on unseen runs that was measured with `runs`, (sizes,)."""
 
     runs: tuple[int, ...]
     errors: tuple[float, ...]
@@ -139,9 +131,7 @@ class LearningCurve:
 
 def fit_learning_curve(runs, errors) -> LearningCurve | None:
     """Least squares in logarithms. runs: (sizes,); errors: [m], (sizes,). None with fewer than two sizes or an error 0.
-
-    Learning curves of deep networks are power laws over wide ranges (Hestness et al. 2017, arXiv:1712.00409).
-    """
+    Learning curves of deep networks are power laws over wide ranges (Hestness et al. 2017, arXiv:1712.00409)."""
     runs, errors = np.asarray(runs, float), np.asarray(errors, float)
     if len(runs) < 2 or not (errors > 0.0).all():
         return None
@@ -151,11 +141,8 @@ def fit_learning_curve(runs, errors) -> LearningCurve | None:
 
 @dataclass(frozen=True)
 class IntervalCheck:
-    """Intervals of one level on unseen runs.
-
-    level: [-]; by_run: [-], (runs, 3), part of each run's values of x, y and z that lie inside
-    half_width: [m], (3,), mean
-    """
+    """Intervals of one level [-] on unseen runs: `by_run` [-], (runs, 3), is the part of each run's values of x, y, z
+    that lie inside, `half_width` [m], (3,), the mean."""
 
     level: float
     by_run: np.ndarray
@@ -174,11 +161,7 @@ class IntervalCheck:
 
 def check_intervals(surrogate: Surrogate, dataset: Dataset, runs: tuple[str, ...]) -> tuple[IntervalCheck, ...]:
     """One check for each calibrated level on `runs` of a dataset, read one after the other, twice; empty without
-    intervals.
-
-    A value counts if it can move at all: nodes that are held have no error, would be covered by any interval, and are
-    left out.
-    """
+    intervals. Nodes that are held would be covered by any interval, and are left out."""
     if surrogate.intervals is None:
         return ()
     levels = surrogate.intervals.levels

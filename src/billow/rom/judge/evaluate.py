@@ -2,30 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.interpolate import RBFInterpolator
 
 from billow.base.errors import InputError
-from billow.results.dataset_files import mesh_sha256, same_times
-from billow.rom.judge.baselines import baselines
-from billow.rom.judge.errors import (
-    ErrorsByModes,
-    IntervalCheck,
-    LearningCurve,
-    Summary,
-    check_intervals,
-    fit_learning_curve,
-    project,
-    snapshot_rmse,
-)
+from billow.results.dataset_files import Parameter, mesh_sha256, same_times
+from billow.rom.judge import errors
 from billow.rom.judge.timing import Timing, measure, training_seconds
 from billow.rom.learn.dataset import Dataset, read_run
 from billow.rom.learn.left_out import LeftOut, left_out
 from billow.rom.learn.progress import Announcement, Announcer
 from billow.rom.learn.reduction import DEFAULT_MEMORY
 from billow.rom.learn.train import Recipe, train
-from billow.rom.surrogate.basis import Z
+from billow.rom.surrogate.basis import Basis, Z
 from billow.rom.surrogate.design_space import neighbour_distances, to_unit
 from billow.rom.surrogate.surrogate import Surrogate
 
@@ -45,21 +37,23 @@ NO_UNSEEN_RUNS = InputError.declare(
     remedy="ask for test runs in study.toml, or finish the study: billow study STUDY.toml --out FOLDER",
 )
 
+BASELINES = MEAN_TRAJECTORY, NEAREST_RUN, RADIAL_BASIS = "mean trajectory", "nearest run", "radial basis functions"
+
+Predict = Callable[[np.ndarray], np.ndarray]
+"""As `Surrogate.predict`: the displacement [m], (times, nodes, 3), of one design (parameters,) at the trained times."""
+
 SWEEP_MODES = (1, 2, 4, 6, 8, 10, 12, 16)
 
 
 @dataclass(frozen=True, eq=False)
 class SweepModel:
-    """One model of the learning curve.
-
-    runs: number of training runs; generation, training: [s] that making them and learning from them took
-    errors: on the unseen runs, with several numbers of modes
-    """
+    """One model of the learning curve: number of training runs, [s] that making them (`generation`) and learning from
+    them took, errors on the unseen runs with several numbers of modes."""
 
     runs: int
     generation: float
     training: float
-    errors: ErrorsByModes
+    errors: errors.ErrorsByModes
 
 
 @dataclass(frozen=True)
@@ -83,7 +77,7 @@ class Evaluation:
     surrogate: what was judged; test: the unseen runs; design: theirs, (runs, parameters)
     errors: [m], name -> (runs, times, 3) float64, RMSE of each snapshot's components (inside paper equation 5) for
         "surrogate", "truncation" (the best any coefficients could do), "regression" (coefficients predicted instead of
-        known; truncation^2 + regression^2 = surrogate^2) and each of `baselines.BASELINES`
+        known; truncation^2 + regression^2 = surrogate^2) and each of `BASELINES`
     spread: [m], (runs, times, 3), disagreement of the ensemble; None without one
     intervals: how many unseen values the intervals of each level hold; empty without calibration
     sweep: against training runs and modes
@@ -99,26 +93,26 @@ class Evaluation:
     design: np.ndarray
     errors: dict[str, np.ndarray]
     spread: np.ndarray | None
-    intervals: tuple[IntervalCheck, ...]
+    intervals: tuple[errors.IntervalCheck, ...]
     sweep: tuple[SweepModel, ...]
     coverage: Coverage
     timing: Timing
     ledgers: dict[str, dict[str, float]]
 
-    def summary(self, name: str, component: int) -> Summary:
+    def summary(self, name: str, component: int) -> errors.Summary:
         """Distribution of one kind of error over unseen runs and times."""
-        return Summary.of(self.errors[name][:, :, component])
+        return errors.Summary.of(self.errors[name][:, :, component])
 
     def regression_share(self, component: int) -> float:
         """Part of the squared error that is regression, not truncation: [-]; 0 in a component that never moves."""
         regression, total = (np.square(self.errors[n][:, :, component]).sum() for n in ("regression", "surrogate"))
         return regression / total if total else 0.0
 
-    def learning_curve(self, component: int) -> LearningCurve | None:
+    def learning_curve(self, component: int) -> errors.LearningCurve | None:
         """Mean RMSE against training runs, from the models of the sweep with the surrogate's own number of modes."""
         rows = [int(np.abs(np.array(model.errors.counts) - self.surrogate.modes).argmin()) for model in self.sweep]
         means = [model.errors.summary(component, row).mean for model, row in zip(self.sweep, rows, strict=True)]
-        return fit_learning_curve([model.runs for model in self.sweep], means)
+        return errors.fit_learning_curve([model.runs for model in self.sweep], means)
 
     def typical_and_worst(self) -> tuple[str, str]:
         """The unseen runs with the median and the largest mean z RMSE."""
@@ -138,12 +132,9 @@ def evaluate(
     """Predict every unseen run of a dataset and compare.
 
     sizes: numbers of training runs (the first ones of the surrogate's own) for which another model is trained with the
-        same recipe and epochs, to show errors against runs; default a quarter, half and all for `shared`, none for
-        `paper`, whose training takes hours
-    modes: numbers of modes to report for each size. One model is trained with the largest and cut: the basis of fewer
-        modes is the start of the basis of more, and every coefficient has its own output
+        same recipe and epochs; default a quarter, half and all for `shared`, none for `paper`, which takes hours
+    modes: numbers of modes to report for each size, as `ErrorsByModes`
     memory: [byte] for the models of `sizes`, as `Recipe`; all else reads one run at a time
-    progress: called as progress(done, total, what) before each piece of work
 
     Raises InputError E-ROM-012 if surrogate and dataset do not belong together, E-ROM-015 without unseen runs, and the
     errors of `train`.
@@ -153,12 +144,11 @@ def evaluate(
         count = len(surrogate.runs)
         sizes = tuple(sorted({count // 4, count // 2, count} - {0})) if surrogate.recipe == "shared" else ()
     announce = Announcer(progress, 2 + len(sizes))
-
     announce(f"comparing with {len(dataset.test)} unseen runs and simple answers")
     unseen = np.asarray(dataset.design(dataset.test), float)
-    errors = _errors(dataset, surrogate)
+    rmse = _errors(dataset, surrogate)
     spread = surrogate.spread(unseen) if surrogate.regression.members > 1 else None
-    intervals = check_intervals(surrogate, dataset, tuple(dataset.test))
+    intervals = errors.check_intervals(surrogate, dataset, tuple(dataset.test))
     sweep = []
     for size in sizes:
         announce(f"training on {size} runs")
@@ -171,7 +161,7 @@ def evaluate(
         missing=dict(dataset.missing),
         left_out=left_out(dataset, surrogate.runs),
         design=unseen,
-        errors=errors,
+        errors=rmse,
         spread=spread,
         intervals=intervals,
         sweep=tuple(sweep),
@@ -206,21 +196,19 @@ def _errors(dataset, surrogate) -> dict[str, np.ndarray]:
     """As in `Evaluation`, from one pass over the unseen runs."""
     answers = {"surrogate": surrogate.predict} | baselines(dataset, surrogate.runs, surrogate.bases)
     designs = dataset.design(dataset.test)
-    errors = {name: [] for name in answers}
+    rmse = {name: [] for name in answers}
 
     def compared():
         for run, design in zip(dataset.test, designs, strict=True):
             truth = read_run(dataset, run)
             for name, predict in answers.items():
-                errors[name].append(snapshot_rmse(predict(design), truth))
+                rmse[name].append(errors.snapshot_rmse(predict(design), truth))
             yield truth
 
-    seen, count = project(compared(), surrogate.bases), surrogate.modes
-    parts = {
-        "truncation": seen.truncation(count),
-        "regression": seen.regression(surrogate.coefficients(designs), count),
-    }
-    return {name: np.array(values) for name, values in errors.items()} | parts
+    seen = errors.project(compared(), surrogate.bases)
+    regression = seen.regression(surrogate.coefficients(designs), surrogate.modes)
+    parts = {"truncation": seen.truncation(surrogate.modes), "regression": regression}
+    return {name: np.array(values) for name, values in rmse.items()} | parts
 
 
 def _sweep(dataset, surrogate, runs, modes, memory) -> SweepModel:
@@ -229,13 +217,10 @@ def _sweep(dataset, surrogate, runs, modes, memory) -> SweepModel:
     seed, epochs = surrogate.training["seed"], surrogate.training["epochs"]
     recipe = Recipe(surrogate.recipe, max(counts), seed, epochs, calibrate=False, memory=memory)
     model = train(dataset, recipe, runs=runs)
-    unseen = project((read_run(dataset, run) for run in dataset.test), model.bases)
-    return SweepModel(
-        runs=len(runs),
-        generation=float(np.sum(dataset.wall_seconds(runs))),
-        training=sum(training_seconds(model).values()),
-        errors=ErrorsByModes.of(counts, unseen, model.coefficients(dataset.design(dataset.test))),
-    )
+    unseen = errors.project((read_run(dataset, run) for run in dataset.test), model.bases)
+    found = errors.ErrorsByModes.of(counts, unseen, model.coefficients(dataset.design(dataset.test)))
+    generation, training = float(np.sum(dataset.wall_seconds(runs))), sum(training_seconds(model).values())
+    return SweepModel(len(runs), generation, training, found)
 
 
 def _coverage(parameters, seen: np.ndarray, unseen: np.ndarray) -> Coverage:
@@ -247,10 +232,56 @@ def _coverage(parameters, seen: np.ndarray, unseen: np.ndarray) -> Coverage:
 
 def _ledgers(dataset, runs) -> dict[str, dict[str, float]]:
     """Balance errors of runs whose records hold them; datasets made by other solvers may have none."""
-    found = {}
+    ledgers = {run: dataset.result(run).record.get("ledger") or {} for run in runs}
+    numbers = {run: {n: float(v) for n, v in of.items() if isinstance(v, int | float)} for run, of in ledgers.items()}
+    return {run: ledger for run, ledger in numbers.items() if ledger}
+
+
+def baselines(dataset: Dataset, runs: tuple[str, ...], bases: tuple[Basis, ...]) -> dict[str, Predict]:
+    """The answers `BASELINES`, made from `runs`, which are read once, one after the other; none holds more than a run.
+
+    The mean of all runs at each time, whatever the design; the run of the nearest design, every parameter's range
+    counting as one; `radial_basis` in `bases`, the reduced bases of x, y and z.
+    Raises InputError E-ROM-009 if a run holds a value that is not finite.
+    """
+    total, trajectories = 0.0, []
     for run in runs:
-        ledger = dataset.result(run).record.get("ledger") or {}
-        numbers = {name: float(value) for name, value in ledger.items() if isinstance(value, int | float)}
-        if numbers:
-            found[run] = numbers
-    return found
+        shape = read_run(dataset, run)
+        total = total + shape.astype(float)
+        trajectories.append(np.stack([shape[:, :, c] @ basis.modes.T for c, basis in enumerate(bases)], axis=1))
+    mean = (total / len(runs)).astype(np.float32)
+    designs = dataset.design(runs)
+    known = to_unit(designs, dataset.parameters)
+
+    def nearest_run(design):
+        distance = np.linalg.norm(known - to_unit(design, dataset.parameters), axis=1)
+        return read_run(dataset, runs[int(distance.argmin())])
+
+    return {
+        MEAN_TRAJECTORY: lambda design: mean,
+        NEAREST_RUN: nearest_run,
+        RADIAL_BASIS: radial_basis(np.stack(trajectories), designs, bases, dataset.parameters),
+    }
+
+
+def radial_basis(
+    trajectories: np.ndarray, designs: np.ndarray, bases: tuple[Basis, ...], parameters: tuple[Parameter, ...]
+) -> Predict:
+    """Radial basis functions from the design to the whole trajectory of basis coefficients: thin-plate splines with a
+    linear part on designs in [-1, 1]; with too few runs for that (parameters + 1), linear splines with a constant.
+
+    trajectories: [m], (runs, times, 3, modes), coefficients in `bases`; designs: (runs, parameters)
+    """
+    runs, count = designs.shape
+    kernel, degree = ("thin_plate_spline", 1) if runs > count else ("linear", 0)
+
+    def scaled(design):
+        return 2.0 * to_unit(design, parameters) - 1.0
+
+    interpolant = RBFInterpolator(scaled(designs), trajectories.reshape(runs, -1), kernel=kernel, degree=degree)
+
+    def predict(design):
+        found = interpolant(scaled(design)[None]).reshape(trajectories.shape[1:]).astype(np.float32)
+        return np.stack([basis.fields(found[:, c].T) for c, basis in enumerate(bases)]).transpose(2, 1, 0)
+
+    return predict

@@ -14,10 +14,11 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import FixedLocator, MaxNLocator, NullFormatter, ScalarFormatter
 
 from billow.base.plot_style import GREY, INK, STYLE
-from billow.rom.judge.baselines import MEAN_TRAJECTORY
+from billow.geometry.shapes.kinds import from_description
+from billow.geometry.shapes.pose import rotation_matrix
+from billow.results.result import Result
 from billow.rom.judge.errors import ErrorsByModes
-from billow.rom.judge.evaluate import Evaluation
-from billow.rom.judge.sections import cut, obstacles_at, outline
+from billow.rom.judge.evaluate import MEAN_TRAJECTORY, Evaluation
 from billow.rom.judge.timing import break_even
 from billow.rom.learn.dataset import Dataset
 from billow.rom.surrogate.basis import COMPONENTS, Z
@@ -120,10 +121,7 @@ def evaluation_time(making: dict[int, float], simulation: float, inference: floa
 
 
 def cross_sections(evaluation: Evaluation, dataset: Dataset, run: str) -> Figure:
-    """Paper Figure 11: sections y = 0 at six times, solver and surrogate overlaid, z RMSE printed.
-
-    run: name of an unseen run of the dataset
-    """
+    """Paper Figure 11: sections y = 0 of an unseen run at six times, solver and surrogate overlaid, z RMSE printed."""
     surrogate, times = evaluation.surrogate, evaluation.surrogate.times
     index = evaluation.test.index(run)
     truth = dataset.snapshots("displacement", [run])[0]
@@ -137,9 +135,12 @@ def cross_sections(evaluation: Evaluation, dataset: Dataset, run: str) -> Figure
     height = rows * (8.8 / 3 * np.ptp(window[1]) / np.ptp(window[0]) + 0.35) + 0.7
     figure, panels = new_figure(8.8, height, min(len(chosen), 3) * rows, rows=rows, sharex=True, sharey=True)
     result = dataset.result(run)
+    x, z = np.meshgrid(*(np.linspace(*limits, 300) for limits in window))
     for axes, step in zip(np.ravel(panels), chosen, strict=False):
         for obstacle in obstacles_at(result, times[step]):
-            _fill_outline(axes, obstacle, window)
+            level = outline(obstacle, x / MILLI, z / MILLI)
+            if level.min() < 0.0:
+                axes.contourf(x, z, level, levels=[-1.0, 0.0], colors=[OBSTACLE])
         for displacement, colour, width in ((truth, SOLVER, 2.6), (predicted, SURROGATE, 1.2)):
             segments = cut(surrogate.reference + displacement[step], surrogate.triangles) * MILLI
             axes.add_collection(LineCollection(segments, colors=colour, linewidths=width, capstyle="round"))
@@ -160,15 +161,10 @@ def singular_values(evaluation: Evaluation) -> Figure:
         values = basis.singular_values
         if values[0] > 0.0:
             axes.semilogy(np.arange(1, len(values) + 1), values / values[0], "o-", ms=3, color=colour, label=name)
-    axes.axvline(evaluation.surrogate.modes + 0.5, color=GREY, lw=1, ls=":")
-    axes.annotate(
-        f"cut after {evaluation.surrogate.modes}",
-        (evaluation.surrogate.modes + 0.5, 1.0),
-        (5, -4),
-        textcoords="offset points",
-        va="top",
-        color=GREY,
-    )
+    modes = evaluation.surrogate.modes
+    axes.axvline(modes + 0.5, color=GREY, lw=1, ls=":")
+    place = {"xytext": (5, -4), "textcoords": "offset points", "va": "top"}
+    axes.annotate(f"cut after {modes}", (modes + 0.5, 1.0), color=GREY, **place)
     axes.set(xlabel="mode", ylabel="singular value / the first")
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     axes.legend()
@@ -185,10 +181,9 @@ def error_against_time(evaluation: Evaluation) -> Figure:
         axes.fill_between(time, low, high, color=colour, alpha=0.18, lw=0, label="10 to 90 % of runs")
         axes.plot(time, error.mean(axis=0), color=colour, label="mean")
         axes.plot(time, error.max(axis=0), color=colour, lw=0.9, label="worst run")
-        floor = evaluation.errors["truncation"][:, :, c].mean(axis=0) * MILLI
-        axes.plot(time, floor, "--", color=GREY, lw=1.2, label="truncation, mean")
-        mean_trajectory = evaluation.errors[MEAN_TRAJECTORY][:, :, c].mean(axis=0) * MILLI
-        axes.plot(time, mean_trajectory, ":", color=GREY, lw=1.4, label=f"{MEAN_TRAJECTORY}, mean")
+        for name, style, width in (("truncation", "--", 1.2), (MEAN_TRAJECTORY, ":", 1.4)):
+            mean = evaluation.errors[name][:, :, c].mean(axis=0) * MILLI
+            axes.plot(time, mean, style, color=GREY, lw=width, label=f"{name}, mean")
         axes.set(xlabel="time [ms]", title=COMPONENTS[c], ylim=(0, None), xlim=(time[0], time[-1]))
     panels[0].set_ylabel("RMSE [mm]")
     handles, labels = panels[-1].get_legend_handles_labels()
@@ -219,8 +214,46 @@ def plain_log(axis, limits) -> None:
     axis.set_minor_formatter(NullFormatter())
 
 
-def _fill_outline(axes, obstacle, window):
-    x, z = np.meshgrid(*(np.linspace(*limits, 300) for limits in window))
-    level = outline(obstacle, x / MILLI, z / MILLI)
-    if level.min() < 0.0:
-        axes.contourf(x, z, level, levels=[-1.0, 0.0], colors=[OBSTACLE])
+def cut(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Where the plane y = 0 cuts a triangle mesh: [m], (segments, 2 ends, 2) as x and z.
+
+    points: [m], (nodes, 3); triangles: (triangles, 3) int
+    A node exactly on the plane counts as above it, so every cut triangle gives one segment, none is given twice, and
+    a closed surface gives closed loops.
+    """
+    above = points[:, 1] >= 0.0
+    side = above[triangles]
+    crossed = triangles[side.any(axis=1) & ~side.all(axis=1)]
+    edges = np.stack([crossed, np.roll(crossed, -1, axis=1)], axis=2)  # (triangles, 3 edges, 2 ends)
+    ends = edges[above[edges[..., 0]] != above[edges[..., 1]]]  # two edges of each triangle, in order
+    start, stop = points[ends[:, 0]].astype(float), points[ends[:, 1]].astype(float)
+    part = (start[:, 1] / (start[:, 1] - stop[:, 1]))[:, None]
+    return (start + part * (stop - start))[:, [0, 2]].reshape(-1, 2, 2)
+
+
+def outline(obstacle: dict, x: np.ndarray, z: np.ndarray) -> np.ndarray:
+    """The function whose zero line is an obstacle's outline in the plane y = 0: [-], negative inside, shape of x and z.
+    obstacle: as run.json describes it, a shape with "center" [m] (3,) and "rotation" (3, 3) from body to space."""
+    space = np.stack([x, np.zeros_like(x), z], axis=-1) - np.asarray(obstacle["center"], float)
+    return from_description(obstacle).level(space @ np.asarray(obstacle["rotation"], float))
+
+
+def obstacles_at(result: Result, time: float) -> list[dict]:
+    """The obstacles with an end, all but plates, of a finished run at a time [s], as `outline` takes them.
+
+    The place of a locked one is in the run's record, that of a free one in its histories (nearest time). One whose
+    place is not recorded is left out.
+    """
+    found = []
+    for obstacle in result.record.get("obstacles", []):
+        if not np.isfinite(from_description(obstacle).bound):
+            continue
+        if obstacle.get("locked", True):
+            found.append(obstacle)
+            continue
+        body = result.histories.of(obstacle["name"])
+        if "quaternion" in body:
+            row = int(np.abs(result.histories.time - time).argmin())
+            rotation = rotation_matrix(body.quaternion[row])
+            found.append(obstacle | {"center": body.centre[row].tolist(), "rotation": rotation.tolist()})
+    return found

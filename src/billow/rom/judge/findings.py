@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.stats import spearmanr
 
-from billow.rom.judge.baselines import BASELINES, MEAN_TRAJECTORY
 from billow.rom.judge.errors import accuracy
-from billow.rom.judge.evaluate import Evaluation
+from billow.rom.judge.evaluate import BASELINES, MEAN_TRAJECTORY, Evaluation
 from billow.rom.surrogate.basis import COMPONENTS, Z
 
 MILLI = 1e3
@@ -19,10 +18,8 @@ def strongest_baseline(evaluation: Evaluation, component: int) -> str:
 
 
 def gain(evaluation: Evaluation, baseline: str, component: int) -> float:
-    """By how much the surrogate's mean RMSE is below a baseline's: [-], negative if the baseline is better.
-
-    0 in a component that never moves, which every baseline predicts without error.
-    """
+    """By how much the surrogate's mean RMSE is below a baseline's: [-], negative if the baseline is better. 0 in a
+    component that never moves, which every baseline predicts without error."""
     known = evaluation.summary(baseline, component).mean
     return 1.0 - evaluation.summary("surrogate", component).mean / known if known else 0.0
 
@@ -34,17 +31,16 @@ def verdict(evaluation: Evaluation) -> list[str]:
     lead = gain(evaluation, best, Z)
     against = f"{_percent(abs(lead))} {'below' if lead > 0 else 'ABOVE'} the strongest simple answer, the {best}"
     answer = f"One deployment takes {timing.inference.whole * MILLI:.2g} ms"
+    faster = f"{answer} instead of {timing.simulation:.3g} s, {timing.speed_up:,.0f} times faster."
     sentences = [
         f"On {_runs(len(evaluation.test), 'unseen')} the surrogate misses z by {_mm(error.mean)} on average (root mean "
         f"square over nodes; 10 % of snapshots are below {_mm(error.p10)}, 10 % above {_mm(error.p90)}, the worst is "
         f"at {_mm(error.maximum)}). That is {against} ({_mm(evaluation.summary(best, Z).mean)}).",
-        f"{answer} instead of {timing.simulation:.3g} s, {timing.speed_up:,.0f} times faster.",
+        faster if timing.simulation else f"{answer}; how long the runs took is not known.",
     ]
     if not timing.simulation:
-        sentences[-1] = (
-            f"One deployment takes {timing.inference.whole * MILLI:.2g} ms; how long the runs took is not known."
-        )
-    elif timing.break_even is None:
+        return sentences
+    if timing.break_even is None:
         sentences.append("The solver is so fast here that the surrogate never pays.")
     else:
         making = f"{_runs(len(evaluation.surrogate.runs), 'training')} and {timing.training:.2g} s of learning"
@@ -58,16 +54,14 @@ def weaknesses(evaluation: Evaluation) -> list[str]:
         *_lost_comparisons(evaluation),
         *_left_out(evaluation),
         _worst_run(evaluation),
-        _worst_time(evaluation),
-        _tail(evaluation),
+        *_worst_moments(evaluation),
         _source_of_error(evaluation),
         *_flattering_accuracy(evaluation),
         *_learning_curve(evaluation),
         *_coverage(evaluation),
-        *_spread(evaluation),
+        _spread(evaluation),
         *_intervals(evaluation),
-        *_few_unseen(evaluation),
-        *_missing_unseen(evaluation),
+        *_unseen(evaluation),
     ]
 
 
@@ -101,19 +95,16 @@ def _worst_run(evaluation):
     return text + f" Errors are larger where {parameters[leading].label} is {side} ({correlation})."
 
 
-def _worst_time(evaluation):
-    by_time = _z(evaluation).mean(axis=0)
+def _worst_moments(evaluation):
+    z = _z(evaluation)
+    by_time = z.mean(axis=0)
     worst = int(by_time.argmax())
-    return (
+    yield (
         f"The worst moment is {_ms(evaluation, worst)}: the mean z RMSE is {_mm(by_time[worst])} there, "
         f"{by_time[worst] / by_time.mean():.1f} times its average over time."
     )
-
-
-def _tail(evaluation):
-    z = _z(evaluation)
     run, step = np.unravel_index(z.argmax(), z.shape)
-    return (
+    yield (
         f"Means hide a tail: the worst snapshot (run {evaluation.test[run]} at {_ms(evaluation, step)}) has a z RMSE "
         f"of {_mm(z.max())}, {z.max() / z.mean():.1f} times the mean."
     )
@@ -121,10 +112,9 @@ def _tail(evaluation):
 
 def _source_of_error(evaluation):
     advice = {"more runs would help, more modes would not": [], "both matter": [], "more modes would help": []}
-    parts = []
-    for c, axis in enumerate(COMPONENTS):
-        share = evaluation.regression_share(c)
-        parts.append(f"{_percent(share)} in {axis}")
+    shares = {axis: evaluation.regression_share(c) for c, axis in enumerate(COMPONENTS)}
+    parts = [f"{_percent(share)} in {axis}" for axis, share in shares.items()]
+    for axis, share in shares.items():
         list(advice.values())[0 if share > 0.75 else 1 if share > 0.25 else 2].append(axis)
     told = "; ".join(f"in {', '.join(axes)} {what}" for what, axes in advice.items() if axes)
     return f"Part of the squared error that is regression, not truncation: {', '.join(parts)}. So {told}."
@@ -150,8 +140,8 @@ def _learning_curve(evaluation):
         else:
             yield text + "It has levelled off: more runs like these would help little."
     if now < 100:
-        dimensions = len(evaluation.surrogate.parameters)
-        yield f"{now} training runs in {dimensions} dimensions are few; the ROM paper used 100 to 400."
+        axes = len(evaluation.surrogate.parameters)
+        yield f"{now} training runs in {axes} dimensions are few; the ROM paper used 100 to 400."
 
 
 def _coverage(evaluation):
@@ -170,20 +160,17 @@ def _coverage(evaluation):
 
 def _spread(evaluation):
     if evaluation.spread is None:
-        yield "This recipe has one network per coefficient, so its uncertainty is not known."
-        return
+        return "This recipe has one network per coefficient, so its uncertainty is not known."
     error = np.square(evaluation.errors["surrogate"]).sum(axis=2)
     expected = np.square(evaluation.spread).sum(axis=2) + np.square(evaluation.errors["truncation"]).sum(axis=2)
     ratio = np.sqrt(error.mean() / expected.mean())
     size = "too small" if ratio > 1 else "too large"
-    text = (
-        f"The ensemble's own spread, with truncation, is {size} as an error bar: the true error is {ratio:.1f} times "
-        "as large."
-    )
+    text = f"The ensemble's own spread, with truncation, is {size} as an error bar: the true error is "
+    text += f"{ratio:.1f} times as large."
     if len(error) >= 8:
         rank = spearmanr(error.mean(axis=1), expected.mean(axis=1)).statistic
         text += f" It ranks unseen runs by error with a rank correlation of {rank:.2f}."
-    yield text
+    return text
 
 
 def _intervals(evaluation):
@@ -199,11 +186,18 @@ def _intervals(evaluation):
             )
 
 
-def _few_unseen(evaluation):
+def _unseen(evaluation):
     by_run = _z(evaluation).mean(axis=1)
     if len(by_run) > 1:
         error = _mm(by_run.std(ddof=1) / np.sqrt(len(by_run)))
         yield f"With {len(by_run)} unseen runs the mean z RMSE itself is known to ±{error} (standard error over runs)."
+    missing = [run for run in evaluation.missing if run not in evaluation.left_out.why]
+    if missing:
+        named = ", ".join(missing[:5]) + ", ..." * (len(missing) > 5)
+        yield (
+            f"{_runs(len(missing), 'unseen')} of the design are missing ({named}). "
+            "If they failed for a reason of physics, the errors above leave out the hardest cases."
+        )
 
 
 def _left_out(evaluation):
@@ -217,16 +211,6 @@ def _left_out(evaluation):
         elif lost.biased:
             text += " What remains is not the design that was drawn: the surrogate may be biased."
         yield text
-
-
-def _missing_unseen(evaluation):
-    unseen = [run for run in evaluation.missing if run not in evaluation.left_out.why]
-    if unseen:
-        named = ", ".join(unseen[:5]) + ", ..." * (len(unseen) > 5)
-        yield (
-            f"{_runs(len(unseen), 'unseen')} of the design are missing ({named}). "
-            "If they failed for a reason of physics, the errors above leave out the hardest cases."
-        )
 
 
 def _z(evaluation) -> np.ndarray:

@@ -16,13 +16,12 @@ from billow import __version__
 from billow.results.atomic import write_atomically
 from billow.results.machine import machine
 from billow.rom.judge import figures
-from billow.rom.judge.baselines import BASELINES
 from billow.rom.judge.errors import accuracy
-from billow.rom.judge.evaluate import Evaluation
+from billow.rom.judge.evaluate import BASELINES, Evaluation
 from billow.rom.judge.findings import gain, strongest_baseline, verdict, weaknesses
 from billow.rom.judge.timing import training_seconds
 from billow.rom.learn.dataset import Dataset
-from billow.rom.surrogate.basis import COMPONENTS, Z
+from billow.rom.surrogate.basis import COMPONENTS, Z, by_axis
 
 METRICS_FORMAT = 1
 LEDGER_LIMITS = {
@@ -33,14 +32,11 @@ LEDGER_LIMITS = {
 
 
 def write_report(dataset: Dataset, evaluation: Evaluation, folder: str | Path) -> Path:
-    """Write report.html, metrics.json and figures/*.svg into `folder` and return the path of report.html.
-
-    The HTML holds its figures; it needs no other file and no network.
-    """
+    """Write report.html, metrics.json and figures/*.svg into `folder` and return the path of report.html. The HTML
+    holds its figures; it needs no other file and no network."""
     folder = Path(folder)
     (folder / "figures").mkdir(parents=True, exist_ok=True)
-    text = json.dumps(metrics(evaluation), indent=1, allow_nan=False)
-    write_atomically(folder / "metrics.json", text + "\n")
+    write_atomically(folder / "metrics.json", json.dumps(metrics(evaluation), indent=1, allow_nan=False) + "\n")
     pictures = _draw(dataset, evaluation)
     for name, picture in pictures.items():
         write_atomically(folder / "figures" / f"{name}.svg", picture)
@@ -50,7 +46,33 @@ def write_report(dataset: Dataset, evaluation: Evaluation, folder: str | Path) -
 
 def page(evaluation: Evaluation, pictures: dict[str, bytes]) -> str:
     """The HTML of a report. pictures: name -> SVG."""
-    return render(__package__, pictures, **_content(evaluation))
+    typical, worst = evaluation.typical_and_worst()
+    own = evaluation.summary("surrogate", Z)
+    reached = accuracy(own.mean, evaluation.reference_length)
+    best = strongest_baseline(evaluation, Z)
+    timing, here = evaluation.timing, machine()
+    return render(
+        __package__,
+        pictures,
+        evaluation=evaluation,
+        axes=COMPONENTS,
+        typical=typical,
+        worst=worst,
+        verdict=verdict(evaluation),
+        weaknesses=weaknesses(evaluation),
+        tiles=[
+            (f"{own.mean * 1e3:.3g} mm", "mean z RMSE on unseen runs"),
+            (f"{100 * gain(evaluation, best, Z):.0f} %", f"less than the strongest baseline, {best}"),
+            (f"{100 * reached:.1f} %", "accuracy in z as the ROM paper counts it"),
+            (f"{timing.inference.whole * 1e3:.2g} ms", "for one deployment"),
+            *([(f"{timing.speed_up:,.0f} ×", "faster than the solver")] if timing.simulation else []),
+        ],
+        answers=("surrogate", *BASELINES),
+        gain=gain,
+        worst_first=evaluation.errors["surrogate"][:, :, Z].mean(axis=1).argsort()[::-1].tolist(),
+        ledger=_ledger(evaluation),
+        machine={n: str(here[n]) for n in ("processor", "cores", "system")} | {"Billow, now": __version__},
+    )
 
 
 def render(room: str, pictures: dict[str, bytes], **content) -> str:
@@ -64,55 +86,22 @@ def render(room: str, pictures: dict[str, bytes], **content) -> str:
 
 def _draw(dataset, evaluation) -> dict[str, bytes]:
     typical, worst = evaluation.typical_and_worst()
-    pictures = {
-        "sections-typical": figures.draw(figures.cross_sections, evaluation, dataset, typical),
-        "sections-worst": figures.draw(figures.cross_sections, evaluation, dataset, worst),
-        "error-against-time": figures.draw(figures.error_against_time, evaluation),
-        "singular-values": figures.draw(figures.singular_values, evaluation),
+    calls = {
+        "sections-typical": (figures.cross_sections, evaluation, dataset, typical),
+        "sections-worst": (figures.cross_sections, evaluation, dataset, worst),
+        "error-against-time": (figures.error_against_time, evaluation),
+        "singular-values": (figures.singular_values, evaluation),
     }
     timing, trained = evaluation.timing, len(evaluation.surrogate.runs)
     if timing.simulation:  # unknown for runs of other solvers
         making = {m.runs: m.generation + m.training for m in evaluation.sweep}
         making[trained] = timing.generation + timing.training
-        pictures["evaluation-time"] = figures.draw(
-            figures.evaluation_time, making, timing.simulation, timing.inference.whole, trained
-        )
+        calls["evaluation-time"] = figures.evaluation_time, making, timing.simulation, timing.inference.whole, trained
     if evaluation.sweep:
         sweeps = {model.runs: model.errors for model in evaluation.sweep}
-        length = evaluation.reference_length
-        pictures["error-against-modes"] = figures.draw(figures.error_against_modes, sweeps, None, length)
-        pictures["error-distribution"] = figures.draw(figures.error_distribution, sweeps)
-    return pictures
-
-
-def _content(evaluation) -> dict:
-    typical, worst = evaluation.typical_and_worst()
-    own = evaluation.summary("surrogate", Z)
-    best = strongest_baseline(evaluation, Z)
-    timing, here = evaluation.timing, machine()
-    return {
-        "evaluation": evaluation,
-        "axes": COMPONENTS,
-        "typical": typical,
-        "worst": worst,
-        "verdict": verdict(evaluation),
-        "weaknesses": weaknesses(evaluation),
-        "tiles": [
-            (f"{own.mean * 1e3:.3g} mm", "mean z RMSE on unseen runs"),
-            (f"{100 * gain(evaluation, best, Z):.0f} %", f"less than the strongest baseline, {best}"),
-            (
-                f"{100 * accuracy(own.mean, evaluation.reference_length):.1f} %",
-                "accuracy in z as the ROM paper counts it",
-            ),
-            (f"{timing.inference.whole * 1e3:.2g} ms", "for one deployment"),
-            *([(f"{timing.speed_up:,.0f} ×", "faster than the solver")] if timing.simulation else []),
-        ],
-        "answers": ("surrogate", *BASELINES),
-        "gain": gain,
-        "worst_first": evaluation.errors["surrogate"][:, :, Z].mean(axis=1).argsort()[::-1].tolist(),
-        "ledger": _ledger(evaluation),
-        "machine": {n: str(here[n]) for n in ("processor", "cores", "system")} | {"Billow, now": __version__},
-    }
+        calls["error-against-modes"] = figures.error_against_modes, sweeps, None, evaluation.reference_length
+        calls["error-distribution"] = figures.error_distribution, sweeps
+    return {name: figures.draw(*call) for name, call in calls.items()}
 
 
 def _ledger(evaluation) -> list[dict]:
@@ -122,16 +111,15 @@ def _ledger(evaluation) -> list[dict]:
         values = {run: value if np.isfinite(value) else np.inf for run, value in values.items()}
         if values:
             run = max(values, key=values.get)
-            kept = sum(value <= limit for value in values.values())
-            rows.append(
-                {"label": label, "worst": values[run], "run": run, "limit": limit, "kept": kept, "of": len(values)}
-            )
+            row = {"label": label, "worst": values[run], "run": run, "limit": limit, "of": len(values)}
+            rows.append(row | {"kept": sum(value <= limit for value in values.values())})
     return rows
 
 
 def metrics(evaluation: Evaluation) -> dict:
     """The content of metrics.json; keys name the units."""
     surrogate, timing, coverage = evaluation.surrogate, evaluation.timing, evaluation.coverage
+    length = evaluation.reference_length
     ranges = zip(surrogate.parameters, coverage.ranges.tolist(), strict=True)
     return {
         "format": METRICS_FORMAT,
@@ -144,22 +132,21 @@ def metrics(evaluation: Evaluation) -> dict:
         "missing": evaluation.missing,
         "left_out": evaluation.left_out.why,
         "left_out_leaning": evaluation.left_out.leaning,
-        "reference_length_m": evaluation.reference_length,
+        "reference_length_m": length,
         "times_s": surrogate.times.tolist(),
         "rmse_m": {name: _by_component(evaluation, name) for name in ("surrogate", *BASELINES)},
         "split_m": {name: _by_component(evaluation, name) for name in ("truncation", "regression")},
         "accuracy": {
-            axis: accuracy(evaluation.summary("surrogate", c).mean, evaluation.reference_length)
-            for c, axis in enumerate(COMPONENTS)
+            axis: accuracy(evaluation.summary("surrogate", c).mean, length) for c, axis in enumerate(COMPONENTS)
         },
-        "snapshots_rmse_m": {name: _rounded(values) for name, values in evaluation.errors.items()},
-        "snapshots_spread_m": None if evaluation.spread is None else _rounded(evaluation.spread),
+        "snapshots_rmse_m": {name: _rounded(values.tolist()) for name, values in evaluation.errors.items()},
+        "snapshots_spread_m": None if evaluation.spread is None else _rounded(evaluation.spread.tolist()),
         "intervals": [
             {
                 "level": check.level,
-                "covered": dict(zip(COMPONENTS, check.covered.tolist(), strict=True)),
-                "covered_by_run": [_six(row) for row in check.by_run.tolist()],
-                "half_width_m": dict(zip(COMPONENTS, check.half_width.tolist(), strict=True)),
+                "covered": by_axis(check.covered),
+                "covered_by_run": _rounded(check.by_run.tolist()),
+                "half_width_m": by_axis(check.half_width),
             }
             for check in evaluation.intervals
         ],
@@ -173,7 +160,7 @@ def metrics(evaluation: Evaluation) -> dict:
                 "runs": model.runs,
                 "modes": count,
                 "rmse_m": {axis: asdict(model.errors.summary(c, row)) for c, axis in enumerate(COMPONENTS)},
-                "truncation_m": dict(zip(COMPONENTS, floor.mean(axis=(0, 1)).tolist(), strict=True)),
+                "truncation_m": by_axis(floor.mean(axis=(0, 1))),
                 "generation_s": model.generation,
                 "training_s": model.training,
             }
@@ -187,7 +174,16 @@ def metrics(evaluation: Evaluation) -> dict:
             "between_training_designs": coverage.between if np.isfinite(coverage.between) else None,
             "part_of_range": {parameter.name: part for parameter, part in ranges},
         },
-        "timing_s": _seconds(evaluation),
+        "timing_s": {
+            "simulation": timing.simulation,
+            "generation": timing.generation,
+            **training_seconds(surrogate),
+            "training": timing.training,
+            "inference": timing.inference.whole,
+            "coefficients": timing.inference.networks,
+            "loading": timing.inference.loading,
+            "memcpy": timing.inference.copy,
+        },
         "speed_up": timing.speed_up,
         "break_even_evaluations": timing.break_even,
         "ledgers": {
@@ -198,28 +194,10 @@ def metrics(evaluation: Evaluation) -> dict:
     }
 
 
-def _seconds(evaluation) -> dict:
-    timing, asked = evaluation.timing, evaluation.timing.inference
-    return {
-        "simulation": timing.simulation,
-        "generation": timing.generation,
-        **training_seconds(evaluation.surrogate),
-        "training": timing.training,
-        "inference": asked.whole,
-        "coefficients": asked.networks,
-        "loading": asked.loading,
-        "memcpy": asked.copy,
-    }
-
-
 def _by_component(evaluation, name):
     return {axis: asdict(evaluation.summary(name, c)) for c, axis in enumerate(COMPONENTS)}
 
 
 def _rounded(values):
-    # Six digits are beyond what any of these numbers means, and keep the file small.
-    return [[_six(time) for time in run] for run in values.tolist()]
-
-
-def _six(row):
-    return [float(f"{value:.6g}") for value in row]
+    """Lists of numbers with six digits: beyond what any of them means, and the file stays small."""
+    return list(map(_rounded, values)) if isinstance(values, list) else float(f"{values:.6g}")

@@ -7,6 +7,7 @@ import tempfile
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -80,19 +81,13 @@ def measure_inference(surrogate: Surrogate, design: np.ndarray, clock: Callable[
     answer = np.ascontiguousarray(surrogate.predict(design))
     target = np.empty_like(answer)
     coefficients = surrogate.coefficients(design)
-
-    def field(component):
-        alone = np.ascontiguousarray(coefficients[:, component])
-        modes = surrogate.bases[component].modes
-        return lambda: alone @ modes
-
-    networks, x, y, z, whole, copy = _medians(
-        clock, REPEATS, lambda: surrogate.coefficients(design), *map(field, range(3)),
-        lambda: surrogate.predict(design), lambda: np.copyto(target, answer),
-    )  # fmt: skip
+    alone = [np.ascontiguousarray(coefficients[:, c]) for c in range(3)]
+    fields = [partial(np.matmul, one, basis.modes) for one, basis in zip(alone, surrogate.bases, strict=True)]
+    asked = partial(surrogate.coefficients, design), *fields, partial(surrogate.predict, design)
+    networks, x, y, z, whole, copy = _medians(clock, REPEATS, *asked, partial(np.copyto, target, answer))
     with tempfile.TemporaryDirectory() as folder:
         path = surrogate.save(Path(folder, "surrogate.safetensors"))
-        (loading,) = _medians(clock, 5, lambda: Surrogate.load(path))
+        (loading,) = _medians(clock, 5, partial(Surrogate.load, path))
     return Inference(networks, (x, y, z), whole, loading, copy)
 
 

@@ -47,18 +47,10 @@ class Dataset(Protocol):
     train: tuple[str, ...]
     test: tuple[str, ...]
     missing: dict[str, str]
-
-    @property
-    def reference(self) -> np.ndarray: ...
-
-    @property
-    def triangles(self) -> np.ndarray: ...
-
-    @property
-    def trusted(self) -> tuple[str, ...]: ...
-
-    @property
-    def left_out(self) -> dict[str, str]: ...
+    reference: np.ndarray
+    triangles: np.ndarray
+    trusted: tuple[str, ...]
+    left_out: dict[str, str]
 
     def design(self, runs: Sequence[str]) -> np.ndarray:
         """(runs, parameters) float64, in each parameter's unit."""
@@ -102,9 +94,8 @@ def collect(
 ) -> np.ndarray:
     """The snapshot matrix of each component: [m] or [N], (components, nodes, runs * times) float32.
 
-    The paper's matrix Y (Methods, offline phase) has one column for each run and time. Components are kept apart,
-    because each gets its own basis; columns of one run stand together in time order. Runs are read one at a time, so
-    that memory peaks at the matrices themselves.
+    The paper's matrix Y (Methods, offline phase); columns of one run stand together in time order. Runs are read one at
+    a time, so that memory peaks at the matrices themselves.
     Raises InputError E-ROM-007 without runs, E-ROM-009 if a run holds a value that is not finite.
     """
     if not runs:

@@ -1,12 +1,6 @@
-"""Learning the force inputs of a surrogate from the contact forces of its training runs (paper, Methods).
+"""Learning the force inputs of a surrogate from its training runs (docs/theory.md, Contact forces as inputs).
 
-For each chosen component, over all training snapshots: snapshots whose Euclidean norm lies outside mean +- 3
-deviations are left out, the POD of the others gives M force modes, and the coefficients of the others give the mean and
-deviation of their scaling. A snapshot that is left out here is still learned from: its force is extreme, its shape is
-not.
-
-Forces that fit into memory are read once. Larger ones are read three times: for their norms, their bases (block by
-block, joined as in `pod`) and their coefficients.
+Forces that fit into memory are read once, larger ones three times: for their norms, bases and coefficients.
 """
 
 from __future__ import annotations
@@ -53,12 +47,9 @@ def learn_force_inputs(
     learned = [known[:, kept].astype(float) for known, kept in zip(coefficients, usual, strict=True)]
     # A mode that the rank of the data does not reach has coefficients of rounding only.
     least = [1e-6 * basis.singular_values[0] for basis in bases]
-    found = ForceInputs(
-        chosen,
-        np.stack([basis.modes for basis in bases]),
-        np.array([known.mean(axis=1) for known in learned]),
-        np.array([np.maximum(known.std(axis=1), low) for known, low in zip(learned, least, strict=True)]),
-    )
+    mean = np.array([known.mean(axis=1) for known in learned])
+    deviation = np.array([np.maximum(known.std(axis=1), low) for known, low in zip(learned, least, strict=True)])
+    found = ForceInputs(chosen, np.stack([basis.modes for basis in bases]), mean, deviation)
     # (components, modes, runs * times) -> (runs, times, components, modes)
     by_run = np.stack(coefficients).reshape(len(chosen), modes, len(runs), -1).transpose(2, 3, 0, 1)
     return found, found.scaled(previous(by_run))

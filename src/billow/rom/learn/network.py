@@ -1,10 +1,7 @@
 """Training of the networks: the only file that uses PyTorch.
 
-Networks of equal shape are trained side by side as one batched product. Their losses are added, so each receives
-exactly the gradient it would receive alone, and the optimisers work entry by entry: this equals training them one
-after the other, with fewer calls.
-
-One thread: the products are too small to gain from more, and the bits then depend on the seed alone.
+Networks of equal shape are trained side by side as one batched product. Their losses are added, so this equals training
+them one after the other. One thread: the products are too small to gain from more, and bits depend on the seed alone.
 """
 
 from __future__ import annotations
@@ -12,7 +9,6 @@ from __future__ import annotations
 import itertools
 import math
 from contextlib import contextmanager
-from typing import Protocol
 
 import numpy as np
 import torch
@@ -42,19 +38,17 @@ RATE_PAPER = 3e-4
 EPOCHS_PAPER = 15_000
 
 
-class Checkpoint(Protocol):
-    """Where a long training keeps its state."""
-
-    def due(self) -> bool:
-        """Whether it is time to save."""
-
-    def save(self, epoch: int, arrays: dict[str, np.ndarray]) -> None:
-        """Keep the state after an epoch."""
-
-    def load(self) -> tuple[int, dict[str, np.ndarray]]:
-        """The epoch and state kept last; 0 and nothing without one."""
+@contextmanager
+def _one_thread():
+    before = torch.get_num_threads()
+    torch.set_num_threads(1)
+    try:
+        yield
+    finally:
+        torch.set_num_threads(before)
 
 
+@_one_thread()
 def train_shared(inputs, targets, *, epochs: int | None = None, seed: int = 0, progress: Progress | None = None):
     """An ensemble of networks, each with all coefficients as outputs.
 
@@ -66,34 +60,24 @@ def train_shared(inputs, targets, *, epochs: int | None = None, seed: int = 0, p
     batches = math.ceil(len(inputs) / BATCH_SHARED)
     fewest, most = EPOCHS_SHARED
     epochs = epochs or max(fewest, min(most, round(STEPS_SHARED / batches)))
-
-    sizes = (inputs.shape[1], *HIDDEN_SHARED, targets.shape[1])
-    with _one_thread():
-        generator = torch.Generator().manual_seed(seed)
-        x, y = torch.from_numpy(inputs), torch.from_numpy(targets)
-        weights, biases = _start(MEMBERS, sizes, generator)
-        optimiser = torch.optim.AdamW(weights + biases, lr=6e-3, weight_decay=1e-2, fused=True)
-        schedule = torch.optim.lr_scheduler.OneCycleLR(optimiser, max_lr=6e-3, total_steps=epochs * batches)
-        for epoch in range(1, epochs + 1):
-            order = torch.stack([torch.randperm(len(x), generator=generator) for _ in range(MEMBERS)])
-            losses = []
-            for chosen in order.tensor_split(batches, dim=1):
-                losses.append(_step(weights, biases, torch.nn.functional.silu, optimiser, x[chosen], y[chosen]))
-                schedule.step()
-            _tell(progress, epoch, epochs, sum(losses) / len(losses))
-        return _arrays(weights), _arrays(biases)
+    generator = torch.Generator().manual_seed(seed)
+    x, y = torch.from_numpy(inputs), torch.from_numpy(targets)
+    weights, biases = _start(MEMBERS, (inputs.shape[1], *HIDDEN_SHARED, targets.shape[1]), generator)
+    optimiser = torch.optim.AdamW(weights + biases, lr=6e-3, weight_decay=1e-2, fused=True)
+    schedule = torch.optim.lr_scheduler.OneCycleLR(optimiser, max_lr=6e-3, total_steps=epochs * batches)
+    for epoch in range(1, epochs + 1):
+        order = torch.stack([torch.randperm(len(x), generator=generator) for _ in range(MEMBERS)])
+        losses = []
+        for chosen in order.tensor_split(batches, dim=1):
+            losses.append(_step(weights, biases, torch.nn.functional.silu, optimiser, x[chosen], y[chosen]))
+            schedule.step()
+        _tell(progress, epoch, epochs, sum(losses) / len(losses))
+    return _arrays(weights), _arrays(biases)
 
 
+@_one_thread()
 def train_paper(
-    inputs,
-    targets,
-    *,
-    epochs: int | None = None,
-    seed: int = 0,
-    progress: Progress | None = None,
-    hidden: tuple[int, ...] = HIDDEN_PAPER,
-    rate: float = RATE_PAPER,
-    checkpoint: Checkpoint | None = None,
+    inputs, targets, *, epochs=None, seed=0, progress=None, hidden=HIDDEN_PAPER, rate=RATE_PAPER, checkpoint=None
 ):
     """The ROM paper's own recipe: one network [7, 25, 45, 15, 1] per mode and component.
 
@@ -101,28 +85,30 @@ def train_paper(
     batch, 15,000 epochs. The paper names neither activation nor output scaling; tanh and standardised outputs here.
 
     hidden, rate: neurons and learning rate, those of the paper's first test case by default
-    checkpoint: where training saves its state and resumes, with the same bits as without interruption
+    checkpoint: where training saves its state and resumes, with the same bits as without interruption: due() says
+        whether it is time to save, save(epoch, arrays) keeps a state, load() gives the last or (0, {})
     """
-    epochs = epochs or EPOCHS_PAPER
-    outputs = targets.shape[1]
-    with _one_thread():
-        x = torch.from_numpy(inputs).expand(outputs, -1, -1)
-        y = torch.from_numpy(np.ascontiguousarray(targets.T))[:, :, None]
-        generator = torch.Generator().manual_seed(seed)
-        weights, biases = _start(outputs, (inputs.shape[1], *hidden, 1), generator)
-        optimiser = torch.optim.Adam(weights + biases, lr=rate, fused=True)
-        done = 0 if checkpoint is None else _restore(checkpoint, weights + biases, optimiser)
-        for epoch in range(done + 1, epochs + 1):
-            loss = _step(weights, biases, torch.tanh, optimiser, x, y)
-            if math.isfinite(loss) and checkpoint is not None and (checkpoint.due() or epoch == epochs):
-                checkpoint.save(epoch, _state(weights + biases, optimiser))
-            _tell(progress, epoch, epochs, loss)
-        return _arrays(weights), _arrays(biases)
+    epochs, outputs = epochs or EPOCHS_PAPER, targets.shape[1]
+    x = torch.from_numpy(inputs).expand(outputs, -1, -1)
+    y = torch.from_numpy(np.ascontiguousarray(targets.T))[:, :, None]
+    generator = torch.Generator().manual_seed(seed)
+    weights, biases = _start(outputs, (inputs.shape[1], *hidden, 1), generator)
+    optimiser = torch.optim.Adam(weights + biases, lr=rate, fused=True)
+    done = 0 if checkpoint is None else _restore(checkpoint, weights + biases, optimiser)
+    for epoch in range(done + 1, epochs + 1):
+        loss = _step(weights, biases, torch.tanh, optimiser, x, y)
+        if math.isfinite(loss) and checkpoint is not None and (checkpoint.due() or epoch == epochs):
+            checkpoint.save(epoch, _state(weights + biases, optimiser))
+        _tell(progress, epoch, epochs, loss)
+    return _arrays(weights), _arrays(biases)
 
 
 def _step(weights, biases, activation, optimiser, x, y) -> float:
     """One step of the optimiser; returns the mean loss of the networks before it."""
-    errors = (_evaluate(weights, biases, activation, x) - y).square().mean(dim=(1, 2))
+    hidden = x
+    for weight, bias in zip(weights[:-1], biases[:-1], strict=True):
+        hidden = activation(torch.baddbmm(bias, hidden, weight))
+    errors = (torch.baddbmm(biases[-1], hidden, weights[-1]) - y).square().mean(dim=(1, 2))
     optimiser.zero_grad(set_to_none=True)
     errors.sum().backward()
     optimiser.step()
@@ -169,21 +155,5 @@ def _start(networks, sizes, generator):
     return weights, biases
 
 
-def _evaluate(weights, biases, activation, hidden):
-    for weight, bias in zip(weights[:-1], biases[:-1], strict=True):
-        hidden = activation(torch.baddbmm(bias, hidden, weight))
-    return torch.baddbmm(biases[-1], hidden, weights[-1])
-
-
 def _arrays(tensors) -> tuple[np.ndarray, ...]:
     return tuple(tensor.detach().numpy().copy() for tensor in tensors)
-
-
-@contextmanager
-def _one_thread():
-    before = torch.get_num_threads()
-    torch.set_num_threads(1)
-    try:
-        yield
-    finally:
-        torch.set_num_threads(before)

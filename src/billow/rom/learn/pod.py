@@ -1,25 +1,10 @@
-"""Proper orthogonal decomposition of snapshot matrices, in one piece or block by block.
-
-Paper equations 1 and 2: Y = U S V^T, the reduced basis is the first K columns of U, coefficients are U^T Y. The
-snapshots are used raw, as in the paper: displacement is zero in the start shape, so "no motion" is the natural
-origin. Subtracting the mean shape first was measured and is no better (membrane bag, 48 runs, 12 modes, unseen runs,
-z: 1.231 mm raw, 1.234 mm centred, 1.210 mm with the mean as a 13th mode).
-
-The algorithm is randomized (Halko, Martinsson, Tropp 2011, algorithms 4.4 and 5.1): passes over the data in float32,
-small factorisations in float64.
-
-A block of snapshots that do not all fit into memory is kept as its sketch U S, the first left singular vectors times
-their singular values: all that later steps need, since Y Y^T = (U S)(U S)^T. Two sketches are joined by factoring them
-side by side (block merge: Iwen and Ong, SIAM J. Matrix Anal. Appl. 37 (2016) 1699-1718, theorem 1). Blocks are joined
-as a binary tree whose shape depends on their number alone, so that the same runs give the same bits wherever the blocks
-were made.
-"""
+"""Proper orthogonal decomposition of snapshot matrices (paper equations 1 and 2), in one piece or block by block
+(docs/theory.md, Reduced basis)."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import TypeVar
 
 import numpy as np
 
@@ -35,19 +20,13 @@ NOT_ORTHONORMAL = NumericalStop.declare(
     remedy="check the displacements of the runs for values beyond 1e15 m",
 )
 
-_T = TypeVar("_T")
-
 OVERSAMPLING = 24
 POWER_ITERATIONS = 3
-"""Projection error above the best of 12 modes: wrinkled fabric has a flat spectrum, and oversampling 12 with q = 2,
-enough for smooth shapes (5e-7), leaves 1e-3 there and 1 % in the last singular value. 24 with q = 3 leaves 1e-5 and
-2e-4 for twice the time; without power iterations (q = 0) it is 0.1 to 0.2, useless."""
+"""For wrinkled fabric, whose spectrum is flat."""
 
 
 def pod(snapshots: np.ndarray, modes: int, seed: int = 0) -> Basis:
-    """Reduced basis by randomized SVD, cut after `modes` modes.
-
-    snapshots: [m], (nodes, columns) float32
+    """Reduced basis by randomized SVD, cut after `modes` modes. snapshots: [m], (nodes, columns) float32.
 
     Same seed, same bits (for the same number of BLAS threads).
     Raises InputError E-ROM-007 if there are not that many modes, NumericalStop E-ROM-013 if snapshots overflow float32.
@@ -96,10 +75,8 @@ def check_count(shape: tuple[int, int], modes: int) -> None:
 
 
 def make_basis(left: np.ndarray, singular: np.ndarray, energy: float, modes: int) -> Basis:
-    """The basis of the first `modes` left singular vectors, (nodes, at least modes) float64.
-
-    NumericalStop E-ROM-013 if they are not orthonormal.
-    """
+    """The basis of the first `modes` left singular vectors, (nodes, at least modes) float64; NumericalStop E-ROM-013 if
+    they are not orthonormal."""
     kept = np.ascontiguousarray(left[:, :modes].T)
     # A singular vector is free to change sign; fixing it makes bases of two machines comparable.
     largest = np.take_along_axis(kept, np.abs(kept).argmax(axis=1)[:, None], axis=1)
@@ -122,33 +99,24 @@ def _orthonormal(matrix):
 
 @dataclass(frozen=True)
 class Sketch:
-    """What is kept of some snapshots of all components.
-
-    scaled: [m], (components, nodes, rank) float32, U S; energy: [m2], (components,); columns: number of snapshots
-    """
+    """What is kept of some snapshots of all components: scaled [m], (components, nodes, rank) float32, is U S; energy
+    [m2], (components,); columns, the number of snapshots."""
 
     scaled: np.ndarray
     energy: np.ndarray
     columns: int
 
 
-def sketch_rank(modes: int) -> int:
-    """Columns a sketch keeps. Joining cuts again and again, so it needs more than one factorisation does: 12 modes of
-    a wrinkled bag in 15 blocks of 200 snapshots had a projection error above the best of 1e-5 with 36 columns, 1e-6
-    with 54, 4e-7 with 72 (in one piece: 5e-8)."""
-    return modes + 2 * OVERSAMPLING
-
-
 def sketch(block: np.ndarray, modes: int, seed: int) -> Sketch:
     """The sketch of a block of snapshots. block: [m], (components, nodes, columns) float32."""
     energy = np.array([sum_of_squares(component) for component in block])
-    return Sketch(_cut(block, sketch_rank(modes), seed), energy, block.shape[2])
+    return Sketch(_cut(block, modes, seed), energy, block.shape[2])
 
 
 def join(one: Sketch, other: Sketch, modes: int, seed: int) -> Sketch:
     """The sketch of two groups of snapshots together."""
     both = np.concatenate([one.scaled, other.scaled], axis=2)
-    return Sketch(_cut(both, sketch_rank(modes), seed), one.energy + other.energy, one.columns + other.columns)
+    return Sketch(_cut(both, modes, seed), one.energy + other.energy, one.columns + other.columns)
 
 
 def bases_of(whole: Sketch, modes: int, seed: int) -> tuple[Basis, ...]:
@@ -162,9 +130,9 @@ def bases_of(whole: Sketch, modes: int, seed: int) -> tuple[Basis, ...]:
     return tuple(made)
 
 
-def join_all(parts: Iterable[_T], pair: Callable[[_T, _T], _T]) -> _T:
+def join_all(parts: Iterable, pair: Callable):
     """Join parts as a binary tree, in order, with never more than log2(parts) + 2 of them in memory."""
-    waiting: list[tuple[int, _T]] = []  # (number of parts in it, joined), falling powers of two
+    waiting = []  # (number of parts in it, joined), falling powers of two
     for part in parts:
         size = 1
         while waiting and waiting[-1][0] == size:
@@ -176,8 +144,9 @@ def join_all(parts: Iterable[_T], pair: Callable[[_T, _T], _T]) -> _T:
     return whole
 
 
-def _cut(matrices: np.ndarray, rank: int, seed: int) -> np.ndarray:
-    """(components, nodes, columns) -> U S, (components, nodes, min(rank, columns))."""
+def _cut(matrices: np.ndarray, modes: int, seed: int) -> np.ndarray:
+    """(components, nodes, columns) -> U S, (components, nodes, rank)."""
+    rank = modes + 2 * OVERSAMPLING  # joining cuts again and again, so it needs more than one factorisation does
     if matrices.shape[2] <= rank:
         return matrices
     scaled = np.empty((*matrices.shape[:2], min(rank, matrices.shape[1])), np.float32)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from functools import partial
 
 Progress = Callable[[int, int, float], None]
 """Called as progress(epoch, epochs, loss) after every epoch; loss is the mean square of standardised errors: [-]."""
@@ -16,12 +17,11 @@ EPOCHS_BETWEEN = 250
 
 def stages(progress: Progress | None, count: int) -> Iterator[Progress | None]:
     """What each of `count` trainings in a row reports to, so that together they look like one."""
-    for before in range(count):
 
-        def inside(epoch: int, epochs: int, loss: float, before=before) -> None:
-            progress(before * epochs + epoch, count * epochs, loss)
+    def inside(before: int, epoch: int, epochs: int, loss: float) -> None:
+        progress(before * epochs + epoch, count * epochs, loss)
 
-        yield inside if progress else None
+    return (progress and partial(inside, before) for before in range(count))
 
 
 class Announcer:

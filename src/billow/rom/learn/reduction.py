@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 
@@ -27,8 +26,8 @@ class Reduction:
     design: (runs, parameters) float64; times: [s], (times,); runs: names
     lost_by_time: [m2], (components, times) float64, mean square over runs and nodes of what lies outside the basis
     lost_by_node: [m2], (components, nodes) float64, the same over runs and times
-    snapshot_bytes: [byte] all snapshots; read_seconds, pod_seconds: [s] of wall time
-    pod_cpu_seconds: [s] of this process' processors; where snapshots are read block by block, reading included
+    snapshot_bytes: [byte] all snapshots; read_seconds, pod_seconds: [s] of wall time; pod_cpu_seconds: [s] of this
+        process' processors, reading included where snapshots are read block by block
     """
 
     bases: tuple[Basis, ...]
@@ -44,11 +43,8 @@ class Reduction:
     pod_cpu_seconds: float
 
     def cut(self, modes: int) -> Reduction:
-        """The same with the first `modes` modes only, as if reduced to that many.
-
-        Over the snapshots a basis was made from, coefficients of different modes are uncorrelated (they are the right
-        singular vectors of paper equation 2), so what each cut mode leaves outside adds up.
-        """
+        """The same with the first `modes` modes only, as if reduced to that many: coefficients of different modes are
+        uncorrelated (right singular vectors of paper equation 2), so what each cut mode leaves outside adds up."""
         squares = np.square(self.coefficients[..., modes:], dtype=float)  # (runs, times, components, cut)
         by_mode = squares.mean(axis=(0, 1))
         fields = [np.square(basis.modes[modes:], dtype=float) for basis in self.bases]
@@ -65,11 +61,9 @@ class Reduction:
 def reduce_runs(dataset: Dataset, runs, modes: int, seed: int, memory: int = DEFAULT_MEMORY, client=None) -> Reduction:
     """Bases of `runs` of a dataset and the coefficients of every snapshot in them.
 
-    memory: [byte]; with larger snapshots the runs are read twice, block by block, and memory stays below it (below it
-    for each worker on a cluster), as long as one run with its copies fits. client: a Dask client whose workers see the
-    dataset; they then do the work, always block by block. Bits depend on `memory`, not on the workers.
-
-    Errors as `collect` and `pod`.
+    memory: [byte], also of each worker; larger snapshots are read twice, block by block, of at least one run
+    client: a Dask client whose workers see the dataset; they then do the work, always block by block. Bits depend on
+        `memory`, not on the workers. Errors as `collect` and `pod`.
     """
     runs, times = tuple(runs), np.asarray(dataset.times, float)
     begun, spent, read_seconds = time.perf_counter(), time.process_time(), 0.0
@@ -104,16 +98,16 @@ def blocks_of(runs: tuple[str, ...], count: int) -> list[tuple[str, ...]]:
 
 
 def _by_block(dataset, blocks, modes, seed, client) -> tuple[tuple[Basis, ...], list]:
-    pair = partial(join, modes=modes, seed=seed)
-    if client is None:
-        bases = bases_of(join_all((_sketch_runs(dataset, block, modes, seed) for block in blocks), pair), modes, seed)
-        return bases, [_project_runs(dataset, block, bases) for block in blocks]
-    shared = client.scatter(dataset, broadcast=True)
-    sketches = [client.submit(_sketch_runs, shared, block, modes, seed, pure=False) for block in blocks]
-    whole = join_all(sketches, lambda one, other: client.submit(pair, one, other, pure=False)).result()
-    bases = bases_of(whole, modes, seed)
-    known = client.scatter(bases, broadcast=True, hash=False)
-    return bases, client.gather([client.submit(_project_runs, shared, block, known, pure=False) for block in blocks])
+    def do(task, *arguments):
+        return client.submit(task, *arguments, pure=False) if client else task(*arguments)
+
+    shared = client.scatter(dataset, broadcast=True) if client else dataset
+    sketches = (do(_sketch_runs, shared, block, modes, seed) for block in blocks)
+    whole = join_all(sketches, lambda one, other: do(join, one, other, modes, seed))
+    bases = bases_of(whole.result() if client else whole, modes, seed)
+    known = client.scatter(bases, broadcast=True, hash=False) if client else bases
+    parts = [do(_project_runs, shared, block, known) for block in blocks]
+    return bases, client.gather(parts) if client else parts
 
 
 def _sketch_runs(dataset, runs, modes, seed):

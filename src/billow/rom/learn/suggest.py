@@ -19,10 +19,7 @@ NO_DESIGNS = InputError.declare(
 )
 
 POWER = 4
-"""Of the uncertainty, as a weight. 12 runs added to 30 of a synthetic bag, z RMSE of 40 unseen runs in mm (mean, 90th
-percentile, worst run; three trainings each): power 1: 2.59, 4.97, 5.84; 2: 2.64, 5.01, 6.29; 4: 2.43, 4.57, 4.67; 8:
-2.78, 5.40, 5.67; four Latin hypercubes of 12 instead: 2.42 to 2.68, 4.72 to 5.48, 5.16 to 6.17. So the gain over more
-runs of the same design is small, and in the tail rather than the mean."""
+"""Of the uncertainty, as a weight (docs/rom.md, More runs, and which)."""
 
 CANDIDATES = 2_048
 _AT_ONCE = 64
@@ -34,10 +31,9 @@ def suggest(surrogate: Surrogate, count: int, known: np.ndarray, seed: int = 0) 
     known: (runs, parameters), every design made or planned, unseen ones too
 
     Candidates are a scrambled Sobol sequence over the trained ranges. Each represents its surroundings with a power of
-    its uncertainty, the ensemble's spread (root mean square over nodes, times and components), times its distance to
-    the nearest design known or chosen. The next design is the candidate that lowers the sum of these most (greedy
-    weighted k-medians). Taking the most uncertain candidate, or the most uncertain and farthest, ends in corners, from
-    which little of the space is learned. Same surrogate, known designs and seed: same rows.
+    its `uncertainty` times its distance to the nearest design known or chosen. The next design is the candidate that
+    lowers the sum of these most (greedy weighted k-medians); the most uncertain ones lie in corners, from which little
+    of the space is learned. Same surrogate, known designs and seed: same rows.
     Raises InputError E-ROM-021 if count is below 1 or the surrogate has no ensemble.
     """
     if count < 1 or surrogate.regression.members == 1 or surrogate.forces is not None:
@@ -59,5 +55,5 @@ def suggest(surrogate: Surrogate, count: int, known: np.ndarray, seed: int = 0) 
 
 def uncertainty(surrogate: Surrogate, designs: np.ndarray) -> np.ndarray:
     """Spread of the ensemble as root mean square over nodes, times and components: [m], (designs,)."""
-    blocks = [designs[first : first + _AT_ONCE] for first in range(0, len(designs), _AT_ONCE)]
+    blocks = np.split(designs, range(_AT_ONCE, len(designs), _AT_ONCE))
     return np.concatenate([np.sqrt(np.square(surrogate.spread(block)).mean(axis=(1, 2))) for block in blocks])

@@ -12,16 +12,14 @@ import numpy as np
 from billow import __version__
 from billow.base.errors import InputError, ResourceError
 from billow.results.dataset_files import mesh_sha256
-from billow.rom.learn.calibration import calibrate, held_out
-from billow.rom.learn.dataset import Dataset, ReadOnce, snapshot_bytes
+from billow.rom.learn.dataset import Dataset, ReadOnce, read_run, snapshot_bytes
 from billow.rom.learn.force_modes import learn_force_inputs
 from billow.rom.learn.progress import Progress, stages
 from billow.rom.learn.reduction import DEFAULT_MEMORY, Reduction, reduce_runs
 from billow.rom.surrogate.design_space import bounds
 from billow.rom.surrogate.force_inputs import ForceInputs
-from billow.rom.surrogate.intervals import FEWEST_RUNS, LEVELS, Intervals
-from billow.rom.surrogate.regression import ACTIVATIONS, Regression
-from billow.rom.surrogate.scaling import InputScaling, OutputScaling
+from billow.rom.surrogate.intervals import BINS, FEWEST_RUNS, LEVELS, Intervals, histogram, quantiles, scale
+from billow.rom.surrogate.regression import ACTIVATIONS, InputScaling, OutputScaling, Regression
 from billow.rom.surrogate.surrogate import Surrogate
 
 NO_PYTORCH = ResourceError.declare(
@@ -48,6 +46,13 @@ NO_RANGE = InputError.declare(
     remedy="vary {name}, or leave it out of the parameters",
 )
 
+FOLDS = 4
+ENOUGH_RUNS = 60
+"""Folds are left out once this many runs have been held out: they would add less than their training costs."""
+
+MOST_NODES = 2_000
+"""Nodes whose errors are counted: every n-th one of a larger mesh, because neighbours have the same errors."""
+
 
 @dataclass(frozen=True)
 class Recipe:
@@ -58,10 +63,9 @@ class Recipe:
     epochs: default 30 to 200, fewer for more runs (`shared`), 15,000 (`paper`)
     force_modes: M, modes of each contact-force component whose coefficients of the previous time become inputs (the
         paper's "Model Including Forces"), 0 for none; force_components: which, such as "z" or "xyz"
-    calibrate: learn up to four more times, each time without a quarter of the runs, so that `Surrogate.half_width` can
-        say how far answers may be off; costs three times the training again (once, with many runs). Not done with
-        fewer than `FEWEST_RUNS` runs, with force modes, whose inputs are not known in advance, or for `paper`, which
-        has no ensemble
+    calibrate: learn up to four more times, each time without a quarter of the runs, for `Surrogate.half_width`; costs
+        three times the training again (once, with many runs). Not done with fewer than `FEWEST_RUNS` runs, with force
+        modes, whose inputs are not known in advance, or for `paper`, which has no ensemble
     memory: [byte] larger snapshots are read from disk block by block; calibrating may take twice as much
     """
 
@@ -105,7 +109,7 @@ def train(
     surrogate, whole = _learn(dataset, runs, recipe, next(progresses), client)
     begun = time.perf_counter()
     for_folds = replace(recipe, epochs=surrogate.training["epochs"])
-    factors = calibrate(dataset, runs, lambda others: _learn(dataset, others, for_folds, next(progresses), client))
+    factors = _calibrate(dataset, runs, for_folds, progresses, client)
     return replace(
         surrogate,
         training=surrogate.training | {"calibration_seconds": time.perf_counter() - begun},
@@ -120,11 +124,8 @@ def train_networks(
     forces: tuple[ForceInputs, np.ndarray] | None = None,
     progress: Progress | None = None,
 ) -> Surrogate:
-    """A surrogate, without intervals, from runs that are reduced already.
-
-    reduction: with `recipe.modes` modes; forces: as `learn_force_inputs` returns them, for the runs of `reduction`
-    Errors as `train`.
-    """
+    """A surrogate, without intervals, from runs that are reduced already, to `recipe.modes` modes. forces: as
+    `learn_force_inputs` returns them, for the runs of `reduction`. Errors as `train`."""
     network = import_network()
     inputs = _input_scaling(dataset, recipe.networks)
     begun, spent = time.perf_counter(), time.process_time()
@@ -160,10 +161,7 @@ def train_networks(
             "epochs": len(losses),
             "first_loss": losses[0],
             "last_loss": losses[-1],
-            "snapshot_bytes": reduction.snapshot_bytes,
-            "read_seconds": reduction.read_seconds,
-            "pod_seconds": reduction.pod_seconds,
-            "pod_cpu_seconds": reduction.pod_cpu_seconds,
+            **{n: getattr(reduction, n) for n in ("snapshot_bytes", "read_seconds", "pod_seconds", "pod_cpu_seconds")},
             "network_seconds": time.perf_counter() - begun,
             "network_cpu_seconds": time.process_time() - spent,
             "mesh_sha256": mesh_sha256(dataset.reference, dataset.triangles),
@@ -175,6 +173,29 @@ def train_networks(
             },
         },
     )
+
+
+def held_out(runs: tuple[str, ...]) -> list[tuple[str, ...]]:
+    """The runs that are held out together, fold by fold."""
+    folds = [runs[fold::FOLDS] for fold in range(FOLDS)]
+    enough = next((n for n in range(1, FOLDS) if sum(map(len, folds[:n])) >= ENOUGH_RUNS), FOLDS)
+    return folds[:enough]
+
+
+def _calibrate(dataset: Dataset, runs: tuple[str, ...], recipe: Recipe, progresses, client) -> np.ndarray:
+    """Factors for `LEVELS`: [-], (levels, 3), of surrogates that each learn without one fold of the runs."""
+    counts, folds = np.zeros((3, BINS)), held_out(runs)
+    for fold in folds:
+        others = tuple(run for run in runs if run not in fold)
+        surrogate, reduction = _learn(dataset, others, recipe, next(progresses), client)
+        every = slice(None, None, -(-surrogate.nodes // MOST_NODES))
+        for run in fold:
+            design, truth = dataset.design([run])[0], read_run(dataset, run)[:, every]
+            scales = scale(surrogate, reduction.lost_by_time, reduction.lost_by_node, design, surrogate.times, every)
+            error = surrogate.predict(design, extrapolate=True)[:, every] - truth
+            # A held node would be covered by any interval, so it does not count.
+            counts += histogram(np.where(np.any(truth != 0.0, axis=0), error, np.nan), scales)
+    return quantiles(counts / sum(map(len, folds)))
 
 
 def import_network():
@@ -191,11 +212,8 @@ def _learn(dataset: Dataset, runs, recipe: Recipe, progress, client) -> tuple[Su
     import_network()
     _input_scaling(dataset, recipe.networks)  # refuses what cannot be learned before the long work
     reduction = reduce_runs(dataset, runs, recipe.modes, recipe.seed, recipe.memory, client)
-    forces = None
-    if recipe.force_modes:
-        forces = learn_force_inputs(
-            dataset, runs, recipe.force_modes, recipe.force_components, recipe.seed, recipe.memory
-        )
+    wanted = recipe.force_modes, recipe.force_components, recipe.seed, recipe.memory
+    forces = learn_force_inputs(dataset, runs, *wanted) if recipe.force_modes else None
     return train_networks(dataset, reduction, recipe, forces, progress), reduction
 
 

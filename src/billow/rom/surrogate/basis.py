@@ -13,6 +13,11 @@ Z = 2
 """Index of the component along the bag's axis, by which a deployment is judged first."""
 
 
+def by_axis(values: np.ndarray) -> dict[str, float]:
+    """Three numbers, one of each component, as plain JSON."""
+    return dict(zip(COMPONENTS, values.tolist(), strict=True))
+
+
 @dataclass(frozen=True)
 class Basis:
     """Reduced basis of one displacement component.
@@ -40,15 +45,3 @@ class Basis:
         if self.energy == 0.0:  # a component that never moved is represented completely
             return np.ones(len(self.modes))
         return np.cumsum(self.singular_values[: len(self.modes)] ** 2) / self.energy
-
-
-def bases_content(bases: tuple[Basis, ...]) -> dict[str, np.ndarray]:
-    """The bases of all components as named arrays for a file."""
-    names = ("modes", "singular_values", "energy")
-    return {name: np.stack([np.asarray(getattr(basis, name)) for basis in bases]) for name in names}
-
-
-def bases_from(arrays: dict[str, np.ndarray]) -> tuple[Basis, ...]:
-    """The inverse of `bases_content`."""
-    parts = zip(arrays["modes"], arrays["singular_values"], arrays["energy"].tolist(), strict=True)
-    return tuple(Basis(*of_one) for of_one in parts)

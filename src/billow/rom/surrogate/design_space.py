@@ -88,10 +88,8 @@ def check_design(rows: np.ndarray, parameters: tuple[Parameter, ...]) -> None:
     outside = (rows < low - slack) | (rows > high + slack)
     if outside.any():
         row, column = np.argwhere(outside)[0]
-        p = parameters[column]
-        raise OUTSIDE_RANGE(
-            name=p.name, value=rows[row, column], unit=p.unit, row=row, label=p.label, low=p.low, high=p.high
-        )
+        p, value = parameters[column], rows[row, column]
+        raise OUTSIDE_RANGE(name=p.name, value=value, unit=p.unit, row=row, label=p.label, low=p.low, high=p.high)
 
 
 def check_times(times: np.ndarray, trained: np.ndarray) -> None:

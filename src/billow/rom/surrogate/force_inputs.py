@@ -1,9 +1,5 @@
-"""Contact forces of the previous time as further inputs of the networks: the ROM paper's "Model Including Forces".
-
-A contact force is a field over the whole bag, so it is projected on a few force modes (paper equation 4) for each
-chosen component. The cumulative normal distribution with the mean and deviation of each coefficient scales it to
-[0, 1] (paper, Methods). At time t the networks see the scaled coefficients of time t - 1.
-"""
+"""Contact forces of the previous time as further inputs of the networks: the ROM paper's "Model Including Forces"
+(docs/theory.md, Contact forces as inputs)."""
 
 from __future__ import annotations
 

@@ -3,8 +3,8 @@
     design        [parameters' units], (designs, parameters) float64
     displacement  [m], (designs, times, nodes, 3) float32, at the trained times
 
-Parameters with their units and ranges, the times and the title travel as metadata. The graph does not refuse designs
-outside the trained ranges: its user must. A file is written only after ONNX Runtime has given the same answers.
+Parameters, times and title travel as metadata. The graph does not refuse designs outside the trained ranges: its user
+must. A file is written only after ONNX Runtime has given the same answers.
 """
 
 from __future__ import annotations
@@ -91,10 +91,8 @@ def import_onnx(name: str = "onnx"):
 
 
 def onnx_bytes(surrogate: Surrogate) -> bytes:
-    """The graph as the content of an .onnx file.
-
-    Raises ResourceError E-ROM-016 without the package onnx, InputError E-ROM-019 for a surrogate with force inputs.
-    """
+    """The graph as the content of an .onnx file. Raises ResourceError E-ROM-016 without the package onnx, InputError
+    E-ROM-019 for a surrogate with force inputs."""
     onnx = import_onnx()
     if surrogate.forces is not None:
         raise NEEDS_FORCES(title=surrogate.title)
@@ -165,12 +163,8 @@ def _model(onnx, graph: _Graph, surrogate: Surrogate):
     model = helper.make_model(
         made, opset_imports=[opset], ir_version=IR_VERSION, producer_name="billow", producer_version=__version__
     )
-    told = {
-        "title": surrogate.title,
-        "parameters": json.dumps([asdict(parameter) for parameter in surrogate.parameters]),
-        "times_s": json.dumps(surrogate.times.tolist()),
-        "mesh_sha256": surrogate.training["mesh_sha256"],
-    }
-    helper.set_model_props(model, told)
+    parameters, times = [asdict(parameter) for parameter in surrogate.parameters], surrogate.times.tolist()
+    told = {"title": surrogate.title, "parameters": json.dumps(parameters), "times_s": json.dumps(times)}
+    helper.set_model_props(model, told | {"mesh_sha256": surrogate.training["mesh_sha256"]})
     onnx.checker.check_model(model)
     return model

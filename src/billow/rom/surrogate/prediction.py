@@ -10,7 +10,7 @@ import numpy as np
 from billow.base.errors import InputError
 from billow.results.atomic import write_atomically
 from billow.results.vtkhdf import FabricWriter
-from billow.rom.surrogate.basis import COMPONENTS
+from billow.rom.surrogate.basis import by_axis
 from billow.rom.surrogate.surrogate import Surrogate
 
 FILE_EXISTS = InputError.declare(
@@ -37,8 +37,8 @@ def describe_surrogate(surrogate: Surrogate) -> str:
 def write_prediction(surrogate: Surrogate, design: dict, out: Path | None, extrapolate: bool) -> str:
     """Predict one deployment with its trust; returns lines for the user.
 
-    With `out` (.vtkhdf) the deployment is written there, with the half width of its interval at every node if there is
-    one, and its trust next to it, as OUT.json.
+    With `out` (.vtkhdf) it is written there, with the half width of its interval at every node if there is one, and its
+    trust next to it, as OUT.json.
     Raises InputError of `Surrogate.predict`, E-CLI-004 if `out` exists.
     """
     displacement = surrogate.predict(design, extrapolate=extrapolate)
@@ -55,10 +55,8 @@ def write_prediction(surrogate: Surrogate, design: dict, out: Path | None, extra
 
 
 def trust_of(surrogate: Surrogate, design: dict, widths: np.ndarray | None) -> dict:
-    """Where a design stands, in range, distance and time, and how far its answer may be off, as plain JSON.
-
-    widths: [m], (times, nodes, 3), half widths of its intervals, None without
-    """
+    """Where a design stands, in range, distance and time, and how far its answer may be off, as plain JSON. widths:
+    [m], (times, nodes, 3), half widths of its intervals, None without."""
     found, standing, interval = surrogate.standing(design), None, None
     if found is not None:
         standing = {
@@ -69,11 +67,10 @@ def trust_of(surrogate: Surrogate, design: dict, widths: np.ndarray | None) -> d
             "warnings": found.warnings(),
         }
     if widths is not None:
-        mean, most = widths.mean(axis=(0, 1), dtype=float), widths.max(axis=(0, 1)).astype(float)
         interval = {
             "level": LEVEL,
-            "mean_half_width_m": dict(zip(COMPONENTS, mean.tolist(), strict=True)),
-            "largest_half_width_m": dict(zip(COMPONENTS, most.tolist(), strict=True)),
+            "mean_half_width_m": by_axis(widths.mean(axis=(0, 1), dtype=float)),
+            "largest_half_width_m": by_axis(widths.max(axis=(0, 1)).astype(float)),
         }
     return {"standing": standing, "trained_times_s": surrogate.times[[0, -1]].tolist(), "interval": interval}
 
@@ -81,19 +78,18 @@ def trust_of(surrogate: Surrogate, design: dict, widths: np.ndarray | None) -> d
 def describe_trust(trust: dict) -> list[str]:
     """Lines for people of what `trust_of` found."""
     start, end = (1e3 * time for time in trust["trained_times_s"])
-    lines, standing, interval = [], trust["standing"], trust["interval"]
-    if standing is None:
-        lines.append("where the design lies among the trained ones is not known: the file does not hold them")
-    else:
+    standing, interval = trust["standing"], trust["interval"]
+    lines = ["where the design lies among the trained ones is not known: the file does not hold them"]
+    if standing is not None:
         inside = "outside" if standing["outside_trained_range"] else "inside"
         nearest = standing["distance_to_nearest_training_design"]
         usual, largest = (standing[f"{what}_distance_between_training_designs"] for what in ("usual", "largest"))
-        lines.append(
+        lines = [
             f"{inside} the trained ranges; nearest training design {nearest:.2f} away (they are {usual:.2f} "
             f"from each other on average, {largest:.2f} at most; every range counts as 1); times {start:g} to {end:g} "
-            "ms, all trained"
-        )
-        lines += [f"warning: {sentence}" for sentence in standing["warnings"]]
+            "ms, all trained",
+            *(f"warning: {sentence}" for sentence in standing["warnings"]),
+        ]
     if interval is None:
         return [*lines, "no interval: the surrogate was not calibrated"]
     widths = ", ".join(f"{axis} ± {1e3 * width:.2g} mm" for axis, width in interval["mean_half_width_m"].items())
@@ -103,8 +99,7 @@ def describe_trust(trust: dict) -> list[str]:
 def _write(surrogate, displacement, widths, out: Path) -> None:
     if out.exists():
         raise FILE_EXISTS(path=out)
-    start = np.asarray(surrogate.reference, dtype=float)
-    partial = out.with_name(out.name + ".partial")
+    start, partial = surrogate.reference.astype(float), out.with_name(out.name + ".partial")
     part = np.zeros(len(surrogate.triangles), dtype=np.int32)
     with FabricWriter(partial, start, surrogate.triangles, part, ["fabric"]) as frames:
         for step, (time, moved) in enumerate(zip(surrogate.times, displacement, strict=True)):

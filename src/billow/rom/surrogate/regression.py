@@ -1,6 +1,5 @@
-"""Evaluation of trained networks with NumPy alone.
-
-Both recipes are a stack of fully connected networks of equal shape that see the same inputs:
+"""Evaluation of trained networks with NumPy alone: their scalings, and a stack of fully connected networks of equal
+shape that see the same inputs.
 
 - `shared`: the networks are members of an ensemble, each gives all coefficients; the answer is their mean
 - `paper`: each network gives one coefficient; the answer is all of them side by side
@@ -13,7 +12,110 @@ from functools import cached_property
 
 import numpy as np
 
-from billow.rom.surrogate.scaling import InputScaling, OutputScaling
+FREQUENCIES = (1, 2, 4, 8)
+"""k of the time features sin(pi k t), cos(pi k t), with t from 0 at the first recorded time to 1 at the last."""
+
+
+@dataclass(frozen=True)
+class InputScaling:
+    """Turns designs and times into network inputs.
+
+    low, high: [as the parameters], (parameters,) float64, the ranges of the design of experiments
+    start, end: [s], first and last trained time
+    recipe: "shared": design in [-1, 1], t in [0, 1] with sines and cosines; "paper": design and t in [0, 1]
+    further: number of inputs besides design and time, each about [0, 1] (`force_inputs`)
+    """
+
+    low: np.ndarray
+    high: np.ndarray
+    start: float
+    end: float
+    recipe: str
+    further: int = 0
+
+    @property
+    def width(self) -> int:
+        """Number of inputs of the network."""
+        return len(self.low) + 1 + (2 * len(FREQUENCIES) if self.recipe == "shared" else 0) + self.further
+
+    def design(self, design: np.ndarray) -> np.ndarray:
+        """(..., parameters) -> [-], the same shape float64 in [-1, 1] (or [0, 1])."""
+        unit = (design - self.low) / (self.high - self.low)
+        return 2.0 * unit - 1.0 if self.recipe == "shared" else unit
+
+    def time(self, times: np.ndarray) -> np.ndarray:
+        """[s], (times,) -> [-], (times, time features) float64."""
+        unit = ((times - self.start) / (self.end - self.start))[:, None]
+        if self.recipe == "paper":
+            return unit
+        angle = np.pi * unit * np.array(FREQUENCIES)
+        return np.hstack([unit, np.sin(angle), np.cos(angle)])
+
+    def __call__(self, design: np.ndarray, times: np.ndarray, further: np.ndarray | None = None) -> np.ndarray:
+        """Every design at every time: (runs, parameters), (times,) -> (runs * times, width) float32. further: [-],
+        (runs, times, further), the inputs besides design and time."""
+        features = np.empty((len(design), len(times), self.width), np.float32)
+        known = self.width - self.further
+        features[:, :, : len(self.low)] = self.design(design)[:, None]
+        features[:, :, len(self.low) : known] = self.time(times)
+        if self.further:
+            features[:, :, known:] = further
+        return features.reshape(-1, self.width)
+
+
+@dataclass(frozen=True)
+class OutputScaling:
+    """Coefficients as deviations of order one from what is typical at each time.
+
+    times: [s], (times,) float64
+    mean, deviation: [m], (times, outputs) float32; outputs are the modes of x, then of y, then of z
+    """
+
+    times: np.ndarray
+    mean: np.ndarray
+    deviation: np.ndarray
+
+    @classmethod
+    def of(cls, coefficients: np.ndarray, times: np.ndarray, recipe: str) -> OutputScaling:
+        """Scaling of training coefficients: [m], (runs, times, components, modes).
+
+        `shared`: the mean trajectory is taken off, so that networks learn only what the design does. The rest is
+        divided, for each component and time, by the deviation of its strongest mode: modes then weigh in the loss as
+        much as in the displacement, and the quiet start is learned as well as the loud end (down to a hundredth of
+        the deviation over all times).
+        `paper`: every coefficient of every network has mean 0 and deviation 1 over all times.
+        """
+        wide = coefficients.astype(float)
+        if recipe == "paper":
+            mean, deviation = wide.mean(axis=(0, 1)), wide.std(axis=(0, 1))
+        else:
+            mean = wide.mean(axis=0)
+            squares = np.square(wide - mean)
+            overall = squares.mean(axis=(0, 1)).max(axis=-1)  # (components,)
+            at_time = squares.mean(axis=0).max(axis=-1)  # (times, components)
+            deviation = np.sqrt(np.maximum(at_time, 1e-4 * overall))[:, :, None]
+        # An output that never changes stays constant, whatever the networks answer.
+        deviation = np.maximum(deviation, max(1e-9 * np.abs(wide).max(), 1e-30))
+        each = (np.broadcast_to(values, wide.shape[1:]) for values in (mean, deviation))
+        return cls(times, *(values.reshape(len(times), -1).astype(np.float32) for values in each))
+
+    def forward(self, coefficients: np.ndarray) -> np.ndarray:
+        """[m], (runs, times, outputs) at the trained times -> [-], the same shape float32."""
+        return (coefficients - self.mean) / self.deviation
+
+    def back(self, outputs: np.ndarray, times: np.ndarray) -> np.ndarray:
+        """[-], (..., times, outputs) -> [m], the same shape, by `at(times)`."""
+        mean, deviation = self.at(times)
+        return outputs * deviation + mean
+
+    def at(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Mean and deviation at any times, linear between the trained ones: [m], (times, outputs) float32 each."""
+        if np.array_equal(times, self.times):
+            return self.mean, self.deviation
+        after = np.clip(np.searchsorted(self.times, times), 1, len(self.times) - 1)
+        start, stop = self.times[after - 1], self.times[after]
+        part = np.clip((times - start) / (stop - start), 0.0, 1.0).astype(np.float32)[:, None]
+        return tuple(a[after - 1] + part * (a[after] - a[after - 1]) for a in (self.mean, self.deviation))
 
 
 def silu(x: np.ndarray) -> np.ndarray:
@@ -26,23 +128,16 @@ def silu(x: np.ndarray) -> np.ndarray:
     return x
 
 
-def tanh(x: np.ndarray) -> np.ndarray:
-    """Hyperbolic tangent, in place."""
-    return np.tanh(x, out=x)
-
-
-ACTIVATIONS = {"shared": silu, "paper": tanh}
-"""Recipes and their activation functions."""
+ACTIVATIONS = {"shared": silu, "paper": lambda x: np.tanh(x, out=x)}
+"""Recipes and their activation functions, which work in place."""
 
 
 @dataclass(frozen=True)
 class Regression:
     """Maps a design and a time to basis coefficients: paper equation 3.
 
-    recipe: "shared" or "paper"
-    weights: one (networks, inputs, outputs) float32 per layer
-    biases: one (networks, 1, outputs) float32 per layer
-    inputs, outputs: the scalings
+    recipe: "shared" or "paper"; inputs, outputs: the scalings
+    weights, biases: one (networks, inputs, outputs) and one (networks, 1, outputs) float32 per layer
     """
 
     recipe: str
@@ -57,16 +152,14 @@ class Regression:
         return len(self.weights[0]) if self.recipe == "shared" else 1
 
     def __call__(self, design: np.ndarray, times: np.ndarray, further: np.ndarray | None = None) -> np.ndarray:
-        """Coefficients, averaged over members: [m], (runs, times, outputs) float32.
-
-        design: (runs, parameters); times: [s], (times,); further: [-], (runs, times, further), as `InputScaling`
-        """
+        """Coefficients, averaged over members: [m], (runs, times, outputs) float32. design: (runs, parameters); times:
+        [s], (times,); further: [-], (runs, times, further), as `InputScaling`."""
         if self.recipe == "paper":
             return self.by_member(design, times, further)[0]
         hidden = self._hidden(design, times, further)
         # The last layer is linear: the mean over members is one product with all their last layers.
-        joined = hidden.transpose(1, 0, 2).reshape(hidden.shape[1], -1)
-        answer = joined @ self._mean_weight + self._mean_bias
+        weight, bias = self._mean_layer
+        answer = hidden.transpose(1, 0, 2).reshape(hidden.shape[1], -1) @ weight + bias
         return self.outputs.back(answer.reshape(len(design), len(times), -1), times)
 
     def by_member(self, design: np.ndarray, times: np.ndarray, further: np.ndarray | None = None) -> np.ndarray:
@@ -77,12 +170,9 @@ class Regression:
         return self.outputs.back(answer.reshape(self.members, len(design), len(times), -1), times)
 
     @cached_property
-    def _mean_weight(self):
-        return (self.weights[-1] / self.members).reshape(-1, self.weights[-1].shape[2])
-
-    @cached_property
-    def _mean_bias(self):
-        return self.biases[-1].mean(axis=0)
+    def _mean_layer(self):
+        weight = (self.weights[-1] / self.members).reshape(-1, self.weights[-1].shape[2])
+        return weight, self.biases[-1].mean(axis=0)
 
     def _hidden(self, design, times, further):
         """Last hidden layer: (networks, runs * times, neurons)."""

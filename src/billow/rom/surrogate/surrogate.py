@@ -52,8 +52,7 @@ class Surrogate:
     bases: the reduced bases of x, y and z; regression: the networks
     training: how it was made: runs, seed, epochs, seconds, versions
     forces: how contact forces of the previous time become inputs; None if it needs none
-    designs: (runs, parameters) float64, what it was trained on; intervals: how far answers may be off, None if not
-        calibrated
+    designs: (runs, parameters) float64, what it was trained on; intervals: how far answers may be off, or None
     """
 
     title: str
@@ -137,10 +136,8 @@ class Surrogate:
                 yield fields.transpose(1, 2, 0)
 
     def coefficients(self, design, times=None, *, extrapolate: bool = False, previous_forces=None) -> np.ndarray:
-        """Basis coefficients: [m], (times, 3, modes) float32; (runs, times, 3, modes) for many designs.
-
-        Arguments and errors as `predict`.
-        """
+        """Basis coefficients: [m], (times, 3, modes) float32; (runs, times, 3, modes) for many designs. Arguments and
+        errors as `predict`."""
         rows, times, further, single = self._question(design, times, extrapolate, previous_forces)
         coefficients = self._coefficients(rows, times, further)
         return coefficients[0] if single else coefficients
@@ -148,8 +145,8 @@ class Surrogate:
     def spread(self, design, times=None, *, extrapolate: bool = False, previous_forces=None) -> np.ndarray:
         """How far the members of the ensemble disagree: [m], (times, 3); (runs, times, 3) for many designs.
 
-        Standard deviation over members, as root mean square over nodes, so that it compares with the RMSE of paper
-        equation 5. It ranks designs by error; as an error bar it is too small, and it does not notice extrapolation.
+        Standard deviation over members, as root mean square over nodes, like the RMSE of paper equation 5. It ranks
+        designs by error; as an error bar it is too small, and it does not notice extrapolation.
         Arguments and errors as `predict`; InputError E-ROM-011 for the recipe `paper`, which has no ensemble.
         """
         if self.regression.members == 1:
@@ -164,12 +161,10 @@ class Surrogate:
     def half_width(self, design, times=None, *, level: float = 0.9, extrapolate: bool = False) -> np.ndarray:
         """How far `predict` may be off: [m], (times, nodes, 3) float32; (runs, times, nodes, 3) for many designs.
 
-        The solver's value lies within prediction +- half width for a part `level` of all values of unseen designs from
-        the trained ranges, component by component (how: `intervals`). It is a statement about many
-        values together: at one moment of one design most values may lie outside.
-
-        level: one of `intervals.LEVELS`; other arguments and errors as `predict`. InputError E-ROM-017 if the surrogate
-        was not calibrated, E-ROM-018 for another level.
+        The solver's value lies within prediction +- half width for a part `level` (one of `intervals.LEVELS`) of all
+        values of unseen designs from the trained ranges, component by component. It is a statement about many values
+        together: at one moment of one design most values may lie outside. Other arguments and errors as `predict`;
+        InputError E-ROM-017 if the surrogate was not calibrated, E-ROM-018 for another level.
         """
         if self.intervals is None:
             raise NO_INTERVALS(recipe=self.recipe, runs=len(self.runs))
@@ -180,11 +175,8 @@ class Surrogate:
         return widths[0] if single else widths
 
     def standing(self, design) -> Standing | None:
-        """Where one design stands among the trained ones; None if the file is of a Billow that did not store them.
-
-        Asks for more than `predict` can refuse: a design inside all ranges may still be far from everything learned.
-        InputError E-ROM-001 if the design does not fit.
-        """
+        """Where one design stands among the trained ones; None if the file is of a Billow that did not store them. A
+        design inside all ranges may still be far from everything learned. InputError E-ROM-001 if it does not fit."""
         rows, _ = design_rows(design, self.parameters)
         if self.designs is None or len(self.designs) < 2:
             return None

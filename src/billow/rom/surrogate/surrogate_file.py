@@ -12,12 +12,11 @@ from billow import __version__
 from billow.base.errors import InputError, IntegrityError
 from billow.results.dataset_files import parameter_of
 from billow.results.tensor_file import read_tensors
-from billow.rom.surrogate.basis import bases_content, bases_from
+from billow.rom.surrogate.basis import Basis
 from billow.rom.surrogate.design_space import bounds
 from billow.rom.surrogate.force_inputs import ForceInputs
 from billow.rom.surrogate.intervals import Intervals
-from billow.rom.surrogate.regression import ACTIVATIONS, Regression
-from billow.rom.surrogate.scaling import InputScaling, OutputScaling
+from billow.rom.surrogate.regression import ACTIVATIONS, InputScaling, OutputScaling, Regression
 
 DAMAGED = IntegrityError.declare(
     "E-ROM-004",
@@ -41,12 +40,12 @@ def surrogate_content(surrogate) -> tuple[dict[str, np.ndarray], dict]:
     """A `Surrogate` as named arrays and a record. A file may hold more of both; `surrogate_fields` ignores it."""
     regression = surrogate.regression
     tensors = {name: getattr(surrogate, name) for name in ("times", "reference", "triangles")}
-    tensors |= bases_content(surrogate.bases) | network_content(regression)
+    for name in ("modes", "singular_values", "energy"):
+        tensors[name] = np.stack([np.asarray(getattr(basis, name)) for basis in surrogate.bases])
+    tensors |= network_content(regression)
     tensors |= {f"outputs.{name}": getattr(regression.outputs, name) for name in ("mean", "deviation")}
-    forces = surrogate.forces
-    if forces is not None:
-        tensors |= {f"forces.{name}": getattr(forces, name) for name in ("modes", "mean", "deviation")}
-        tensors["forces.components"] = np.array(forces.components)
+    if surrogate.forces is not None:
+        tensors |= {f"forces.{name}": np.asarray(value) for name, value in vars(surrogate.forces).items()}
     if surrogate.designs is not None:
         tensors["designs"] = surrogate.designs
     if surrogate.intervals is not None:
@@ -63,11 +62,10 @@ def surrogate_content(surrogate) -> tuple[dict[str, np.ndarray], dict]:
 
 def network_content(regression: Regression) -> dict[str, np.ndarray]:
     """Weights and biases as named arrays, which `take_networks` reads."""
-    named = {"weights": regression.weights, "biases": regression.biases}
-    return {f"{name}.{layer}": a for name, arrays in named.items() for layer, a in enumerate(arrays)}
+    return {f"{name}.{layer}": a for name in ("weights", "biases") for layer, a in enumerate(getattr(regression, name))}
 
 
-def read_checked(path: str | Path, fields: Callable[[dict, dict], dict], command: str) -> dict:
+def read_checked(path: str | Path, fields: Callable[[dict, dict], object], command: str):
     """What `fields(tensors, record)` makes of a file; it may raise ValueError, KeyError and the like.
 
     command: trains such a file again
@@ -108,13 +106,10 @@ def surrogate_fields(tensors: dict[str, np.ndarray], record: dict) -> dict:
     low, high = bounds(parameters)
     if not (low < high).all():
         raise ValueError("a parameter has no range")
-    times = take(tensors, "times", np.float64, None)
-    if len(times) < 2 or not (np.diff(times) > 0).all():
-        raise ValueError("times do not rise")
+    times = times_of(tensors, "times")
     reference = take(tensors, "reference", np.float32, None, 3)
     modes = take(tensors, "modes", np.float32, 3, None, len(reference))
-    take(tensors, "singular_values", np.float64, 3, None)
-    take(tensors, "energy", np.float64, 3)
+    values, energy = take(tensors, "singular_values", np.float64, 3, None), take(tensors, "energy", np.float64, 3)
     triangles = take(tensors, "triangles", np.int64, None, 3)
     if triangles.size and not 0 <= triangles.min() <= triangles.max() < len(reference):
         raise ValueError("a triangle names a node that does not exist")
@@ -126,16 +121,14 @@ def surrogate_fields(tensors: dict[str, np.ndarray], record: dict) -> dict:
     weights, biases, width = take_networks(tensors, "", None if recipe == "shared" else count, inputs.width)
     if width != (count if recipe == "shared" else 1):
         raise ValueError(f"the last layer has {width} outputs")
-    mean, deviation = (
-        take(tensors, f"outputs.{name}", np.float32, len(times), count) for name in ("mean", "deviation")
-    )
+    mean, deviation = (take(tensors, f"outputs.{n}", np.float32, len(times), count) for n in ("mean", "deviation"))
     return {
         "title": title,
         "parameters": parameters,
         "times": times,
         "reference": reference,
         "triangles": triangles,
-        "bases": bases_from(tensors),
+        "bases": tuple(map(Basis, modes, values, energy.tolist())),
         "regression": Regression(recipe, weights, biases, inputs, OutputScaling(times, mean, deviation)),
         "training": training,
         "forces": forces,
@@ -178,6 +171,14 @@ def take_networks(tensors, prefix: str, networks: int | None, width: int):
         networks, _, width = weights[-1].shape
         biases.append(take(tensors, f"{prefix}biases.{len(biases)}", np.float32, networks, 1, width))
     return tuple(weights), tuple(biases), width
+
+
+def times_of(tensors, name: str) -> np.ndarray:
+    """[s], (times,) float64. ValueError unless at least two rise."""
+    times = take(tensors, name, np.float64, None)
+    if len(times) < 2 or not (np.diff(times) > 0).all():
+        raise ValueError("times do not rise")
+    return times
 
 
 def take(tensors, name, dtype, *shape) -> np.ndarray:
