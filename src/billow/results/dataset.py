@@ -207,7 +207,7 @@ class Dataset:
             else:
                 self.missing[run] = f"{record['status']}: {record.get('reason')}"
         elif failure.is_file():
-            self.missing[run] = _reason(failure)
+            self.missing[run] = why_failed(failure) or f"failed; {failure.name} cannot be read"
         else:
             self.missing[run] = "not run yet"
 
@@ -234,9 +234,10 @@ def check_alike(shared: DatasetRecord, run: str, result: Result) -> None:
     raise OTHER_MESH_OR_TIMES(run=run, folder=result.folder, why=difference)
 
 
-def _reason(failure: Path) -> str:
+def why_failed(path: Path) -> str | None:
+    """Code and reason of a failed run from failed/<run>.json; None if it is missing or unreadable."""
     try:
-        record = json.loads(failure.read_text(encoding="utf-8"))
+        record = json.loads(path.read_text(encoding="utf-8"))
         return f"{record['code']}: {record['what']}; {record['why']}"
-    except (ValueError, TypeError, KeyError):
-        return f"failed; {failure.name} cannot be read"
+    except (OSError, ValueError, TypeError, KeyError):
+        return None

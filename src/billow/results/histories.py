@@ -12,8 +12,6 @@ model, without an axis for what is no vector. Others give quantities to `columns
 
 from __future__ import annotations
 
-import csv
-import io
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from functools import cached_property
@@ -23,6 +21,7 @@ import numpy as np
 
 from billow.base.errors import IntegrityError
 from billow.results.atomic import write_atomically
+from billow.results.csv_files import csv_text, read_csv
 
 UNREADABLE_HISTORIES = IntegrityError.declare(
     "E-RES-008",
@@ -144,22 +143,16 @@ def write_histories(path: str | Path, columns: Mapping[str, np.ndarray]) -> None
     curves = [np.asarray(columns[name], dtype=np.float64) for name in names]
     if any(curve.shape != (len(curves[0]),) for curve in curves):
         raise ValueError(f"histories differ in length: { {n: c.shape for n, c in zip(names, curves, strict=True)} }")
-    text = io.StringIO()
-    table = csv.writer(text, lineterminator="\n")
-    table.writerow(names)
-    table.writerows(zip(*(curve.tolist() for curve in curves), strict=True))  # Python floats: shortest exact text
-    write_atomically(path, text.getvalue())
+    write_atomically(path, csv_text([names, *zip(*(curve.tolist() for curve in curves), strict=True)]))
 
 
 def read_histories(path: str | Path) -> History:
     """Curves of a histories.csv. IntegrityError E-RES-008 if it is not one."""
-    path = Path(path)
     try:
-        with open(path, newline="", encoding="utf-8") as file:
-            header, *rows = csv.reader(file)
+        header, rows = read_csv(path)
         values = np.array(rows, dtype=np.float64).reshape(len(rows), len(header))
         if header[0] != TIME or len(set(header)) != len(header):
             raise ValueError(f"header {header}")
-    except (OSError, ValueError, IndexError) as error:
+    except (OSError, ValueError) as error:
         raise UNREADABLE_HISTORIES(path=path, why=error) from error
     return History({name: values[:, column] for column, name in enumerate(header)})

@@ -8,14 +8,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 from billow.base.errors import IntegrityError, ResourceError
-from billow.results.dataset import check_alike
-from billow.results.dataset_files import (
-    DATASET_FILE,
-    DatasetRecord,
-    mesh_sha256,
-    read_dataset_file,
-    write_dataset_file,
-)
+from billow.results.dataset import check_alike, why_failed
+from billow.results.dataset_files import DATASET_FILE, DatasetRecord, mesh_sha256, read_dataset_file, write_dataset_file
 from billow.results.result import Result
 from billow.study.attempt import Outcome, Runner, Task, cannot_write
 from billow.study.definition import StudyDefinition
@@ -121,9 +115,9 @@ class Drive:
             case = self.case_of(run)
             if self.store.is_published(run) and self._admit(run, case.digest()):
                 continue
-            failure = self.store.failure(run)
+            failure = why_failed(self.store.failed / f"{run}.json")
             if failure and not self.retry_failed:
-                self.failed[run] = f"{failure['code']}: {failure['what']}; {failure['why']}"
+                self.failed[run] = failure
             else:
                 tasks.append(Task(run, case.to_toml(), type(case).from_dict))
         return tasks

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import re
 import zipfile
 from collections.abc import Callable
@@ -11,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from billow.results.csv_files import read_csv
 from billow.study.vtk_frames import SUFFIXES, read_vtk
 
 
@@ -34,47 +34,36 @@ def find_run(folder: Path, run: str) -> tuple[Path, Callable[[Path], ForeignRun]
     return (folder / run, _read_frames) if (folder / run).is_dir() else None
 
 
-def read_table(path: Path, columns: tuple[str, ...], dtype=float) -> np.ndarray:
-    """Columns of a CSV file with a header, or the array of the .npy file beside it: (rows, columns).
+def read_table(path: Path, columns: tuple[str, ...], dtype=float) -> np.ndarray | None:
+    """Columns of a CSV file with a header, or the array of the .npy file beside it: (rows, columns); None without both.
 
-    FileNotFoundError if there is neither; ValueError if it does not hold such columns.
+    ValueError if it does not hold such columns.
     """
-    if path.with_suffix(".npy").is_file():
-        array = np.load(path.with_suffix(".npy"), allow_pickle=False)
+    binary = path.with_suffix(".npy")
+    if binary.is_file():
+        array = np.load(binary, allow_pickle=False)
         array = array[:, None] if array.ndim == 1 else array
         if array.ndim != 2 or array.shape[1] != len(columns):
-            raise ValueError(
-                f"{path.with_suffix('.npy').name} has shape {array.shape}; expected {len(columns)} columns"
-            )
+            raise ValueError(f"{binary.name} has shape {array.shape}; expected {len(columns)} columns")
         return array.astype(dtype)
-    with open(path, newline="", encoding="utf-8-sig") as file:
-        header, *rows = [[cell.strip() for cell in row] for row in csv.reader(file) if row]
+    if not path.is_file():
+        return None
+    header, rows = read_csv(path)
     missing = [name for name in columns if name not in header]
     if missing:
         raise ValueError(f"{path.name} has columns {', '.join(header)}; {', '.join(missing)} missing")
     chosen = [header.index(name) for name in columns]
     try:
-        return (
-            np.array([[float(row[k]) for k in chosen] for row in rows], float).reshape(-1, len(columns)).astype(dtype)
-        )
+        values = [[float(row[k]) for k in chosen] for row in rows]
+        return np.array(values, float).reshape(-1, len(columns)).astype(dtype)
     except (ValueError, IndexError) as error:
         raise ValueError(f"{path.name}: {error}") from error
 
 
 def read_times(folder: Path) -> np.ndarray | None:
     """times.csv (time [s]) or times.npy of a folder: [s], (times,); None if there is neither."""
-    try:
-        return read_table(folder / "times.csv", ("time [s]",))[:, 0]
-    except FileNotFoundError:
-        return None
-
-
-def read_triangles(folder: Path) -> np.ndarray | None:
-    """triangles.csv (a, b, c, counted from 0) or triangles.npy of a folder: (triangles, 3) int64; None without."""
-    try:
-        return read_table(folder / "triangles.csv", ("a", "b", "c"), np.int64)
-    except FileNotFoundError:
-        return None
+    times = read_table(folder / "times.csv", ("time [s]",))
+    return None if times is None else times[:, 0]
 
 
 def _read_npy(path: Path) -> ForeignRun:

@@ -1,11 +1,22 @@
-"""A study that grows: more training runs after the existing ones; existing runs, and all test runs, stay as they
-are."""
+"""A study that grows: more training runs after the existing ones; existing runs, and all test runs, stay as they are.
+
+More runs come from a larger `train`, or from a table with a column for each parameter and a row for each run:
+
+    permeability [-],inflator_temperature [K]
+    0.0231,655.0
+
+`billow suggest` writes such a file; `added_designs = "next.csv"` in study.toml makes its rows training runs.
+"""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from pathlib import Path
 
 from billow.base.errors import InputError
+from billow.results.csv_files import csv_text, read_csv
+from billow.results.dataset_files import Parameter, design_columns
 from billow.study.definition import StudyDefinition
 from billow.study.design import Design, Values, draw, numbered
 
@@ -22,6 +33,13 @@ CANNOT_GROW = InputError.declare(
     where="{folder}",
     why="{wanted} is not a multiple of {train}, so that the new runs could not fill all empty strata",
     remedy="set train to a multiple, such as {multiple}, or list more designs in added_designs",
+)
+UNUSABLE_DESIGNS = InputError.declare(
+    "E-STU-024",
+    "the table of added designs cannot be used",
+    where="{path}",
+    cause="a misspelt path in added_designs, columns that are not the parameters, or a value outside its range",
+    remedy="write one column for each parameter, headed name [unit], and one row for each run",
 )
 
 MAY_GROW = ("train", "nested", "added_designs")
@@ -78,3 +96,29 @@ def grown(existing: Design, definition: StudyDefinition, added: list[Values], fo
         raise ANOTHER_STUDY(folder=folder, why="a design in added_designs is one of its test runs")
     there = set(existing.train.values())
     return numbered(existing, [row for row in rows if row not in there], [])
+
+
+def added_designs_text(parameters: Sequence[Parameter], rows: Sequence[Sequence[float]]) -> str:
+    """The table of design values, (rows, parameters) in each parameter's unit."""
+    return csv_text([design_columns(parameters), *(map(float, row) for row in rows)])
+
+
+def read_added_designs(path: str | Path, parameters: Sequence[Parameter]) -> list[Values]:
+    """Rows of a table of designs, in file order.
+
+    InputError E-STU-024 if it cannot be read, has other columns, a value that is missing, no number or outside its
+    parameter's range, or a row twice.
+    """
+    try:
+        rows = [tuple(map(float, row)) for row in read_csv(path, design_columns(parameters))[1]]
+        for number, row in enumerate(rows, start=1):
+            if len(row) != len(parameters):
+                raise ValueError(f"row {number} has {len(row)} values for {len(parameters)} parameters")
+            for value, p in zip(row, parameters, strict=True):
+                if not (math.isfinite(value) and p.low <= value <= p.high):
+                    raise ValueError(f"row {number}: {p.name} = {value:g} is not between {p.low:g} and {p.high:g}")
+        if len(set(rows)) != len(rows):
+            raise ValueError("a design stands in it twice")
+    except (OSError, ValueError) as error:
+        raise UNUSABLE_DESIGNS(path=path, why=error) from error
+    return rows

@@ -14,7 +14,6 @@ The first frame is the start shape. Runs must share mesh and times; nothing is i
 
 from __future__ import annotations
 
-import csv
 import hashlib
 import re
 from pathlib import Path
@@ -24,7 +23,9 @@ import tomli_w
 
 from billow.base.errors import InputError
 from billow.results.atomic import whole_folder, write_atomically
+from billow.results.csv_files import read_csv
 from billow.results.dataset_files import (
+    RUN_NAME,
     DatasetRecord,
     Parameter,
     mesh_sha256,
@@ -36,7 +37,7 @@ from billow.results.dataset_files import (
 from billow.results.histories import write_histories
 from billow.results.run_file import write_run_file
 from billow.results.vtkhdf import FabricWriter
-from billow.study.foreign_run import ForeignRun, find_run, read_times, read_triangles
+from billow.study.foreign_run import ForeignRun, find_run, read_table, read_times
 
 UNUSABLE_TABLE = InputError.declare(
     "E-STU-026",
@@ -69,7 +70,6 @@ UNKNOWN_MESH_OR_TIMES = InputError.declare(
 
 TABLE = "runs.csv"
 _COLUMN = re.compile(r"([A-Za-z][A-Za-z0-9_]*) \[([^\[\]]+)\]")
-_RUN = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,60}")
 _SAME = 1e-6
 """Fraction of the mesh size by which start shapes may differ: text has seven digits."""
 
@@ -123,10 +123,8 @@ class _Table:
 
     def __init__(self, path: Path):
         try:
-            with open(path, newline="", encoding="utf-8-sig") as file:
-                header, *rows = [[cell.strip() for cell in row] for row in csv.reader(file, strict=True) if row]
-            self._take(header, rows)
-        except (OSError, ValueError, csv.Error) as error:
+            self._take(*read_csv(path))
+        except (OSError, ValueError) as error:
             raise UNUSABLE_TABLE(path=path, why=error) from error
 
     def _take(self, header: list[str], rows: list[list[str]]) -> None:
@@ -134,40 +132,34 @@ class _Table:
             raise ValueError(f"its columns are {', '.join(header)}; the first must be run, and each stand once")
         if any(len(row) != len(header) for row in rows):
             raise ValueError("a row has more or fewer cells than the header")
-        extra = ("run", "split", "wall_seconds [s]")
-        names = [name for name in header if name not in extra]
-        for name in names:
-            if not _COLUMN.fullmatch(name):
-                raise ValueError(f"column {name!r} is not of the form name [unit]")
+        names = [name for name in header if name not in ("run", "split", "wall_seconds [s]")]
+        heads = [_COLUMN.fullmatch(name) for name in names]
+        if None in heads:
+            raise ValueError(f"column {names[heads.index(None)]!r} is not of the form name [unit]")
         columns = {name: [row[k] for row in rows] for k, name in enumerate(header)}
         runs = columns["run"]
-        if len(runs) < 3 or len(set(runs)) != len(runs) or not all(map(_RUN.fullmatch, runs)):
+        if len(runs) < 3 or len(set(runs)) != len(runs) or not all(map(RUN_NAME.fullmatch, runs)):
             raise ValueError("it needs at least three runs, each with a name of its own made of letters and digits")
         values = np.array([list(map(float, columns[name])) for name in names], float).reshape(len(names), len(runs))
         if not names or not np.isfinite(values).all():
             raise ValueError("it has no parameter, or a value that is not a finite number")
-        for name, row in zip(names, values, strict=True):
-            if not row.min() < row.max():
-                raise ValueError(f"{name} is the same in every run; leave it out")
-        self.parameters = tuple(
-            Parameter(*_label(name), float(row.min()), float(row.max()))
-            for name, row in zip(names, values, strict=True)
-        )
+        self.parameters = tuple(_axis(*head.groups(), row) for head, row in zip(heads, values, strict=True))
         self.design = {run: tuple(values[:, k].tolist()) for k, run in enumerate(runs)}
         self.seconds = dict(zip(runs, map(float, columns.get("wall_seconds [s]", [0.0] * len(runs))), strict=True))
         self.split = None
         if "split" in columns:
-            parts = tuple(
-                [r for r, part in zip(runs, columns["split"], strict=True) if part == p] for p in ("train", "test")
+            train, test = (
+                [r for r, p in zip(runs, columns["split"], strict=True) if p == n] for n in ("train", "test")
             )
-            if len(parts[0]) + len(parts[1]) != len(runs) or len(parts[0]) < 2 or not parts[1]:
+            if len(train) + len(test) != len(runs) or len(train) < 2 or not test:
                 raise ValueError("column split must say train or test for each run, two train and one test at least")
-            self.split = parts
+            self.split = train, test
 
 
-def _label(column: str) -> tuple[str, str, str]:
-    name, unit = _COLUMN.fullmatch(column).groups()
-    return name, name.replace("_", " ").capitalize(), unit
+def _axis(name: str, unit: str, values: np.ndarray) -> Parameter:
+    if not values.min() < values.max():
+        raise ValueError(f"{name} [{unit}] is the same in every run; leave it out")
+    return Parameter(name, name.replace("_", " ").capitalize(), unit, float(values.min()), float(values.max()))
 
 
 def _draw_split(runs: list[str], share: float, seed: int) -> tuple[list[str], list[str]]:
@@ -205,23 +197,23 @@ class _Common:
     def __init__(self, folder: Path, run: str, first: ForeignRun):
         self._folder, self.run, self.start = folder, run, first.positions[0]
         try:
-            shared_times, shared_triangles = read_times(folder), read_triangles(folder)
-        except ValueError as error:
+            shared_times = read_times(folder)
+            shared_triangles = read_table(folder / "triangles.csv", ("a", "b", "c"), np.int64)
+        except (OSError, ValueError) as error:
             raise UNKNOWN_MESH_OR_TIMES(folder=folder, why=error) from error
         self.times = first.times if first.times is not None else shared_times
         self.triangles = first.triangles if first.triangles is not None else shared_triangles
-        nodes = len(self.start)
         if self.times is None or self.triangles is None:
-            missing = "times" if self.times is None else "triangles"
-            raise UNKNOWN_MESH_OR_TIMES(folder=folder, why=f"neither the runs nor the folder hold {missing}")
-        if self.times.ndim != 1 or self.times[0] != 0.0 or not (np.diff(self.times) > 0.0).all():
-            raise UNKNOWN_MESH_OR_TIMES(folder=folder, why="times must begin with 0, the start shape, and rise")
-        if self.triangles.ndim != 2 or self.triangles.shape[1:] != (3,) or not len(self.triangles):
+            why = f"neither the runs nor the folder hold {'times' if self.times is None else 'triangles'}"
+        elif self.times.ndim != 1 or self.times[0] != 0.0 or not (np.diff(self.times) > 0.0).all():
+            why = "times must begin with 0, the start shape, and rise"
+        elif self.triangles.ndim != 2 or self.triangles.shape[1:] != (3,) or not len(self.triangles):
             why = f"triangles have shape {self.triangles.shape}; expected (triangles, 3)"
-            raise UNKNOWN_MESH_OR_TIMES(folder=folder, why=why)
-        if not 0 <= self.triangles.min() <= self.triangles.max() < nodes:
-            why = f"a triangle names a node that is not among 0 to {nodes - 1}"
-            raise UNKNOWN_MESH_OR_TIMES(folder=folder, why=why)
+        elif not 0 <= self.triangles.min() <= self.triangles.max() < len(self.start):
+            why = f"a triangle names a node that is not among 0 to {len(self.start) - 1}"
+        else:
+            return
+        raise UNKNOWN_MESH_OR_TIMES(folder=folder, why=why)
 
     def check(self, run: str, found: ForeignRun) -> None:
         """InputError E-STU-028 if a run does not fit the first one."""

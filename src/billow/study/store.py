@@ -22,7 +22,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from billow.base.errors import BillowError, InputError
-from billow.results.atomic import publish_folder, sync_folder, write_atomically
+from billow.results.atomic import publish_folder, sync, write_atomically
 
 ANOTHER_PROCESS = InputError.declare(
     "E-STU-013",
@@ -103,7 +103,7 @@ class RunStore:
         while (place := shelf / f"{run}-{number}").exists():
             number += 1
         os.rename(self.runs / run, place)
-        sync_folder(shelf)
+        sync(shelf)
         return place
 
     def record_failure(self, run: str, error: BillowError, attempts: int) -> None:
@@ -111,14 +111,6 @@ class RunStore:
         parts = {name: getattr(error, name) for name in ("code", "what", "where", "why", "remedy")}
         text = json.dumps({"run": run, **parts, "attempts": attempts}, indent=2)
         write_atomically(self.failed / f"{run}.json", text + "\n")
-
-    def failure(self, run: str) -> dict | None:
-        """Content of failed/<run>.json, or None if it is missing or unreadable."""
-        try:
-            record = json.loads((self.failed / f"{run}.json").read_text(encoding="utf-8"))
-        except (OSError, ValueError):
-            return None
-        return record if isinstance(record, dict) and {"code", "what", "why"} <= set(record) else None
 
     def forget_failure(self, run: str) -> None:
         """Remove the record of a failure once the run is completed."""

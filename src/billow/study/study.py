@@ -12,12 +12,11 @@ from billow.base.errors import InputError, IntegrityError
 from billow.results.atomic import publish_folder, write_atomically
 from billow.results.dataset import Dataset
 from billow.results.dataset_files import read_design, read_split, write_design, write_split
-from billow.study.added_designs import added_designs_text, read_added_designs
 from billow.study.attempt import Runner, cannot_write
 from billow.study.definition import StudyDefinition
 from billow.study.design import Design, Values, draw
 from billow.study.drive import Drive, ProgressEvent, StudySummary
-from billow.study.grow import ANOTHER_STUDY, grown, merged
+from billow.study.grow import ANOTHER_STUDY, added_designs_text, grown, merged, read_added_designs
 from billow.study.store import RunStore
 
 CASE_REFUSES = InputError.declare(

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 from collections.abc import Callable
 from pathlib import Path
@@ -15,6 +13,7 @@ from billow.apps.converge.measures import Convergence, converge, quantities
 from billow.apps.converge.sweep import Made, Sweep, make_runs
 from billow.base.errors import NumericalStop
 from billow.results.atomic import write_atomically
+from billow.results.csv_files import csv_text
 
 TOO_FEW_RUNS = NumericalStop.declare(
     "E-NUM-007",
@@ -83,15 +82,13 @@ def report(found: list[Convergence], tolerance: float) -> str:
 
 
 def _table(found: list[Convergence]) -> str:
-    text = io.StringIO()
-    table = csv.writer(text, lineterminator="\n")
-    table.writerow(["quantity", "scale", "particles [-]", "runs [-]", "deviation [-]", "shift [-]", "noise [-]"])
+    rows = [["quantity", "scale", "particles [-]", "runs [-]", "deviation [-]", "shift [-]", "noise [-]"]]
     for one in found:
         for k, count in enumerate(one.counts.tolist()):
             numbers = (float(a[k]) for a in (one.deviation, one.shift, one.noise))
             runs = len(one.quantity.samples[count])
-            table.writerow([one.quantity.name, one.quantity.scale, count, runs, *numbers])
-    return text.getvalue()
+            rows.append([one.quantity.name, one.quantity.scale, count, runs, *numbers])
+    return csv_text(rows)
 
 
 def _summary(found: list[Convergence], made: Made, tolerance: float) -> dict:
