@@ -25,6 +25,7 @@ import difflib
 import itertools
 import os
 import tomllib
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -131,8 +132,8 @@ class StudyDefinition(BaseModel):
             definition = cls.model_validate(content)
         except ValidationError as error:
             raise _told(path, content, error) from error
-        _check_parameters(path, definition.parameters)
-        _check_nested(path, definition)
+        for where, what, why, remedy in _contradictions(definition):  # the first is told
+            raise UNUSABLE_VALUE(what=what, where=f"{path}: {where}", why=why, remedy=remedy)
         case = path.parent / definition.case
         if not os.path.isfile(case):  # unlike Path.is_file, no error for a name that is too long
             raise NO_CASE(case=definition.case, path=path, place=case)
@@ -167,54 +168,39 @@ def _read_toml(path: Path) -> dict:
         raise NOT_TOML(path=path, why=error) from error
 
 
-def _check_nested(path: Path, definition: StudyDefinition) -> None:
-    for smaller, larger in itertools.pairwise(definition.sizes):
-        if larger <= smaller or larger % smaller:
-            raise UNUSABLE_VALUE(
-                what=f"nested = {list(definition.nested)} with train = {definition.train} cannot be used",
-                where=f"{path}: nested",
-                why=f"{larger} is not a multiple of {smaller}, so that their strata do not fit into each other",
-                remedy="let each size divide the next and the last one divide train, such as nested = [100, 200]",
-            )
+_REASONS = {
+    "name": ("results are stored by parameter name", "give each parameter its own name"),
+    "range": ("a parameter needs a range to be drawn from",
+              "swap low and high, or set the value in the case instead of varying it"),
+    "logarithm": ("only positive values have a logarithm", "give a low above 0, or scale = 'linear'"),
+}  # fmt: skip
+"""What several entries do not agree on -> why that cannot be, and what to do."""
 
 
-def _check_parameters(path: Path, parameters: tuple[StudyParameter, ...]) -> None:
-    """What only a look at several entries shows."""
-    names: set[str] = set()
+def _contradictions(definition: StudyDefinition) -> Iterator[tuple[str, str, str, str]]:
+    """What only a look at several entries shows: where, what, why and remedy of each contradiction."""
     owners: dict[str, str] = {}
-    for number, parameter in enumerate(parameters, start=1):
-        where = f"{path}: [[parameters]] number {number} ({parameter.name})"
-        if parameter.name in names:
-            raise UNUSABLE_VALUE(
-                what=f"two parameters are called {parameter.name!r}",
-                where=where,
-                why="results are stored by parameter name",
-                remedy="give each parameter its own name",
-            )
-        names.add(parameter.name)
+    names = [parameter.name for parameter in definition.parameters]
+    for number, parameter in enumerate(definition.parameters, start=1):
+        where = f"[[parameters]] number {number} ({parameter.name})"
+        if parameter.name in names[: number - 1]:
+            yield where, f"two parameters are called {parameter.name!r}", *_REASONS["name"]
         if not parameter.low < parameter.high:
-            raise UNUSABLE_VALUE(
-                what=f"low = {parameter.low:g} is not below high = {parameter.high:g}",
-                where=where,
-                why="a parameter needs a range to be drawn from",
-                remedy="swap low and high, or set the value in the case instead of varying it",
-            )
+            yield where, f"low = {parameter.low:g} is not below high = {parameter.high:g}", *_REASONS["range"]
         if parameter.scale == "log" and parameter.low <= 0:
-            raise UNUSABLE_VALUE(
-                what=f"low = {parameter.low:g} with scale = 'log'",
-                where=where,
-                why="only positive values have a logarithm",
-                remedy="give a low above 0, or scale = 'linear'",
-            )
+            yield where, f"low = {parameter.low:g} with scale = 'log'", *_REASONS["logarithm"]
         for key in parameter.keys:
             if key in owners:
-                raise UNUSABLE_VALUE(
-                    what=f"the case entry {key!r} is varied twice",
-                    where=where,
-                    why=f"it is also among the keys of {owners[key]!r}",
-                    remedy="let each case entry belong to one parameter",
-                )
+                why = f"it is also among the keys of {owners[key]!r}"
+                remedy = "let each case entry belong to one parameter"
+                yield where, f"the case entry {key!r} is varied twice", why, remedy
             owners[key] = parameter.name
+    for smaller, larger in itertools.pairwise(definition.sizes):
+        if larger <= smaller or larger % smaller:
+            what = f"nested = {list(definition.nested)} with train = {definition.train} cannot be used"
+            why = f"{larger} is not a multiple of {smaller}, so that their strata do not fit into each other"
+            remedy = "let each size divide the next and the last one divide train, such as nested = [100, 200]"
+            yield "nested", what, why, remedy
 
 
 def _told(path: Path, content: dict, error: ValidationError) -> InputError:

@@ -21,8 +21,8 @@ class ForeignRun:
     """
 
     positions: np.ndarray
-    triangles: np.ndarray | None
-    times: np.ndarray | None
+    triangles: np.ndarray | None = None
+    times: np.ndarray | None = None
     contact_force: np.ndarray | None = None
 
 
@@ -67,7 +67,7 @@ def read_times(folder: Path) -> np.ndarray | None:
 
 
 def _read_npy(path: Path) -> ForeignRun:
-    return ForeignRun(np.asarray(np.load(path, allow_pickle=False), float), None, None)
+    return ForeignRun(np.asarray(np.load(path, allow_pickle=False), float))
 
 
 def _read_npz(path: Path) -> ForeignRun:

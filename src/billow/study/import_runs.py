@@ -148,9 +148,8 @@ class _Table:
         self.seconds = dict(zip(runs, map(float, columns.get("wall_seconds [s]", [0.0] * len(runs))), strict=True))
         self.split = None
         if "split" in columns:
-            train, test = (
-                [r for r, p in zip(runs, columns["split"], strict=True) if p == n] for n in ("train", "test")
-            )
+            part = dict(zip(runs, columns["split"], strict=True))
+            train, test = ([run for run in runs if part[run] == name] for name in ("train", "test"))
             if len(train) + len(test) != len(runs) or len(train) < 2 or not test:
                 raise ValueError("column split must say train or test for each run, two train and one test at least")
             self.split = train, test

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import itertools
-import shutil
-import uuid
 from collections.abc import Callable
 from pathlib import Path
 
 from billow.base.errors import InputError, IntegrityError
-from billow.results.atomic import publish_folder, write_atomically
+from billow.results.atomic import whole_folder, write_atomically
 from billow.results.dataset import Dataset
 from billow.results.dataset_files import read_design, read_split, write_design, write_split
 from billow.study.attempt import Runner, cannot_write
@@ -66,7 +64,7 @@ class Study:
     """
 
     def __init__(self, folder: Path, definition: StudyDefinition, design: Design, case):
-        self.folder, self.definition, self._design, self._case = folder, definition, design, case
+        self.folder, self.definition, self._case = folder, definition, case
         self.train, self.test, self.runs = design.train, design.test, design.runs
         self.store = RunStore(folder)
 
@@ -96,10 +94,13 @@ class Study:
             for run in design.runs.keys() - existing.runs.keys():
                 _vary(case, definition, design.runs[run], f"{definition_file}: run {run} of its design")
             if study is None:
-                _write(folder, _files(definition, case, added), definition, design)
+                with whole_folder(folder) as partial:
+                    _write(partial, _files(definition, case, added), definition, design)
+                    for name in ("runs", "failed"):
+                        (partial / name).mkdir()
             elif design != existing or definition != study.definition:
                 with study.store.driving():
-                    _rewrite(folder, _files(definition, case, added), definition, design)
+                    _write(folder, _files(definition, case, added), definition, design)
         except OSError as problem:
             raise cannot_write(problem, folder) from problem
         return cls.open(folder)
@@ -151,10 +152,11 @@ class Study:
         """
         if (workers is not None and workers < 1) or (workers is not None and scheduler is not None):
             raise UNUSABLE_WORKERS(workers=f"{workers} together with a scheduler" if scheduler else workers)
-        report = progress or (lambda event: None)
-        with self.store.driving():
-            drive = Drive(self.store, self.definition, self._design, self.case, report, retry_failed)
-            return drive.go(workers, scheduler, runner)
+        try:
+            with self.store.driving():
+                return Drive(self, progress or (lambda event: None), retry_failed).go(workers, scheduler, runner)
+        except OSError as problem:  # of this process; those of workers come as outcomes
+            raise cannot_write(problem, self.folder) from problem
 
 
 def _load_case(path: Path):
@@ -216,21 +218,7 @@ def _open_for(definition: StudyDefinition, case, folder: Path) -> Study:
 
 
 def _write(folder: Path, files: dict[str, str], definition: StudyDefinition, design: Design) -> None:
-    """Write a new study; its folder appears whole or not at all."""
-    folder.parent.mkdir(parents=True, exist_ok=True)
-    partial = folder.with_name(f"{folder.name}.{uuid.uuid4().hex[:12]}.partial")
-    partial.mkdir()
-    try:
-        _rewrite(partial, files, definition, design)
-        for name in ("runs", "failed"):
-            (partial / name).mkdir()
-        publish_folder(partial, folder)
-    finally:
-        shutil.rmtree(partial, ignore_errors=True)
-
-
-def _rewrite(folder: Path, files: dict[str, str], definition: StudyDefinition, design: Design) -> None:
-    """Write the files of a study that has grown.
+    """Write the files of a study, new or grown.
 
     Designs first, then the split that names them, then study.toml: a crash in between leaves the study as it was, or
     one whose runs are all there already when the same command comes again.
