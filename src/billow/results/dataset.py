@@ -129,11 +129,11 @@ class Dataset:
 
     def doubts(self, run: str) -> tuple[str, ...]:
         """Names of the criteria a run did not pass, none where it carries no verdict. InputError E-RES-014: unknown."""
-        return quality.doubts(self._records[self._known(run)].get("quality", {}))
+        return quality.doubts(self._record(run).get("quality", {}))
 
     def verdict(self, run: str) -> str | None:
         """PASS, REVIEW or FAIL, or None where a run carries no verdict. InputError E-RES-014: unknown run."""
-        return self._records[self._known(run)].get("quality", {}).get("verdict")
+        return self._record(run).get("quality", {}).get("verdict")
 
     @property
     def reference(self) -> np.ndarray:
@@ -152,7 +152,7 @@ class Dataset:
         """
         for run in runs:
             if run not in self._design:
-                self._known(run)
+                self._record(run)
         rows = [self._design[run] for run in runs]
         return np.array(rows, dtype=np.float64).reshape(len(rows), len(self.parameters))
 
@@ -175,8 +175,7 @@ class Dataset:
 
     def result(self, run: str) -> Result:
         """One run, everything it recorded. InputError E-RES-014 if it is not among train and test."""
-        self._known(run)
-        return Result(self.folder / "runs" / run, self._records[run])
+        return Result(self.folder / "runs" / run, self._record(run))
 
     def content_sha256(self) -> str:
         """SHA-256 of all that can be learned: axes, times, mesh, split, designs and every field of every run.
@@ -199,22 +198,21 @@ class Dataset:
         elif folder.is_dir():
             try:
                 record = read_run_file(folder)
+                if record["status"] == "completed":
+                    self._records[run] = record
+                else:
+                    self.missing[run] = f"{record['status']}: {record.get('reason')}"
             except BillowError as error:
                 self.missing[run] = f"{error.code}: {error.what}; {error.why}"
-                return
-            if record["status"] == "completed":
-                self._records[run] = record
-            else:
-                self.missing[run] = f"{record['status']}: {record.get('reason')}"
         elif failure.is_file():
             self.missing[run] = why_failed(failure) or f"failed; {failure.name} cannot be read"
         else:
             self.missing[run] = "not run yet"
 
-    def _known(self, run: str) -> str:
+    def _record(self, run: str) -> dict:
         if run not in self._records:
             raise NO_SUCH_RUN(run=run, folder=self.folder, why=self.missing.get(run, "the dataset has no such run"))
-        return run
+        return self._records[run]
 
     def _checked(self, run: str) -> Result:
         """A run that has this dataset's mesh and times."""

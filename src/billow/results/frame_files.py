@@ -6,6 +6,7 @@ the fabric, "cloud." to the gas in boxes, "particle." to the particles.
 
 from __future__ import annotations
 
+from collections import defaultdict
 from contextlib import ExitStack
 from pathlib import Path
 
@@ -27,11 +28,8 @@ def write_frames(folder: Path, journal: Path, start: np.ndarray, surface: Surfac
     for name in (FABRIC, GAS, PARTICLES):
         (folder / name).unlink(missing_ok=True)  # of an earlier, interrupted part of the run
     with ExitStack() as files:
-        fabric = files.enter_context(
-            FabricWriter(
-                folder / FABRIC, start, surface.triangles.astype(np.int64), surface.part, list(surface.part_names)
-            )
-        )
+        writer = FabricWriter(folder / FABRIC, start, surface.triangles, surface.part, surface.part_names)
+        fabric = files.enter_context(writer)
         clouds: dict[str, CloudWriter] = {}
 
         def cloud(name: str) -> CloudWriter:
@@ -40,19 +38,13 @@ def write_frames(folder: Path, journal: Path, start: np.ndarray, surface: Surfac
             return clouds[name]
 
         for arrays in journals.frames(journal):
-            time, fields = float(arrays["time"][0]), _by_picture(arrays)
+            time, fields = float(arrays["time"][0]), defaultdict(dict)
+            for name, array in sorted(arrays.items()):  # as read, their order is no order
+                picture, _, field = name.partition(".")
+                fields[picture][field] = array
             if "positions" in arrays:
                 fabric.append(time, arrays["positions"], fields["point"], fields["cell"])
             if box := fields["cloud"]:
                 cloud(GAS).boxes(time, box.pop("centre"), box.pop("size"), box)
             if particle := fields["particle"]:
                 cloud(PARTICLES).points(time, particle.pop("position"), particle)
-
-
-def _by_picture(arrays: dict[str, np.ndarray]) -> dict[str, dict[str, np.ndarray]]:
-    fields: dict[str, dict[str, np.ndarray]] = {"point": {}, "cell": {}, "cloud": {}, "particle": {}}
-    for name, array in sorted(arrays.items()):  # as read, their order is no order
-        kind, _, field = name.partition(".")
-        if field:
-            fields[kind][field] = array
-    return fields

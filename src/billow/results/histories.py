@@ -13,7 +13,7 @@ model, without an axis for what is no vector. Others give quantities to `columns
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from functools import cached_property
 from pathlib import Path
 
@@ -77,25 +77,13 @@ class Curves:
         return self._history.find(self._of, quantity) is not None
 
 
-class History(Mapping[str, np.ndarray]):
+class History(dict[str, np.ndarray]):
     """Curves over time: a mapping "name [unit]" -> (n,), and by what they belong to."""
-
-    def __init__(self, columns: Mapping[str, np.ndarray]):
-        self._columns = dict(columns)
-
-    def __getitem__(self, column: str) -> np.ndarray:
-        return self._columns[column]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._columns)
-
-    def __len__(self) -> int:
-        return len(self._columns)
 
     @cached_property
     def _bare(self) -> dict[str, np.ndarray]:
         """The columns without their units."""
-        return {column.rpartition(" [")[0]: curve for column, curve in self._columns.items()}
+        return {column.rpartition(" [")[0]: curve for column, curve in self.items()}
 
     def find(self, of: str, quantity: str) -> np.ndarray | None:
         """Curve of a quantity, None if there is none."""
@@ -119,7 +107,7 @@ class History(Mapping[str, np.ndarray]):
     @property
     def time(self) -> np.ndarray:
         """[s], (n,)."""
-        return self._columns[TIME]
+        return self[TIME]
 
     @cached_property
     def moving_bodies(self) -> tuple[str, ...]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import shutil
 import time
 import tomllib
 import traceback
@@ -109,7 +110,7 @@ def attempt_run(folder: str, task: Task, runner: Runner | None = None) -> Outcom
     except Exception as problem:
         status, error = "failed", _out_of_space(problem, store.folder) or _unexpected(task.run, problem)
     if workplace is not None:
-        store.end(workplace)
+        shutil.rmtree(workplace, ignore_errors=True)
     return Outcome(task.run, status, time.perf_counter() - started, attempts, error)
 
 

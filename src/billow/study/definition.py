@@ -1,23 +1,4 @@
-"""study.toml: the case of a study, its parameters, and the numbers of runs.
-
-title = "Driver bag against a locked obstacle"
-case = "driver_locked.toml"       # relative to this file
-seed = 1
-train = 48                        # may be raised later, to a multiple
-test = 12
-nested = [12, 24]                 # the first 12 training runs are a Latin hypercube themselves, and so are the first 24
-added_designs = "next.csv"        # more training runs, as `billow suggest` writes them
-reference_length = 0.28           # [m], to which errors are compared
-
-[[parameters]]
-name = "permeability"
-label = "Airbag permeability"
-unit = "-"
-low = 0.02
-high = 0.035
-keys = ["fabric.permeability"]    # entries of the case that take the value
-scale = "linear"                  # or "log": drawn evenly in the logarithm
-"""
+"""study.toml: the case of a study, its parameters, and the numbers of runs (docs/rom.md has an example)."""
 
 from __future__ import annotations
 

@@ -1,11 +1,6 @@
 """A study that grows: more training runs after the existing ones; existing runs, and all test runs, stay as they are.
 
-More runs come from a larger `train`, or from a table with a column for each parameter and a row for each run:
-
-    permeability [-],inflator_temperature [K]
-    0.0231,655.0
-
-`billow suggest` writes such a file; `added_designs = "next.csv"` in study.toml makes its rows training runs.
+More runs come from a larger `train`, or from `added_designs`: a table of designs, as `billow suggest` writes it.
 """
 
 from __future__ import annotations
@@ -52,25 +47,18 @@ def merged(existing: StudyDefinition, given: StudyDefinition, folder: Path) -> S
     Existing sizes stay sizes of nested hypercubes, so that their runs keep their places. InputError E-STU-008 if
     `given` differs in more than `MAY_GROW` allows.
     """
-    different = [
-        name
-        for name in StudyDefinition.model_fields
-        if name not in MAY_GROW and getattr(existing, name) != getattr(given, name)
-    ]
-    if different:
-        raise ANOTHER_STUDY(
-            folder=folder, why=f"{', '.join(different)} in its study.toml differ from the study asked for"
-        )
-    if given.train < existing.train:
-        raise ANOTHER_STUDY(
-            folder=folder, why=f"it has {existing.train} training runs already, more than the {given.train} asked"
-        )
     known = set(existing.sizes)
+    fixed = [name for name in StudyDefinition.model_fields if name not in MAY_GROW]
+    different = [name for name in fixed if getattr(existing, name) != getattr(given, name)]
     between = [size for size in given.nested if size not in known and size < existing.train]
-    if between:
-        raise ANOTHER_STUDY(
-            folder=folder, why=f"its {existing.train} training runs were not drawn with nested = {between}"
-        )
+    if different:
+        why = f"{', '.join(different)} in its study.toml differ from the study asked for"
+    elif given.train < existing.train:
+        why = f"it has {existing.train} training runs already, more than the {given.train} asked"
+    else:
+        why = between and f"its {existing.train} training runs were not drawn with nested = {between}"
+    if why:
+        raise ANOTHER_STUDY(folder=folder, why=why)
     later = [size for size in given.sizes if size > existing.train]
     sizes = (*existing.sizes, *later)
     if any(later) and later[0] % existing.train:
@@ -85,15 +73,15 @@ def grown(existing: Design, definition: StudyDefinition, added: list[Values], fo
     """
     wanted = draw(definition)
     rows = [*wanted.train.values(), *added]
-    if tuple(existing.test.values()) != tuple(wanted.test.values()):
-        raise ANOTHER_STUDY(folder=folder, why="its test runs are not those of the study asked for")
     lost = set(existing.train.values()) - set(rows)
-    if lost:
-        raise ANOTHER_STUDY(
-            folder=folder, why=f"{len(lost)} of its training runs are not among those of the study asked for"
-        )
-    if set(added) & set(wanted.test.values()):
-        raise ANOTHER_STUDY(folder=folder, why="a design in added_designs is one of its test runs")
+    if tuple(existing.test.values()) != tuple(wanted.test.values()):
+        why = "its test runs are not those of the study asked for"
+    elif lost:
+        why = f"{len(lost)} of its training runs are not among those of the study asked for"
+    else:
+        why = set(added) & set(wanted.test.values()) and "a design in added_designs is one of its test runs"
+    if why:
+        raise ANOTHER_STUDY(folder=folder, why=why)
     there = set(existing.train.values())
     return numbered(existing, [row for row in rows if row not in there], [])
 

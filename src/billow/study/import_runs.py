@@ -1,15 +1,6 @@
 """A dataset made from runs of another solver, so that a surrogate can be trained on them.
 
-    FOLDER/
-      runs.csv            run,permeability [-],jet_direction [deg],...: the designs; also, if known, columns
-                          "split" (train or test) and "wall_seconds [s]" (how long the run took)
-      triangles.csv       a,b,c: nodes of each triangle, counted from 0 (or triangles.npy; not needed with VTK frames)
-      times.csv           time [s]: of the frames, the first is 0 (or times.npy; a run may have its own)
-      0000.npz            positions (times, nodes, 3) [m]; if known times, triangles, contact_force [N] of that shape
-      0001.npy            positions alone
-      0002/               or one file a frame: .csv (x [m],y [m],z [m]), .vtk, .vtu or .vtp
-
-The first frame is the start shape. Runs must share mesh and times; nothing is interpolated.
+docs/rom.md, "Runs of another solver", shows the folder that is read. Runs must share mesh and times.
 """
 
 from __future__ import annotations

@@ -76,10 +76,6 @@ class RunStore:
         """How many attempts at `run` were begun and ended in neither a run nor an error."""
         return sum(1 for _ in self.work.glob(f"{run}-*"))
 
-    def end(self, attempt: Path) -> None:
-        """Remove an attempt that has been handled."""
-        shutil.rmtree(attempt, ignore_errors=True)
-
     def is_published(self, run: str) -> bool:
         """True if `run` has a folder in runs/, whether or not it verifies."""
         return (self.runs / run).is_dir()
