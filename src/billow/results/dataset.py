@@ -62,14 +62,10 @@ class Dataset:
     why.
     """
 
-    def __init__(
-        self,
-        folder: Path,
-        shared: DatasetRecord,
-        design: dict[str, tuple[float, ...]],
-        split: tuple[tuple[str, ...], tuple[str, ...]],
-    ):
-        self.folder, self._shared, self._design = folder, shared, design
+    def __init__(self, folder: str | Path):
+        self.folder = Path(folder)
+        self._shared = shared = read_dataset_file(folder)
+        self._design, split = read_design(folder, shared.parameters), read_split(folder)
         self.title, self.seed, self.reference_length = shared.title, shared.seed, shared.reference_length
         self.parameters: tuple[Parameter, ...] = shared.parameters
         # The start shape is the same in every run: nothing to learn from it, and it would flatter every mean error.
@@ -79,7 +75,7 @@ class Dataset:
         for run in (*split[0], *split[1]):
             self._look_up(run)
         self.train, self.test = (tuple(run for run in part if run in self._records) for part in split)
-        self._planned_train = tuple(run for run in split[0] if run in design)
+        self._planned_train = tuple(run for run in split[0] if run in self._design)
 
     @classmethod
     def open(cls, folder: str | Path) -> Dataset:
@@ -88,9 +84,7 @@ class Dataset:
         InputError E-RES-010 if no run is complete yet; IntegrityError E-RES-011 if dataset.toml, design.csv or
         split.toml is damaged. Runs that are absent, failed or damaged are no error: they are listed in `missing`.
         """
-        folder = Path(folder)
-        shared = read_dataset_file(folder)
-        return cls(folder, shared, read_design(folder, shared.parameters), read_split(folder))
+        return cls(folder)
 
     def __repr__(self) -> str:
         counts = f"{len(self.train)} train, {len(self.test)} test, {len(self.missing)} missing"
@@ -217,19 +211,18 @@ class Dataset:
     def _checked(self, run: str) -> Result:
         """A run that has this dataset's mesh and times."""
         result = self.result(run)
-        check_alike(self._shared, run, result)
+        if why := difference(self._shared, result):
+            raise OTHER_MESH_OR_TIMES(run=run, folder=result.folder, why=why)
         return result
 
 
-def check_alike(shared: DatasetRecord, run: str, result: Result) -> None:
-    """IntegrityError E-RES-012 if a run has another mesh or other times than its dataset."""
+def difference(shared: DatasetRecord, result: Result) -> str:
+    """What a run has other than its dataset, mesh or times; empty if it has the same."""
     if mesh_sha256(result.reference, result.triangles) != shared.mesh_sha256:
-        difference = "its start mesh is not the one in dataset.toml"
-    elif not same_times(result.times, shared.times):
-        difference = f"it recorded {len(result.times)} times up to {result.times[-1:]} s, not those in dataset.toml"
-    else:
-        return
-    raise OTHER_MESH_OR_TIMES(run=run, folder=result.folder, why=difference)
+        return "its start mesh is not the one in dataset.toml"
+    if not same_times(result.times, shared.times):
+        return f"it recorded {len(result.times)} times up to {result.times[-1:]} s, not those in dataset.toml"
+    return ""
 
 
 def why_failed(path: Path) -> str | None:

@@ -57,7 +57,6 @@ NO_CASE = InputError.declare(
     remedy="give its path relative to the study file",
 )
 
-_STRICT = ConfigDict(strict=True, frozen=True, extra="forbid", allow_inf_nan=False)
 LARGEST_FILE = 1_000_000  # bytes; a study file is a few kilobytes
 MOST_RUNS = 10_000
 
@@ -71,10 +70,12 @@ def _one_line(value: str) -> str:
 _Text = Annotated[str, Field(min_length=1), AfterValidator(_one_line)]
 
 
-class StudyParameter(BaseModel):
-    """One axis of the design space; low and high are in `unit`, which is the unit of the case's entries `keys`."""
+class _Strict(BaseModel):
+    model_config = ConfigDict(strict=True, frozen=True, extra="forbid", allow_inf_nan=False)
 
-    model_config = _STRICT
+
+class StudyParameter(_Strict):
+    """One axis of the design space; low and high are in `unit`, which is the unit of the case's entries `keys`."""
 
     name: Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")]
     label: _Text
@@ -85,10 +86,8 @@ class StudyParameter(BaseModel):
     scale: Literal["linear", "log"] = "linear"
 
 
-class StudyDefinition(BaseModel):
+class StudyDefinition(_Strict):
     """The content of a study.toml. reference_length: [m]."""
-
-    model_config = _STRICT
 
     title: _Text
     case: _Text

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from billow.base.errors import IntegrityError, ResourceError
-from billow.results.dataset import check_alike, why_failed
+from billow.results.dataset import difference, why_failed
 from billow.results.dataset_files import DATASET_FILE, DatasetRecord, mesh_sha256, read_dataset_file, write_dataset_file
 from billow.results.result import Result
 from billow.study.attempt import Outcome, Runner, Task, attempt_run
@@ -121,29 +121,15 @@ class Drive:
             return False
         if result.record["case_digest"] != digest or result.status != "completed":
             raise OTHER_RUN(run=run, folder=result.folder)
-        self._check_alike(run, result)
+        folder, d = self.study.folder, self.study.definition
+        if not (folder / DATASET_FILE).is_file():  # the first run in sets mesh and times; the others must have the same
+            mesh, times = mesh_sha256(result.reference, result.triangles), tuple(result.times.tolist())
+            write_dataset_file(folder, DatasetRecord(d.title, d.reference_length, d.seed, mesh, times, d.axes))
+        elif other := difference(read_dataset_file(folder), result):
+            raise OTHER_MESH(run=run, folder=result.folder, difference=other)
         self.completed.add(run)
         self.store.forget_failure(run)
         return True
-
-    def _check_alike(self, run: str, result: Result) -> None:
-        """The first run in sets mesh and times in dataset.toml; the others must have the same."""
-        folder, definition = self.study.folder, self.study.definition
-        if not (folder / DATASET_FILE).is_file():
-            shared = DatasetRecord(
-                title=definition.title,
-                reference_length=definition.reference_length,
-                seed=definition.seed,
-                mesh_sha256=mesh_sha256(result.reference, result.triangles),
-                times=tuple(result.times.tolist()),
-                parameters=definition.axes,
-            )
-            write_dataset_file(folder, shared)
-            return
-        try:
-            check_alike(read_dataset_file(folder), run, result)
-        except IntegrityError as error:
-            raise OTHER_MESH(run=run, folder=result.folder, difference=error.why) from error
 
     def _take(self, outcome: Outcome) -> None:
         run, error = outcome.run, outcome.error

@@ -95,17 +95,9 @@ def import_runs(
         write_design(partial, table.parameters, table.design)
         write_split(partial, *split)
         size = float(np.ptp(common.start, axis=0).max())
-        write_dataset_file(
-            partial,
-            DatasetRecord(
-                title=title or folder.resolve().name,
-                reference_length=reference_length or size,
-                seed=seed,
-                mesh_sha256=mesh_sha256(common.start, common.triangles),
-                times=tuple(common.times.tolist()),
-                parameters=table.parameters,
-            ),
-        )
+        mesh, times = mesh_sha256(common.start, common.triangles), tuple(common.times.tolist())
+        title, length = title or folder.resolve().name, reference_length or size
+        write_dataset_file(partial, DatasetRecord(title, length, seed, mesh, times, table.parameters))
     return len(split[0]), len(split[1])
 
 

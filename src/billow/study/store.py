@@ -1,13 +1,4 @@
-"""Run folders of a study, organised so that any process may die at any moment.
-
-    runs/<run>/            published runs: there only if complete, never overwritten
-    failed/<run>.json      why a run failed; failed/<run>/ is what a stopped run left, for a look at its last frames
-    set_aside/<run>-<n>/   published runs that no longer verified
-    work/<run>-<token>/    one folder for each attempt under way; its content moves to runs/ in one step
-    study.lock             held by the process that drives the study
-
-Two attempts at one run, as a cluster may make, have a folder each, and the first to finish is kept.
-"""
+"""Run folders of a study (docs/architecture.md, "Study and dataset"), such that any process may die at any moment."""
 
 from __future__ import annotations
 

@@ -74,19 +74,12 @@ class Sweep:
         return [(n, s, f"{n}_seed{s}") for n in self.counts for s in range(1, self.seeds + 1)]
 
 
-@dataclass(frozen=True)
-class Made:
-    """runs: count -> results, completed ones only; failed: name -> why a run was stopped."""
-
-    runs: dict[int, list[Result]]
-    failed: dict[str, str]
-
-
 def make_runs(
     sweep: Sweep, folder: Path, progress: Callable[[int, int, str], None], threads: int | None = None
-) -> Made:
-    """Make the runs that are missing, one after the other. progress: (done, all, what comes next).
+) -> tuple[dict[int, list[Result]], dict[str, str]]:
+    """Make the runs that are missing, one after the other: count -> completed results, and name -> why it was stopped.
 
+    progress: called with runs done, all runs, and what comes next.
     Raises InputError E-CONV-003 if the folder holds another case, and errors of the machine as `simulate`.
     """
     _claim(folder, sweep.case)
@@ -101,7 +94,7 @@ def make_runs(
         else:
             failed[name] = result.record["reason"] or result.status
     progress(len(names), len(names), "comparison")
-    return Made(runs, failed)
+    return runs, failed
 
 
 def _make(case: Case, folder: Path, threads: int | None) -> Result:
