@@ -1,10 +1,5 @@
-"""gas.vtkhdf, particles.vtkhdf: cells or points whose number changes from frame to frame; ParaView, VTK and h5py open
-them.
-
-The layout is VTKHDF, a temporal UnstructuredGrid whose parts differ (https://docs.vtk.org, "VTKHDF format
-specification", version 2.2): every frame is one part with its own points, cells and fields, and `Steps` says where in
-the long arrays it begins. Cells are boxes along the axes (voxels), or single points (vertices).
-"""
+"""gas.vtkhdf, particles.vtkhdf: boxes along the axes (voxels) or single points (vertices), whose number changes from
+frame to frame (docs/architecture.md, Frames)."""
 
 from __future__ import annotations
 

@@ -6,6 +6,7 @@ import hashlib
 import json
 from collections.abc import Sequence
 from functools import cached_property
+from operator import attrgetter
 from pathlib import Path
 
 import numpy as np
@@ -91,15 +92,12 @@ class Dataset:
         return f"Dataset({str(self.folder)!r}, {counts})"
 
     @cached_property
-    def _mesh(self) -> tuple[np.ndarray, np.ndarray]:
+    def _first(self) -> Result:
         run = next(iter(self._records), None)
         if run is None:
-            raise NO_COMPLETED_RUN(
-                folder=self.folder,
-                why=f"{len(self.missing)} runs are missing; the first: {next(iter(self.missing.values()), 'no run')}",
-            )
-        result = self._checked(run)
-        return result.reference, result.triangles
+            first = next(iter(self.missing.values()), "no run")
+            raise NO_COMPLETED_RUN(folder=self.folder, why=f"{len(self.missing)} runs are missing; the first: {first}")
+        return self._checked(run)
 
     @property
     def trusted(self) -> tuple[str, ...]:
@@ -132,12 +130,9 @@ class Dataset:
     @property
     def reference(self) -> np.ndarray:
         """[m], (nodes, 3) float32: the start shape, the same in every run. InputError E-RES-010 without any run."""
-        return self._mesh[0]
+        return self._first.reference
 
-    @property
-    def triangles(self) -> np.ndarray:
-        """(triangles, 3) int64: nodes of each triangle."""
-        return self._mesh[1]
+    triangles = property(attrgetter("_first.triangles"), doc="(triangles, 3) int64: nodes of each triangle.")
 
     def design(self, runs: Sequence[str]) -> np.ndarray:
         """(runs, parameters) float64: design values, in each parameter's unit, of missing runs too.

@@ -1,11 +1,5 @@
-"""The three small files that turn a folder of runs into a dataset.
-
-    design.csv    run,permeability [-],...   one row a run: the values of its parameters
-    split.toml    train = [...], test = [...]
-    dataset.toml  what all runs share: parameters and their ranges, times, the mesh (by its SHA-256)
-
-Any program that writes these and run folders has made a dataset that the reduced-order model can learn from.
-"""
+"""design.csv, split.toml, dataset.toml: what turns a folder of runs into a dataset (docs/architecture.md, Study and
+dataset)."""
 
 from __future__ import annotations
 

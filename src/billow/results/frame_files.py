@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from contextlib import ExitStack
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -30,12 +31,10 @@ def write_frames(folder: Path, journal: Path, start: np.ndarray, surface: Surfac
     with ExitStack() as files:
         writer = FabricWriter(folder / FABRIC, start, surface.triangles, surface.part, surface.part_names)
         fabric = files.enter_context(writer)
-        clouds: dict[str, CloudWriter] = {}
 
+        @cache
         def cloud(name: str) -> CloudWriter:
-            if name not in clouds:
-                clouds[name] = files.enter_context(CloudWriter(folder / name))
-            return clouds[name]
+            return files.enter_context(CloudWriter(folder / name))
 
         for arrays in journals.frames(journal):
             time, fields = float(arrays["time"][0]), defaultdict(dict)

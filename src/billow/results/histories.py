@@ -1,10 +1,4 @@
-"""histories.csv: curves over time, one column each, the unit in the header.
-
-    time [s],pressure [Pa],vent mass flow [kg/s]
-    0.0,0.0,0.0
-    1e-05,12.25,0.0
-
-Numbers are written with as many digits as it takes to read back the same bits.
+"""histories.csv: curves over time, one column each, the unit in the header (docs/histories.md).
 
 This file alone knows how a column is called: NAME_QUANTITY_AXIS [UNIT], without a name for what belongs to the whole
 model, without an axis for what is no vector. Others give quantities to `columns` and ask a `History` for them.

@@ -1,14 +1,4 @@
-"""fabric.vtkhdf: the moving mesh of a run, one file that ParaView, VTK and h5py open.
-
-The layout is VTKHDF, a temporal UnstructuredGrid (https://docs.vtk.org, "VTKHDF format specification", version 2.2):
-
-    /VTKHDF                      Version (2, 2), Type "UnstructuredGrid"
-      Connectivity Offsets Types   triangles, stored once
-      Points                       (times * nodes, 3) float32 [m]: one block a frame
-      PointData/<name>             (times * nodes[, 3]) float32
-      CellData/<name>              (times * triangles) float32; `part` (triangles,) once
-      Steps                        NSteps, Values [s], and for each frame where its blocks begin
-    /billow                      start_points (nodes, 3) float32 [m], part_names
+"""fabric.vtkhdf: the moving mesh of a run, one file that ParaView, VTK and h5py open (docs/architecture.md, Frames).
 
 The file is written from finished data (`journal` keeps those of a run that is still going on), many frames at a time.
 """

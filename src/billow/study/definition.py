@@ -1,4 +1,4 @@
-"""study.toml: the case of a study, its parameters, and the numbers of runs (docs/rom.md has an example)."""
+"""study.toml: the case of a study, its parameters, and the numbers of runs (docs/rom.md, The study file)."""
 
 from __future__ import annotations
 
@@ -113,7 +113,7 @@ class StudyDefinition(_Strict):
         except ValidationError as error:
             raise _told(path, content, error) from error
         for where, what, why, remedy in _contradictions(definition):  # the first is told
-            raise UNUSABLE_VALUE(what=what, where=f"{path}: {where}", why=why, remedy=remedy)
+            raise UNUSABLE_VALUE(what=f"{what}", where=f"{path}: {where}", why=why, remedy=remedy)
         case = path.parent / definition.case
         if not os.path.isfile(case):  # unlike Path.is_file, no error for a name that is too long
             raise NO_CASE(case=definition.case, path=path, place=case)

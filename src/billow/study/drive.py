@@ -136,10 +136,8 @@ class Drive:
         if outcome.status == "interrupted":
             raise KeyboardInterrupt
         if isinstance(error, ResourceError) and error.code != WORKER_DIED.code:  # the other runs would fail as well
-            counts = f"after {len(self.completed)} of {len(self.study.runs)} runs"
-            raise ResourceError(
-                error.code, f"{error.what} {counts}", where=error.where, why=error.why, remedy=error.remedy
-            )
+            error.what += f" after {len(self.completed)} of {len(self.study.runs)} runs"
+            raise error
         if outcome.status == "repeated":
             self._tell("repeated", run, 0.0, f"its worker died; {outcome.attempts} attempts so far")
         elif error is not None:

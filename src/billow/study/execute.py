@@ -72,7 +72,7 @@ def dask_client(workers: int, scheduler: str | None) -> Iterator:
     InputError E-STU-015 if no scheduler answers there. Local workers end with the block; a cluster stays as it was.
     """
     import dask
-    from distributed import Client, LocalCluster
+    from distributed import Client, LocalCluster, WorkerPlugin
 
     if scheduler is not None:
         try:
@@ -116,19 +116,14 @@ def dask_client(workers: int, scheduler: str | None) -> Iterator:
             raise NO_WORKERS(count=workers, why=error) from error
         stack.enter_context(cluster)
         client = stack.enter_context(Client(cluster))
-        _leave_interrupts_to_this_process(client)
+
+        class IgnoreInterrupts(WorkerPlugin):
+            def setup(self, worker):
+                signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+        # A terminal sends Ctrl-C to every process; the workers, which this process ends, would each print a traceback.
+        client.register_plugin(IgnoreInterrupts())
         yield client
-
-
-def _leave_interrupts_to_this_process(client) -> None:
-    """A terminal sends Ctrl-C to every process; the workers, which this process ends, would each print a traceback."""
-    from distributed import WorkerPlugin
-
-    class IgnoreInterrupts(WorkerPlugin):
-        def setup(self, worker):
-            signal.signal(signal.SIGINT, signal.SIG_IGN)
-
-    client.register_plugin(IgnoreInterrupts())
 
 
 def run_on_dask(client, store: RunStore, tasks: Sequence[Task], runner: Runner | None) -> Iterator[Outcome]:

@@ -4,14 +4,22 @@ from __future__ import annotations
 
 import re
 import zipfile
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
+from billow.base.errors import InputError
 from billow.results.csv_files import read_csv
 from billow.study.vtk_frames import SUFFIXES, read_vtk
+
+UNREADABLE_RUN = InputError.declare(
+    "E-STU-027",
+    "run {run} cannot be read",
+    where="{path}",
+    cause="a file that is missing, cut short or of another kind, or positions that are not finite",
+    remedy="export it again; runs.csv names it, so it must be there",
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,12 +34,27 @@ class ForeignRun:
     contact_force: np.ndarray | None = None
 
 
-def find_run(folder: Path, run: str) -> tuple[Path, Callable[[Path], ForeignRun]] | None:
-    """Path of a run in `folder`, and the function that reads it; None if there is none."""
-    for suffix, read in ((".npz", _read_npz), (".npy", _read_npy)):
-        if (folder / f"{run}{suffix}").is_file():
-            return folder / f"{run}{suffix}", read
-    return (folder / run, _read_frames) if (folder / run).is_dir() else None
+def read_run(folder: Path, run: str) -> ForeignRun:
+    """A run in `folder`. InputError E-STU-027 if there is none, it cannot be read, or has other shapes than it must."""
+    readers = {folder / f"{run}.npz": _read_npz, folder / f"{run}.npy": _read_npy, folder / run: _read_frames}
+    path = next((path for path in readers if path.exists()), None)
+    try:
+        if path is None:
+            raise ValueError(f"there is neither {run}.npz nor {run}.npy nor a folder {run}")
+        given = readers[path](path)
+        shape = given.positions.shape
+        if len(shape) != 3 or shape[2] != 3 or shape[0] < 3 or shape[1] < 3:
+            raise ValueError(f"positions have shape {shape}; expected (times, nodes, 3) with three or more of both")
+        if given.contact_force is not None and given.contact_force.shape != shape:
+            raise ValueError(f"contact_force has shape {given.contact_force.shape}, positions have {shape}")
+        for name in ("positions", "contact_force"):
+            values = getattr(given, name)
+            if values is not None and not np.isfinite(values).all():
+                frame = int(np.argmin(np.isfinite(values).all(axis=(1, 2))))
+                raise ValueError(f"{name} of frame {frame} are not all finite")
+        return given
+    except (OSError, ValueError, MemoryError) as error:
+        raise UNREADABLE_RUN(run=run, path=path or folder / run, why=error) from error
 
 
 def read_table(path: Path, columns: tuple[str, ...], dtype=float) -> np.ndarray | None:

@@ -1,6 +1,6 @@
 """A dataset made from runs of another solver, so that a surrogate can be trained on them.
 
-docs/rom.md, "Runs of another solver", shows the folder that is read. Runs must share mesh and times.
+The folder that is read: docs/rom.md, Runs of another solver. Runs must share mesh and times.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from billow.results.dataset_files import (
 from billow.results.histories import write_histories
 from billow.results.run_file import write_run_file
 from billow.results.vtkhdf import FabricWriter
-from billow.study.foreign_run import ForeignRun, find_run, read_table, read_times
+from billow.study.foreign_run import ForeignRun, read_run, read_table, read_times
 
 UNUSABLE_TABLE = InputError.declare(
     "E-STU-026",
@@ -36,13 +36,6 @@ UNUSABLE_TABLE = InputError.declare(
     where="{path}",
     cause="no runs.csv, a column that is not headed name [unit], or values that are not numbers or all the same",
     remedy='write a column "run", one column "name [unit]" for each parameter, and one row for each run',
-)
-UNREADABLE_RUN = InputError.declare(
-    "E-STU-027",
-    "run {run} cannot be read",
-    where="{path}",
-    cause="a file that is missing, cut short or of another kind, or positions that are not finite",
-    remedy="export it again; runs.csv names it, so it must be there",
 )
 RUN_DOES_NOT_FIT = InputError.declare(
     "E-STU-028",
@@ -88,7 +81,7 @@ def import_runs(
     with whole_folder(out) as partial:
         common = None
         for run in table.design:
-            found = _read(folder, run)
+            found = read_run(folder, run)
             common = common or _Common(folder, run, found)
             common.check(run, found)
             _write_run(partial / "runs" / run, common, found, table, run)
@@ -149,28 +142,6 @@ def _draw_split(runs: list[str], share: float, seed: int) -> tuple[list[str], li
     count = min(max(round(share * len(runs)), 1), len(runs) - 2)
     chosen = set(np.random.default_rng(seed).permutation(len(runs))[:count].tolist())
     return [r for k, r in enumerate(runs) if k not in chosen], [r for k, r in enumerate(runs) if k in chosen]
-
-
-def _read(folder: Path, run: str) -> ForeignRun:
-    found = find_run(folder, run)
-    try:
-        if found is None:
-            raise ValueError(f"there is neither {run}.npz nor {run}.npy nor a folder {run}")
-        path, read = found
-        given = read(path)
-        shape = given.positions.shape
-        if len(shape) != 3 or shape[2] != 3 or shape[0] < 3 or shape[1] < 3:
-            raise ValueError(f"positions have shape {shape}; expected (times, nodes, 3) with three or more of both")
-        if given.contact_force is not None and given.contact_force.shape != shape:
-            raise ValueError(f"contact_force has shape {given.contact_force.shape}, positions have {shape}")
-        for name in ("positions", "contact_force"):
-            values = getattr(given, name)
-            if values is not None and not np.isfinite(values).all():
-                frame = int(np.argmin(np.isfinite(values).all(axis=(1, 2))))
-                raise ValueError(f"{name} of frame {frame} are not all finite")
-        return given
-    except (OSError, ValueError, MemoryError) as error:
-        raise UNREADABLE_RUN(run=run, path=folder / run if found is None else found[0], why=error) from error
 
 
 class _Common:

@@ -1,4 +1,4 @@
-"""Run folders of a study (docs/architecture.md, "Study and dataset"), such that any process may die at any moment."""
+"""Run folders of a study, of which any process may die at any moment (docs/architecture.md, Study and dataset)."""
 
 from __future__ import annotations
 
@@ -47,15 +47,11 @@ class RunStore:
             lock.truncate(0)
             lock.write(f"process {os.getpid()} on {socket.gethostname()}")
             lock.flush()
-            self._clear()
+            for leftover in (self.work, *self.runs.glob("*.partial")):
+                shutil.rmtree(leftover, ignore_errors=True)
+            for folder in (self.runs, self.failed, self.work):
+                folder.mkdir(exist_ok=True)
             yield
-
-    def _clear(self) -> None:
-        shutil.rmtree(self.work, ignore_errors=True)
-        for leftover in self.runs.glob("*.partial"):
-            shutil.rmtree(leftover, ignore_errors=True)
-        for folder in (self.runs, self.failed, self.work):
-            folder.mkdir(exist_ok=True)
 
     def begin(self, run: str) -> Path:
         """A new folder for one attempt at `run`; it stays behind if the attempt dies."""

@@ -60,11 +60,11 @@ class Study:
     A script that calls `run` with more than one worker needs `if __name__ == "__main__":` around it, because worker
     processes import the script.
 
-    folder; definition; train, test: run -> value of each parameter in its unit; runs: both.
+    folder; definition; design, and its train, test: run -> value of each parameter in its unit; runs: both.
     """
 
     def __init__(self, folder: Path, definition: StudyDefinition, design: Design, case):
-        self.folder, self.definition, self._case = folder, definition, case
+        self.folder, self.definition, self.design, self._case = folder, definition, design, case
         self.train, self.test, self.runs = design.train, design.test, design.runs
         self.store = RunStore(folder)
 
@@ -82,25 +82,27 @@ class Study:
         definition = StudyDefinition.load(definition_file)
         case = _load_case(definition_file.parent / definition.case)
         _try_ranges(definition_file, definition, case)
-        definition, added = _own_files(definition, definition_file.parent)
+        table = definition.added_designs
+        added = read_added_designs(definition_file.parent / table, definition.axes) if table else []
+        # Inside the study's folder its files have names of their own.
+        definition = definition.model_copy(update={"case": CASE_FILE, "added_designs": table and ADDED_FILE})
         try:
             there = folder.exists() and (not folder.is_dir() or any(folder.iterdir()))
             study = _open_for(definition, case, folder) if there else None
-            if study is None:
-                existing, design = Design({}, {}), grown(draw(definition), definition, added, folder)
-            else:
-                definition, existing = merged(study.definition, definition, folder), Design(study.train, study.test)
-                design = grown(existing, definition, added, folder)
-            for run in design.runs.keys() - existing.runs.keys():
+            if study is not None:
+                definition = merged(study.definition, definition, folder)
+            existing = study.design if study else draw(definition)
+            design = grown(existing, definition, added, folder)
+            for run in design.runs.keys() - (study.runs.keys() if study else ()):
                 _vary(case, definition, design.runs[run], f"{definition_file}: run {run} of its design")
             if study is None:
                 with whole_folder(folder) as partial:
-                    _write(partial, _files(definition, case, added), definition, design)
+                    _write(partial, case, definition, added, design)
                     for name in ("runs", "failed"):
                         (partial / name).mkdir()
             elif design != existing or definition != study.definition:
                 with study.store.driving():
-                    _write(folder, _files(definition, case, added), definition, design)
+                    _write(folder, case, definition, added, design)
         except OSError as problem:
             raise cannot_write(problem, folder) from problem
         return cls.open(folder)
@@ -171,13 +173,8 @@ def _vary(case, definition: StudyDefinition, values: tuple[float, ...], where: s
     try:
         return case.vary(entries)
     except InputError as error:
-        raise CASE_REFUSES(
-            refusal=error.what,
-            where=where,
-            reason=error.why,
-            entries=", ".join(f"{key} = {value:g}" for key, value in entries.items()),
-            remedy=error.remedy,
-        ) from error
+        what, why, tried = error.what, error.why, ", ".join(f"{key} = {value:g}" for key, value in entries.items())
+        raise CASE_REFUSES(refusal=what, where=where, reason=why, entries=tried, remedy=error.remedy) from error
 
 
 def _try_ranges(path: Path, definition: StudyDefinition, case) -> None:
@@ -190,34 +187,20 @@ def _try_ranges(path: Path, definition: StudyDefinition, case) -> None:
         _vary(case, definition, corner, f"{path}: a corner of the design space")
 
 
-def _own_files(definition: StudyDefinition, beside: Path) -> tuple[StudyDefinition, list[Values]]:
-    """The definition with the names its files have inside a study folder, and the designs it adds."""
-    if definition.added_designs is None:
-        return definition.model_copy(update={"case": CASE_FILE}), []
-    added = read_added_designs(beside / definition.added_designs, definition.axes)
-    return definition.model_copy(update={"case": CASE_FILE, "added_designs": ADDED_FILE}), added
-
-
-def _files(definition: StudyDefinition, case, added: list[Values]) -> dict[str, str]:
-    files = {CASE_FILE: case.to_toml(), STUDY_FILE: definition.to_toml()}
-    return {ADDED_FILE: added_designs_text(definition.axes, added), **files} if added else files
-
-
 def _open_for(definition: StudyDefinition, case, folder: Path) -> Study:
     """The study in a folder that is not empty. InputError E-STU-008 if it holds none, or one around another case."""
     try:
         found = (folder / CASE_FILE).read_text(encoding="utf-8")
         study = Study.open(folder)
     except (OSError, ValueError, InputError) as error:
-        raise ANOTHER_STUDY(
-            folder=folder, why=f"no study can be read there: {getattr(error, 'what', error)}"
-        ) from error
+        why = getattr(error, "what", error)
+        raise ANOTHER_STUDY(folder=folder, why=f"no study can be read there: {why}") from error
     if found != case.to_toml():
         raise ANOTHER_STUDY(folder=folder, why=f"its {CASE_FILE} differs from the study asked for")
     return study
 
 
-def _write(folder: Path, files: dict[str, str], definition: StudyDefinition, design: Design) -> None:
+def _write(folder: Path, case, definition: StudyDefinition, added: list[Values], design: Design) -> None:
     """Write the files of a study, new or grown.
 
     Designs first, then the split that names them, then study.toml: a crash in between leaves the study as it was, or
@@ -225,5 +208,7 @@ def _write(folder: Path, files: dict[str, str], definition: StudyDefinition, des
     """
     write_design(folder, definition.axes, design.runs)
     write_split(folder, list(design.train), list(design.test))
-    for name, text in files.items():
-        write_atomically(folder / name, text)
+    if added:
+        write_atomically(folder / ADDED_FILE, added_designs_text(definition.axes, added))
+    write_atomically(folder / CASE_FILE, case.to_toml())
+    write_atomically(folder / STUDY_FILE, definition.to_toml())

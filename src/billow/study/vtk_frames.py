@@ -33,21 +33,15 @@ def read_vtk(path: Path) -> tuple[np.ndarray, np.ndarray]:
         points, offsets, nodes, types = read_legacy(content)[:4] if path.suffix == ".vtk" else _xml(content)
     except (IndexError, KeyError, AttributeError, TypeError, zlib.error, binascii.Error) as error:
         raise ValueError(f"it is cut short or not the VTK file that its name says ({error})") from error
-    if types is not None and not np.isin(types, (TRIANGLE, QUAD)).all():
+    offsets, nodes = np.asarray(offsets, np.int64), np.asarray(nodes, np.int64)
+    first, corners = offsets[:-1], np.diff(offsets)  # of each cell: where its nodes begin, and how many it has
+    if not np.isin(corners, (3, 4)).all() or not (types is None or np.isin(types, (TRIANGLE, QUAD)).all()):
         raise ValueError("it has cells that are neither triangles nor quadrilaterals")
-    return points, _triangles(np.asarray(offsets, np.int64), np.asarray(nodes, np.int64))
-
-
-def _triangles(offsets: np.ndarray, nodes: np.ndarray) -> np.ndarray:
-    """offsets: (cells + 1,), where each cell's nodes begin; nodes: all of them."""
-    corners = np.diff(offsets)
-    if not np.isin(corners, (3, 4)).all():
-        raise ValueError("it has cells that are neither triangles nor quadrilaterals")
-    first, quads = offsets[:-1], corners == 4
+    quads = np.flatnonzero(corners == 4)
     whole = nodes[first[:, None] + np.arange(3)]
     halves = nodes[first[quads, None] + np.array([0, 2, 3])]
-    order = np.argsort(np.concatenate([2 * np.arange(len(first)), 2 * np.flatnonzero(quads) + 1]), kind="stable")
-    return np.concatenate([whole, halves])[order]
+    order = np.argsort(np.concatenate([2 * np.arange(len(first)), 2 * quads + 1]), kind="stable")
+    return points, np.concatenate([whole, halves])[order]
 
 
 def _xml(content: bytes):

@@ -60,7 +60,7 @@ def draw_curves(runs: Mapping[int, Sequence[Result]]) -> bytes:
         rows = -(-len(panels) // 2)
         figure = Figure(figsize=(9.2, 2.9 * rows), layout="constrained")
         for axes, (title, curve) in zip(np.ravel(figure.subplots(rows, 2)), panels, strict=False):
-            for (count, results), colour in zip(runs.items(), _shades(len(runs)), strict=True):
+            for (count, results), colour in zip(runs.items(), np.linspace(FEW, MANY, len(runs)), strict=True):
                 pairs = [curve(result.histories) for result in results]
                 time, values = MILLI * pairs[0][0], np.array([value for _, value in pairs])
                 mean, spread = values.mean(axis=0), values.std(axis=0, ddof=1)
@@ -94,8 +94,3 @@ def draw_shapes(runs: Mapping[int, Sequence[Result]]) -> bytes:
 def _acceleration(history: History, name: str) -> tuple[np.ndarray, np.ndarray]:
     middle, mean = millisecond_means(history.time, history.of(name).velocity.T)
     return middle, np.linalg.norm(mean, axis=0)
-
-
-def _shades(number: int) -> list[np.ndarray]:
-    """From few particles, light, to many, dark."""
-    return [FEW + (MANY - FEW) * k / max(number - 1, 1) for k in range(number)]

@@ -1,15 +1,6 @@
 """How far runs with fewer particles deviate from those with most, and how much runs differ by their seed alone.
 
-Every quantity is a set of samples (a curve, or the positions of all nodes). With x the samples of a run, M the mean
-over the runs of the largest count, and |.| the root mean square over samples, all relative to |M - x0| (x0: at the
-start),
-
-    noise      s_N = sqrt(mean over samples of the variance over seeds): random deviation of one run
-    shift      b_N = |mean over seeds - M|: effect of the number of particles, plus the remaining noise
-    deviation  e_N = sqrt(mean over seeds of |x - M|^2 - s_max^2 / seeds): of one run; s_max for the largest count
-
-Noise of a mean over independent particles falls as N^-1/2; the exponent of e_N is the slope of its logarithm (least
-squares).
+Noise, shift and deviation: docs/theory.md, Convergence with the number of particles.
 """
 
 from __future__ import annotations

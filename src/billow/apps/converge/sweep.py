@@ -8,6 +8,7 @@ Existing runs are not repeated and interrupted ones are continued: the same comm
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -113,15 +114,10 @@ def _make(case: Case, folder: Path, threads: int | None) -> Result:
 
 def _claim(folder: Path, case: Case) -> None:
     path = folder / CASE_FILE
-    if not path.exists():
-        if folder.exists() and any(folder.iterdir()):
-            raise OTHER_CASE(folder=folder)
+    if not folder.exists() or not any(folder.iterdir()):
         (folder / "runs").mkdir(parents=True)
         write_atomically(path, case.to_toml())
-        return
-    try:
-        same = Case.load(path).digest() == case.digest()
-    except BillowError:
-        same = False
-    if not same:
-        raise OTHER_CASE(folder=folder)
+    with contextlib.suppress(BillowError):
+        if Case.load(path).digest() == case.digest():
+            return
+    raise OTHER_CASE(folder=folder)
