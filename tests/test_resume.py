@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import pytest
+from run_fingerprint import fingerprint
 
 from billow.base.errors import InputError, IntegrityError
-from billow.results.fingerprint import fingerprint
 from billow.run.checkpoint_file import SLOTS
 from billow.run.interrupts import STOP_FILE, RunInterrupted
 from billow.run.simulate import resume, simulate

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from run_fingerprint import fingerprint
 
 from billow.case.build import build_model
-from billow.results.fingerprint import fingerprint
 from billow.run.simulate import simulate
 from billow.solver.checkpoint import flatten, restore
 from billow.solver.model import start_state

@@ -72,7 +72,7 @@ def test_a_stopped_run_is_left_out_and_named(study, monkeypatch):
     def stopped(path):
         result = real(path)
         if path.name == "1000_seed2":
-            result.record |= {"status": "stopped", "reason": "E-NUM-003"}
+            return sweeps.Result(path, result.record | {"status": "stopped", "reason": "E-NUM-003"})
         return result
 
     monkeypatch.setattr(sweeps.Result, "open", stopped)

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from run_fingerprint import fingerprint
 
 from billow.case.schema import Case
 from billow.parts.gas.supply import passages
 from billow.parts.gas.supply.outflow import ORIFICE
 from billow.parts.gas.supply.passages import PRESENT_AREA, VENT, Passage, Passages
 from billow.parts.gas.uniform import pressure_load
-from billow.results.fingerprint import fingerprint
 from billow.run.interrupts import STOP_FILE, RunInterrupted
 from billow.run.simulate import resume, simulate
 

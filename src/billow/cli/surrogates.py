@@ -101,7 +101,7 @@ def suggest(
     from billow.results.atomic import write_atomically
     from billow.rom.learn.suggest import suggest as next_designs
     from billow.rom.surrogate.surrogate import Surrogate
-    from billow.study.added_designs import added_designs_text, read_added_designs
+    from billow.study.grow import added_designs_text, read_added_designs
     from billow.study.study import ADDED_FILE, Study
 
     study = Study.open(folder)

@@ -24,17 +24,8 @@ FOLDER_EXISTS = InputError.declare(
 )
 
 
-def sync_folder(folder: Path) -> None:
-    """Make names in `folder` survive a power cut."""
-    handle = os.open(folder, os.O_RDONLY)
-    try:
-        os.fsync(handle)
-    finally:
-        os.close(handle)
-
-
-def sync_file(path: Path) -> None:
-    """Make the contents of `path` survive a power cut."""
+def sync(path: Path) -> None:
+    """Make the contents of a file, or the names in a folder, survive a power cut."""
     handle = os.open(path, os.O_RDONLY)
     try:
         os.fsync(handle)
@@ -59,7 +50,7 @@ def write_atomically(path: str | Path, data: str | bytes) -> None:
         with contextlib.suppress(OSError):
             temporary.unlink()
         raise
-    sync_folder(path.parent)
+    sync(path.parent)
 
 
 @contextlib.contextmanager
@@ -86,12 +77,12 @@ def publish_folder(partial: str | Path, final: str | Path) -> None:
     partial, final = Path(partial), Path(final)
     for folder, _, files in os.walk(partial, topdown=False):
         for name in files:
-            sync_file(Path(folder, name))
-        sync_folder(Path(folder))
+            sync(Path(folder, name))
+        sync(Path(folder))
     try:
         os.rename(partial, final)
     except OSError as error:
         if not final.exists():
             raise
         raise FOLDER_EXISTS(folder=final) from error
-    sync_folder(final.parent)
+    sync(final.parent)

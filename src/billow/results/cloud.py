@@ -1,20 +1,15 @@
-"""gas.vtkhdf, particles.vtkhdf: cells or points whose number changes from frame to frame; ParaView, VTK and h5py open
-them.
-
-The layout is VTKHDF, a temporal UnstructuredGrid whose parts differ (https://docs.vtk.org, "VTKHDF format
-specification", version 2.2): every frame is one part with its own points, cells and fields, and `Steps` says where in
-the long arrays it begins. Cells are boxes along the axes (voxels), or single points (vertices).
-"""
+"""gas.vtkhdf, particles.vtkhdf: boxes along the axes (voxels) or single points (vertices), whose number changes from
+frame to frame (docs/architecture.md, Frames)."""
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Mapping
 from pathlib import Path
 
-import h5py
 import numpy as np
 
-from billow.results.vtkhdf import VERSION
+from billow.results.vtkhdf import GridWriter
 
 _VERTEX, _VOXEL = 1, 11
 _CORNERS = np.array(
@@ -22,16 +17,12 @@ _CORNERS = np.array(
 )  # VTK's order of a voxel
 
 
-class CloudWriter:
-    """Writes frames of points or boxes; use as a context manager. FileExistsError if `path` exists."""
+class CloudWriter(GridWriter):
+    """Writes frames of points or boxes."""
 
     def __init__(self, path: str | Path):
-        self._file = h5py.File(path, "x")
-        self._grid = self._file.create_group("VTKHDF")
-        self._grid.attrs["Version"] = np.array(VERSION, dtype=np.int64)
-        self._grid.attrs.create("Type", np.bytes_("UnstructuredGrid"))  # readers insist on a fixed-length string
-        self._times: list[float] = []
-        self._starts: dict[str, list[int]] = {}
+        super().__init__(path)
+        self._starts: defaultdict[str, list[int]] = defaultdict(list)
 
     def points(self, time: float, positions: np.ndarray, fields: Mapping[str, np.ndarray]) -> None:
         """Add a frame of points: time [s], positions [m], (n, 3); fields: name -> (n,) or (n, 3)."""
@@ -46,29 +37,10 @@ class CloudWriter:
 
     def close(self) -> None:
         """Write where each frame begins, and close the file."""
-        count = len(self._times)
-        steps = self._grid.create_group("Steps")
-        steps.attrs["NSteps"] = np.int64(count)
-        steps["Values"] = np.array(self._times, dtype=np.float64)
-        steps["NumberOfParts"] = np.ones(count, dtype=np.int64)
-        steps["PartOffsets"] = np.arange(count, dtype=np.int64)
-
-        def starts(name: str) -> np.ndarray:
-            return np.array(self._starts.get(name, []), dtype=np.int64)
-
-        steps["PointOffsets"] = starts("Points")
-        steps["CellOffsets"] = starts("Types")[:, None]  # one column for each kind of topology
-        steps["ConnectivityIdOffsets"] = starts("Connectivity")[:, None]
-        for name in self._starts:
-            if name.startswith("CellData/"):
-                steps[name.replace("CellData/", "CellDataOffsets/")] = starts(name)
-        self._file.close()
-
-    def __enter__(self) -> CloudWriter:
-        return self
-
-    def __exit__(self, *error) -> None:
-        self.close()
+        fields = {name: start for name, start in self._starts.items() if name.startswith("CellData/")}
+        point, cell, connectivity = (self._starts[name] for name in ("Points", "Types", "Connectivity"))
+        shape = {"Part": range(len(self._times)), "Point": point, "Cell": cell, "ConnectivityId": connectivity}
+        self._end({**shape, **fields})
 
     def _frame(self, time, points, connectivity, offsets, kind, fields) -> None:
         cells = len(offsets) - 1
@@ -83,15 +55,4 @@ class CloudWriter:
             ("Points", points, np.float32),
             *((f"CellData/{name}", value, np.float32) for name, value in fields.items()),
         ):
-            self._append(name, np.asarray(value, dtype=dtype))
-
-    def _append(self, name: str, rows: np.ndarray) -> None:
-        if name not in self._grid:
-            self._grid.create_dataset(
-                name, shape=(0, *rows.shape[1:]), maxshape=(None, *rows.shape[1:]), dtype=rows.dtype,
-                chunks=(4096, *rows.shape[1:]), compression="gzip", compression_opts=1, shuffle=True,
-            )  # fmt: skip
-        dataset = self._grid[name]
-        self._starts.setdefault(name, []).append(len(dataset))
-        dataset.resize(len(dataset) + len(rows), axis=0)
-        dataset[len(dataset) - len(rows) :] = rows
+            self._starts[name].append(self._extend(name, np.asarray(value, dtype=dtype), 4096))

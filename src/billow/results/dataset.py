@@ -6,6 +6,7 @@ import hashlib
 import json
 from collections.abc import Sequence
 from functools import cached_property
+from operator import attrgetter
 from pathlib import Path
 
 import numpy as np
@@ -62,14 +63,10 @@ class Dataset:
     why.
     """
 
-    def __init__(
-        self,
-        folder: Path,
-        shared: DatasetRecord,
-        design: dict[str, tuple[float, ...]],
-        split: tuple[tuple[str, ...], tuple[str, ...]],
-    ):
-        self.folder, self._shared, self._design = folder, shared, design
+    def __init__(self, folder: str | Path):
+        self.folder = Path(folder)
+        self._shared = shared = read_dataset_file(folder)
+        self._design, split = read_design(folder, shared.parameters), read_split(folder)
         self.title, self.seed, self.reference_length = shared.title, shared.seed, shared.reference_length
         self.parameters: tuple[Parameter, ...] = shared.parameters
         # The start shape is the same in every run: nothing to learn from it, and it would flatter every mean error.
@@ -79,7 +76,7 @@ class Dataset:
         for run in (*split[0], *split[1]):
             self._look_up(run)
         self.train, self.test = (tuple(run for run in part if run in self._records) for part in split)
-        self._planned_train = tuple(run for run in split[0] if run in design)
+        self._planned_train = tuple(run for run in split[0] if run in self._design)
 
     @classmethod
     def open(cls, folder: str | Path) -> Dataset:
@@ -88,24 +85,19 @@ class Dataset:
         InputError E-RES-010 if no run is complete yet; IntegrityError E-RES-011 if dataset.toml, design.csv or
         split.toml is damaged. Runs that are absent, failed or damaged are no error: they are listed in `missing`.
         """
-        folder = Path(folder)
-        shared = read_dataset_file(folder)
-        return cls(folder, shared, read_design(folder, shared.parameters), read_split(folder))
+        return cls(folder)
 
     def __repr__(self) -> str:
         counts = f"{len(self.train)} train, {len(self.test)} test, {len(self.missing)} missing"
         return f"Dataset({str(self.folder)!r}, {counts})"
 
     @cached_property
-    def _mesh(self) -> tuple[np.ndarray, np.ndarray]:
+    def _first(self) -> Result:
         run = next(iter(self._records), None)
         if run is None:
-            raise NO_COMPLETED_RUN(
-                folder=self.folder,
-                why=f"{len(self.missing)} runs are missing; the first: {next(iter(self.missing.values()), 'no run')}",
-            )
-        result = self._checked(run)
-        return result.reference, result.triangles
+            first = next(iter(self.missing.values()), "no run")
+            raise NO_COMPLETED_RUN(folder=self.folder, why=f"{len(self.missing)} runs are missing; the first: {first}")
+        return self._checked(run)
 
     @property
     def trusted(self) -> tuple[str, ...]:
@@ -129,21 +121,18 @@ class Dataset:
 
     def doubts(self, run: str) -> tuple[str, ...]:
         """Names of the criteria a run did not pass, none where it carries no verdict. InputError E-RES-014: unknown."""
-        return quality.doubts(self._records[self._known(run)].get("quality", {}))
+        return quality.doubts(self._record(run).get("quality", {}))
 
     def verdict(self, run: str) -> str | None:
         """PASS, REVIEW or FAIL, or None where a run carries no verdict. InputError E-RES-014: unknown run."""
-        return self._records[self._known(run)].get("quality", {}).get("verdict")
+        return self._record(run).get("quality", {}).get("verdict")
 
     @property
     def reference(self) -> np.ndarray:
         """[m], (nodes, 3) float32: the start shape, the same in every run. InputError E-RES-010 without any run."""
-        return self._mesh[0]
+        return self._first.reference
 
-    @property
-    def triangles(self) -> np.ndarray:
-        """(triangles, 3) int64: nodes of each triangle."""
-        return self._mesh[1]
+    triangles = property(attrgetter("_first.triangles"), doc="(triangles, 3) int64: nodes of each triangle.")
 
     def design(self, runs: Sequence[str]) -> np.ndarray:
         """(runs, parameters) float64: design values, in each parameter's unit, of missing runs too.
@@ -152,7 +141,7 @@ class Dataset:
         """
         for run in runs:
             if run not in self._design:
-                self._known(run)
+                self._record(run)
         rows = [self._design[run] for run in runs]
         return np.array(rows, dtype=np.float64).reshape(len(rows), len(self.parameters))
 
@@ -175,8 +164,7 @@ class Dataset:
 
     def result(self, run: str) -> Result:
         """One run, everything it recorded. InputError E-RES-014 if it is not among train and test."""
-        self._known(run)
-        return Result(self.folder / "runs" / run, self._records[run])
+        return Result(self.folder / "runs" / run, self._record(run))
 
     def content_sha256(self) -> str:
         """SHA-256 of all that can be learned: axes, times, mesh, split, designs and every field of every run.
@@ -199,44 +187,43 @@ class Dataset:
         elif folder.is_dir():
             try:
                 record = read_run_file(folder)
+                if record["status"] == "completed":
+                    self._records[run] = record
+                else:
+                    self.missing[run] = f"{record['status']}: {record.get('reason')}"
             except BillowError as error:
                 self.missing[run] = f"{error.code}: {error.what}; {error.why}"
-                return
-            if record["status"] == "completed":
-                self._records[run] = record
-            else:
-                self.missing[run] = f"{record['status']}: {record.get('reason')}"
         elif failure.is_file():
-            self.missing[run] = _reason(failure)
+            self.missing[run] = why_failed(failure) or f"failed; {failure.name} cannot be read"
         else:
             self.missing[run] = "not run yet"
 
-    def _known(self, run: str) -> str:
+    def _record(self, run: str) -> dict:
         if run not in self._records:
             raise NO_SUCH_RUN(run=run, folder=self.folder, why=self.missing.get(run, "the dataset has no such run"))
-        return run
+        return self._records[run]
 
     def _checked(self, run: str) -> Result:
         """A run that has this dataset's mesh and times."""
         result = self.result(run)
-        check_alike(self._shared, run, result)
+        if why := difference(self._shared, result):
+            raise OTHER_MESH_OR_TIMES(run=run, folder=result.folder, why=why)
         return result
 
 
-def check_alike(shared: DatasetRecord, run: str, result: Result) -> None:
-    """IntegrityError E-RES-012 if a run has another mesh or other times than its dataset."""
+def difference(shared: DatasetRecord, result: Result) -> str:
+    """What a run has other than its dataset, mesh or times; empty if it has the same."""
     if mesh_sha256(result.reference, result.triangles) != shared.mesh_sha256:
-        difference = "its start mesh is not the one in dataset.toml"
-    elif not same_times(result.times, shared.times):
-        difference = f"it recorded {len(result.times)} times up to {result.times[-1:]} s, not those in dataset.toml"
-    else:
-        return
-    raise OTHER_MESH_OR_TIMES(run=run, folder=result.folder, why=difference)
+        return "its start mesh is not the one in dataset.toml"
+    if not same_times(result.times, shared.times):
+        return f"it recorded {len(result.times)} times up to {result.times[-1:]} s, not those in dataset.toml"
+    return ""
 
 
-def _reason(failure: Path) -> str:
+def why_failed(path: Path) -> str | None:
+    """Code and reason of a failed run from failed/<run>.json; None if it is missing or unreadable."""
     try:
-        record = json.loads(failure.read_text(encoding="utf-8"))
+        record = json.loads(path.read_text(encoding="utf-8"))
         return f"{record['code']}: {record['what']}; {record['why']}"
-    except (ValueError, TypeError, KeyError):
-        return f"failed; {failure.name} cannot be read"
+    except (OSError, ValueError, TypeError, KeyError):
+        return None

@@ -1,17 +1,9 @@
-"""The three small files that turn a folder of runs into a dataset.
-
-    design.csv    run,permeability [-],...   one row a run: the values of its parameters
-    split.toml    train = [...], test = [...]
-    dataset.toml  what all runs share: parameters and their ranges, times, the mesh (by its SHA-256)
-
-Any program that writes these and run folders has made a dataset that the reduced-order model can learn from.
-"""
+"""design.csv, split.toml, dataset.toml: what turns a folder of runs into a dataset (docs/architecture.md, Study and
+dataset)."""
 
 from __future__ import annotations
 
-import csv
 import hashlib
-import io
 import math
 import re
 import tomllib
@@ -24,6 +16,7 @@ import tomli_w
 
 from billow.base.errors import InputError, IntegrityError, shown
 from billow.results.atomic import write_atomically
+from billow.results.csv_files import csv_text, read_csv
 
 NO_COMPLETED_RUN = InputError.declare(
     "E-RES-010",
@@ -41,7 +34,7 @@ DATASET_FILE_DAMAGED = IntegrityError.declare(
 )
 
 FORMAT = 1
-_RUN = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,60}")
+RUN_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,60}")
 DATASET_FILE, DESIGN_FILE, SPLIT_FILE = "dataset.toml", "design.csv", "split.toml"
 
 
@@ -87,10 +80,7 @@ def same_times(one: np.ndarray, other: np.ndarray) -> bool:
 
 def write_dataset_file(folder: str | Path, record: DatasetRecord) -> None:
     """Write `folder`/dataset.toml, atomically."""
-    content = {"format": FORMAT, **asdict(record)}
-    content["times"] = [float(time) for time in record.times]
-    content["parameters"] = list(content["parameters"])
-    write_atomically(Path(folder, DATASET_FILE), tomli_w.dumps(content))
+    write_atomically(Path(folder, DATASET_FILE), tomli_w.dumps({"format": FORMAT, **asdict(record)}))
 
 
 def read_dataset_file(folder: str | Path) -> DatasetRecord:
@@ -140,11 +130,8 @@ def _number(value: object) -> float:
 
 def write_design(folder: str | Path, parameters: Sequence[Parameter], design: Mapping[str, Sequence[float]]) -> None:
     """Write `folder`/design.csv, atomically. design: run -> value of each parameter, in its unit."""
-    text = io.StringIO()
-    table = csv.writer(text, lineterminator="\n")
-    table.writerow(_columns(parameters))
-    table.writerows([run, *map(float, values)] for run, values in design.items())
-    write_atomically(Path(folder, DESIGN_FILE), text.getvalue())
+    rows = ([run, *map(float, values)] for run, values in design.items())
+    write_atomically(Path(folder, DESIGN_FILE), csv_text([["run", *design_columns(parameters)], *rows]))
 
 
 def read_design(folder: str | Path, parameters: Sequence[Parameter]) -> dict[str, tuple[float, ...]]:
@@ -154,25 +141,23 @@ def read_design(folder: str | Path, parameters: Sequence[Parameter]) -> dict[str
     """
     path = Path(folder, DESIGN_FILE)
     try:
-        with open(path, newline="", encoding="utf-8") as file:
-            header, *rows = csv.reader(file, strict=True)
-        if header != _columns(parameters):
-            raise ValueError(f"its columns are {', '.join(header)}; expected {', '.join(_columns(parameters))}")
+        header, rows = read_csv(path, ["run", *design_columns(parameters)])
         design = {run: tuple(float(value) for value in values) for run, *values in rows}
         if len(design) != len(rows):
             raise ValueError("a run stands in it twice")
         if any(len(values) != len(header) - 1 or not all(map(math.isfinite, values)) for values in design.values()):
             raise ValueError("a row has a missing or a non-finite value")
         for run in design:
-            if not _RUN.fullmatch(run):
+            if not RUN_NAME.fullmatch(run):
                 raise ValueError(f"{run!r} cannot be the name of a run, because runs have folders of their name")
         return design
-    except (OSError, ValueError, csv.Error) as error:
+    except (OSError, ValueError) as error:
         raise DATASET_FILE_DAMAGED(path=path, why=error) from error
 
 
-def _columns(parameters: Sequence[Parameter]) -> list[str]:
-    return ["run", *(f"{p.name} [{p.unit}]" for p in parameters)]
+def design_columns(parameters: Sequence[Parameter]) -> list[str]:
+    """Columns of the parameters in a table of designs."""
+    return [f"{p.name} [{p.unit}]" for p in parameters]
 
 
 def write_split(folder: str | Path, train: Sequence[str], test: Sequence[str]) -> None:

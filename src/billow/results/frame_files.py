@@ -6,7 +6,9 @@ the fabric, "cloud." to the gas in boxes, "particle." to the particles.
 
 from __future__ import annotations
 
+from collections import defaultdict
 from contextlib import ExitStack
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -27,32 +29,21 @@ def write_frames(folder: Path, journal: Path, start: np.ndarray, surface: Surfac
     for name in (FABRIC, GAS, PARTICLES):
         (folder / name).unlink(missing_ok=True)  # of an earlier, interrupted part of the run
     with ExitStack() as files:
-        fabric = files.enter_context(
-            FabricWriter(
-                folder / FABRIC, start, surface.triangles.astype(np.int64), surface.part, list(surface.part_names)
-            )
-        )
-        clouds: dict[str, CloudWriter] = {}
+        writer = FabricWriter(folder / FABRIC, start, surface.triangles, surface.part, surface.part_names)
+        fabric = files.enter_context(writer)
 
+        @cache
         def cloud(name: str) -> CloudWriter:
-            if name not in clouds:
-                clouds[name] = files.enter_context(CloudWriter(folder / name))
-            return clouds[name]
+            return files.enter_context(CloudWriter(folder / name))
 
         for arrays in journals.frames(journal):
-            time, fields = float(arrays["time"][0]), _by_picture(arrays)
+            time, fields = float(arrays["time"][0]), defaultdict(dict)
+            for name, array in sorted(arrays.items()):  # as read, their order is no order
+                picture, _, field = name.partition(".")
+                fields[picture][field] = array
             if "positions" in arrays:
                 fabric.append(time, arrays["positions"], fields["point"], fields["cell"])
             if box := fields["cloud"]:
                 cloud(GAS).boxes(time, box.pop("centre"), box.pop("size"), box)
             if particle := fields["particle"]:
                 cloud(PARTICLES).points(time, particle.pop("position"), particle)
-
-
-def _by_picture(arrays: dict[str, np.ndarray]) -> dict[str, dict[str, np.ndarray]]:
-    fields: dict[str, dict[str, np.ndarray]] = {"point": {}, "cell": {}, "cloud": {}, "particle": {}}
-    for name, array in sorted(arrays.items()):  # as read, their order is no order
-        kind, _, field = name.partition(".")
-        if field:
-            fields[kind][field] = array
-    return fields

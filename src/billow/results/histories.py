@@ -1,10 +1,4 @@
-"""histories.csv: curves over time, one column each, the unit in the header.
-
-    time [s],pressure [Pa],vent mass flow [kg/s]
-    0.0,0.0,0.0
-    1e-05,12.25,0.0
-
-Numbers are written with as many digits as it takes to read back the same bits.
+"""histories.csv: curves over time, one column each, the unit in the header (docs/histories.md).
 
 This file alone knows how a column is called: NAME_QUANTITY_AXIS [UNIT], without a name for what belongs to the whole
 model, without an axis for what is no vector. Others give quantities to `columns` and ask a `History` for them.
@@ -12,10 +6,8 @@ model, without an axis for what is no vector. Others give quantities to `columns
 
 from __future__ import annotations
 
-import csv
-import io
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from functools import cached_property
 from pathlib import Path
 
@@ -23,6 +15,7 @@ import numpy as np
 
 from billow.base.errors import IntegrityError
 from billow.results.atomic import write_atomically
+from billow.results.csv_files import csv_text, read_csv
 
 UNREADABLE_HISTORIES = IntegrityError.declare(
     "E-RES-008",
@@ -78,25 +71,13 @@ class Curves:
         return self._history.find(self._of, quantity) is not None
 
 
-class History(Mapping[str, np.ndarray]):
+class History(dict[str, np.ndarray]):
     """Curves over time: a mapping "name [unit]" -> (n,), and by what they belong to."""
-
-    def __init__(self, columns: Mapping[str, np.ndarray]):
-        self._columns = dict(columns)
-
-    def __getitem__(self, column: str) -> np.ndarray:
-        return self._columns[column]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._columns)
-
-    def __len__(self) -> int:
-        return len(self._columns)
 
     @cached_property
     def _bare(self) -> dict[str, np.ndarray]:
         """The columns without their units."""
-        return {column.rpartition(" [")[0]: curve for column, curve in self._columns.items()}
+        return {column.rpartition(" [")[0]: curve for column, curve in self.items()}
 
     def find(self, of: str, quantity: str) -> np.ndarray | None:
         """Curve of a quantity, None if there is none."""
@@ -120,7 +101,7 @@ class History(Mapping[str, np.ndarray]):
     @property
     def time(self) -> np.ndarray:
         """[s], (n,)."""
-        return self._columns[TIME]
+        return self[TIME]
 
     @cached_property
     def moving_bodies(self) -> tuple[str, ...]:
@@ -144,22 +125,16 @@ def write_histories(path: str | Path, columns: Mapping[str, np.ndarray]) -> None
     curves = [np.asarray(columns[name], dtype=np.float64) for name in names]
     if any(curve.shape != (len(curves[0]),) for curve in curves):
         raise ValueError(f"histories differ in length: { {n: c.shape for n, c in zip(names, curves, strict=True)} }")
-    text = io.StringIO()
-    table = csv.writer(text, lineterminator="\n")
-    table.writerow(names)
-    table.writerows(zip(*(curve.tolist() for curve in curves), strict=True))  # Python floats: shortest exact text
-    write_atomically(path, text.getvalue())
+    write_atomically(path, csv_text([names, *zip(*(curve.tolist() for curve in curves), strict=True)]))
 
 
 def read_histories(path: str | Path) -> History:
     """Curves of a histories.csv. IntegrityError E-RES-008 if it is not one."""
-    path = Path(path)
     try:
-        with open(path, newline="", encoding="utf-8") as file:
-            header, *rows = csv.reader(file)
+        header, rows = read_csv(path)
         values = np.array(rows, dtype=np.float64).reshape(len(rows), len(header))
         if header[0] != TIME or len(set(header)) != len(header):
             raise ValueError(f"header {header}")
-    except (OSError, ValueError, IndexError) as error:
+    except (OSError, ValueError) as error:
         raise UNREADABLE_HISTORIES(path=path, why=error) from error
     return History({name: values[:, column] for column, name in enumerate(header)})

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from functools import cached_property
+from operator import attrgetter
 from pathlib import Path
 
 import numpy as np
@@ -34,10 +35,15 @@ class Result:
         result.reference + result.displacement[-1]      # last shape [m]
 
     folder: where it is; record: everything in run.json. Arrays are read from disk on first use and kept.
+    status: "completed", "stopped" (for `record["reason"]`), or "interrupted" by the user; ledger: mass and energy
+    balance at the end of the run, by name; wall_seconds: [s] the run took.
     """
 
     def __init__(self, folder: str | Path, record: dict):
         self.folder, self.record = Path(folder), record
+        self.status: str = record["status"]
+        self.ledger: dict[str, float] = record["ledger"]
+        self.wall_seconds: float = record["wall_seconds"]
 
     @classmethod
     def open(cls, folder: str | Path) -> Result:
@@ -47,40 +53,14 @@ class Result:
     def __repr__(self) -> str:
         return f"Result({str(self.folder)!r}, status={self.status!r})"
 
-    @property
-    def status(self) -> str:
-        """ "completed"; "stopped" (for `record["reason"]`); or "interrupted" by the user."""
-        return self.record["status"]
-
-    @property
-    def ledger(self) -> dict[str, float]:
-        """Mass and energy balance at the end of the run."""
-        return self.record["ledger"]
-
-    @property
-    def wall_seconds(self) -> float:
-        """[s] the run took."""
-        return self.record["wall_seconds"]
-
     @cached_property
     def fabric(self) -> FabricFile:
         """The moving mesh with all its fields."""
         return FabricFile(self.folder / "fabric.vtkhdf")
 
-    @property
-    def times(self) -> np.ndarray:
-        """[s], (times,) float64: times of the frames."""
-        return self.fabric.times
-
-    @property
-    def reference(self) -> np.ndarray:
-        """[m], (nodes, 3) float32: the start shape."""
-        return self.fabric.reference
-
-    @property
-    def triangles(self) -> np.ndarray:
-        """(triangles, 3) int64: nodes of each triangle."""
-        return self.fabric.triangles
+    times = property(attrgetter("fabric.times"), doc="[s], (times,) float64: times of the frames.")
+    reference = property(attrgetter("fabric.reference"), doc="[m], (nodes, 3) float32: the start shape.")
+    triangles = property(attrgetter("fabric.triangles"), doc="(triangles, 3) int64: nodes of each triangle.")
 
     @cached_property
     def displacement(self) -> np.ndarray:

@@ -45,25 +45,20 @@ def read_tensors(path: str | Path, damaged: Damaged) -> tuple[dict[str, np.ndarr
     Raises what `damaged` makes if the file is damaged or cut short, OSError if it cannot be read.
     """
     data = Path(path).read_bytes()
-    start, end = _locate_sum(data, damaged)
-    found, said = _digest(data, start, end), data[start:end].decode()
+    end = 8 + int.from_bytes(data[:8], "little")
+    if not 8 <= end <= len(data):
+        raise damaged(f"it has {len(data)} bytes, fewer than its own header announces")
+    sums = list(_SUM.finditer(data, 8, end))
+    if len(sums) != 1:
+        raise damaged("its header holds no SHA-256 by Billow")
+    found, said = _digest(data, *sums[0].span(1)), sums[0][1].decode()
     if found != said:
         raise damaged(f"its bytes have SHA-256 {found[:8]}..., it says {said[:8]}...")
     try:
-        header = json.loads(data[8 : 8 + int.from_bytes(data[:8], "little")])
+        header = json.loads(data[8:end])
         return from_bytes(data), json.loads(header["__metadata__"][KEY])
     except (SafetensorError, ValueError, KeyError) as error:
         raise damaged(f"it is not a tensor file of Billow ({error})") from error
-
-
-def _locate_sum(data: bytes, damaged: Damaged) -> tuple[int, int]:
-    header = int.from_bytes(data[:8], "little")
-    if len(data) < 8 or header > len(data) - 8:
-        raise damaged(f"it has {len(data)} bytes, fewer than its own header announces")
-    found = list(_SUM.finditer(data, 8, 8 + header))
-    if len(found) != 1:
-        raise damaged("its header holds no SHA-256 by Billow")
-    return found[0].span(1)
 
 
 def _digest(data: bytes, start: int, end: int) -> str:

@@ -1,21 +1,12 @@
-"""fabric.vtkhdf: the moving mesh of a run, one file that ParaView, VTK and h5py open.
-
-The layout is VTKHDF, a temporal UnstructuredGrid (https://docs.vtk.org, "VTKHDF format specification", version 2.2):
-
-    /VTKHDF                      Version (2, 2), Type "UnstructuredGrid"
-      Connectivity Offsets Types   triangles, stored once
-      Points                       (times * nodes, 3) float32 [m]: one block a frame
-      PointData/<name>             (times * nodes[, 3]) float32
-      CellData/<name>              (times * triangles) float32; `part` (triangles,) once
-      Steps                        NSteps, Values [s], and for each frame where its blocks begin
-    /billow                      start_points (nodes, 3) float32 [m], part_names
+"""fabric.vtkhdf: the moving mesh of a run, one file that ParaView, VTK and h5py open (docs/architecture.md, Frames).
 
 The file is written from finished data (`journal` keeps those of a run that is still going on), many frames at a time.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 import h5py
@@ -38,20 +29,61 @@ FRAMES_AT_ONCE = 64
 """Frames kept in memory before they are written together."""
 
 
-class FabricWriter:
-    """Writes frames of a moving triangle mesh; use as a context manager.
+class GridWriter:
+    """A temporal unstructured grid that is being written; a context manager. FileExistsError if `path` exists."""
+
+    def __init__(self, path: str | Path):
+        self._file = h5py.File(path, "x")
+        self._grid = self._file.create_group("VTKHDF")
+        self._grid.attrs["Version"] = np.array(VERSION, dtype=np.int64)
+        self._grid.attrs.create("Type", np.bytes_("UnstructuredGrid"))  # readers insist on a fixed-length string
+        self._times: list[float] = []
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *error) -> None:
+        self.close()
+
+    def _extend(self, name: str, rows: np.ndarray, rows_of_chunk: int) -> int:
+        """Add rows to an array of the file, packed; returns where they begin."""
+        if name not in self._grid:
+            self._grid.create_dataset(
+                name, shape=(0, *rows.shape[1:]), maxshape=(None, *rows.shape[1:]), dtype=rows.dtype,
+                chunks=(rows_of_chunk, *rows.shape[1:]), compression="gzip", compression_opts=1, shuffle=True,
+            )  # fmt: skip
+        dataset = self._grid[name]
+        begin = len(dataset)
+        dataset.resize(begin + len(rows), axis=0)
+        dataset[begin:] = rows
+        return begin
+
+    def _end(self, begins: Mapping[str, Sequence[int] | np.ndarray]) -> None:
+        """Write times and where each frame begins, and close the file.
+
+        begins: name of points, cells or a field, such as "Point" or "CellData/part" -> (times,) int.
+        """
+        steps = self._grid.create_group("Steps")
+        steps.attrs["NSteps"] = np.int64(len(self._times))
+        steps["Values"] = np.array(self._times, dtype=np.float64)
+        steps["NumberOfParts"] = np.ones(len(self._times), dtype=np.int64)
+        for name, begin in begins.items():
+            kind, slash, field = name.partition("/")
+            # one column for each kind of topology; an unstructured grid has one
+            shape = (-1, 1) if kind in ("Cell", "ConnectivityId") else (-1,)
+            steps[f"{kind}Offsets{slash}{field}"] = np.asarray(begin, dtype=np.int64).reshape(shape)
+        self._file.close()
+
+
+class FabricWriter(GridWriter):
+    """Writes frames of a moving triangle mesh.
 
     points: [m], (nodes, 3), the start shape; triangles: (triangles, 3) int, counted from 0; part: (triangles,) int,
-    index into part_names. FileExistsError if `path` exists.
+    index into part_names.
     """
 
     def __init__(
-        self,
-        path: str | Path,
-        points: np.ndarray,
-        triangles: np.ndarray,
-        part: np.ndarray,
-        part_names: Sequence[str],
+        self, path: str | Path, points: np.ndarray, triangles: np.ndarray, part: np.ndarray, part_names: Sequence[str]
     ):
         points, triangles, part = np.asarray(points), np.asarray(triangles), np.asarray(part)
         self._nodes, self._triangles = len(points), len(triangles)
@@ -64,10 +96,7 @@ class FabricWriter:
         if self._triangles and not 0 <= triangles.min() <= triangles.max() < self._nodes:
             raise ValueError("a triangle names a node that does not exist")
         self._sizes: dict[str, tuple[int, ...]] = {}
-        self._file = h5py.File(path, "x")
-        self._grid = self._file.create_group("VTKHDF")
-        self._grid.attrs["Version"] = np.array(VERSION, dtype=np.int64)
-        self._grid.attrs.create("Type", np.bytes_("UnstructuredGrid"))  # readers insist on a fixed-length string
+        super().__init__(path)
         for name, value in (
             ("NumberOfPoints", [self._nodes]),
             ("NumberOfCells", [self._triangles]),
@@ -78,7 +107,6 @@ class FabricWriter:
             self._grid[name] = np.asarray(value, dtype=np.int64)
         self._grid["Types"] = np.full(self._triangles, _VTK_TRIANGLE, dtype=np.uint8)
         self._grid["CellData/part"] = part.astype(np.int32)
-        self._times: list[float] = []
         self._block: dict[str, list[np.ndarray]] = {}
         self._file["billow/start_points"] = points.astype(np.float32)
         self._file["billow"].create_dataset("part_names", data=list(part_names), dtype=h5py.string_dtype())
@@ -107,49 +135,22 @@ class FabricWriter:
     def close(self) -> None:
         """Write what is left and where each frame begins, and close the file."""
         self._write_block()
-        count = len(self._times)
-        steps = self._grid.create_group("Steps")
-        steps.attrs["NSteps"] = np.int64(count)
-        steps["Values"] = np.array(self._times, dtype=np.float64)
-        steps["NumberOfParts"] = np.ones(count, dtype=np.int64)
-        steps["PartOffsets"] = np.zeros(count, dtype=np.int64)
-        steps["PointOffsets"] = self._nodes * np.arange(count, dtype=np.int64)
-        # one column for each kind of topology; an unstructured grid has one
-        steps["CellOffsets"] = steps["ConnectivityIdOffsets"] = np.zeros((count, 1), dtype=np.int64)
-        steps["CellDataOffsets/part"] = np.zeros(count, dtype=np.int64)
-        for name in self._sizes:
-            if name != "Points":
-                kind, field = name.split("/", 1)
-                rows = self._triangles if kind == "CellData" else self._nodes
-                steps[f"{kind}Offsets/{field}"] = rows * np.arange(count, dtype=np.int64)
-        self._file.close()
-
-    def __enter__(self) -> FabricWriter:
-        return self
-
-    def __exit__(self, *error) -> None:
-        self.close()
+        frame = np.arange(len(self._times))
+        fields = {name: self._rows(name) * frame for name in self._sizes if name != "Points"}
+        point = self._nodes * frame
+        once = dict.fromkeys(("Part", "Cell", "ConnectivityId", "CellData/part"), 0 * frame)
+        self._end({"Point": point, **once, **fields})
 
     def _write_block(self) -> None:
+        # Packed: 50 frames of 10,000 nodes shrink from 6 to 3.5 MB a field, contact forces to 0.5 MB, for 80 ms;
+        # reading is no slower. One chunk a frame.
         for name, fields in self._block.items():
-            rows = np.concatenate(fields)
-            if name not in self._grid:
-                # Packed: 50 frames of 10,000 nodes shrink from 6 to 3.5 MB a field, contact forces to 0.5 MB, for
-                # 80 ms; reading is no slower. One chunk a frame.
-                self._grid.create_dataset(
-                    name,
-                    data=rows,
-                    maxshape=(None, *rows.shape[1:]),
-                    chunks=(max(len(fields[0]), 1), *rows.shape[1:]),
-                    compression="gzip",
-                    compression_opts=1,
-                    shuffle=True,
-                )
-            else:
-                dataset = self._grid[name]
-                dataset.resize(len(dataset) + len(rows), axis=0)
-                dataset[-len(rows) :] = rows
+            self._extend(name, np.concatenate(fields), max(len(fields[0]), 1))
         self._block = {}
+
+    def _rows(self, name: str) -> int:
+        """Rows of a frame of an array, by its place in the file."""
+        return self._triangles if name.startswith("CellData") else self._nodes
 
     def _frame(self, points, point_data, cell_data) -> dict[str, np.ndarray]:
         """The frame's blocks by place in the file, checked before any of them is written."""
@@ -159,7 +160,7 @@ class FabricWriter:
         frame = {name: np.asarray(value, dtype=np.float32) for name, value in frame.items()}
         sizes = {name: value.shape for name, value in frame.items()}
         for name, size in sizes.items():
-            count = self._triangles if name.startswith("CellData") else self._nodes
+            count = self._rows(name)
             allowed = [(count, 3)] if name == "Points" else [(count,), (count, 3)]
             if size not in allowed or name == "CellData/part":
                 raise ValueError(f"{name} has shape {size}; expected {' or '.join(map(str, allowed))}")
@@ -212,24 +213,10 @@ class FabricFile:
             dataset = file[f"VTKHDF/{name}"]
             return dataset[: self._frames * count].reshape(self._frames, count, *dataset.shape[1:])
 
-    def _open(self):
-        return _Reading(self.path)
-
-
-class _Reading:
-    """An HDF5 file open for reading, whose every failure is told as one error."""
-
-    def __init__(self, path: Path):
-        self.path, self.file = path, None
-
-    def __enter__(self) -> h5py.File:
+    @contextmanager
+    def _open(self) -> Iterator[h5py.File]:
         try:
-            self.file = h5py.File(self.path, "r")
-        except OSError as error:
-            raise UNREADABLE_MESH(path=self.path, why=error.args[0] if error.args else error) from error
-        return self.file
-
-    def __exit__(self, kind, error, trace) -> None:
-        self.file.close()
-        if isinstance(error, KeyError | OSError | ValueError | IndexError):
+            with h5py.File(self.path, "r") as file:
+                yield file
+        except (KeyError, OSError, ValueError, IndexError) as error:
             raise UNREADABLE_MESH(path=self.path, why=error.args[0] if error.args else error) from error

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import errno
+import shutil
 import time
 import tomllib
+import traceback
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -103,14 +105,12 @@ def attempt_run(folder: str, task: Task, runner: Runner | None = None) -> Outcom
     try:
         workplace = store.begin(task.run)
         status, error = _simulate(store, task, workplace / task.run, runner)
-    except OSError as problem:
-        status, error = "failed", out_of_space(problem, store.folder) or _unexpected(task.run, problem)
     except BillowError as problem:
         status, error = "failed", problem
     except Exception as problem:
-        status, error = "failed", _unexpected(task.run, problem)
+        status, error = "failed", _out_of_space(problem, store.folder) or _unexpected(task.run, problem)
     if workplace is not None:
-        store.end(workplace)
+        shutil.rmtree(workplace, ignore_errors=True)
     return Outcome(task.run, status, time.perf_counter() - started, attempts, error)
 
 
@@ -136,21 +136,17 @@ def _simulate(store: RunStore, task: Task, place: Path, runner: Runner | None) -
     )
 
 
-def out_of_space(problem: OSError, place: Path) -> ResourceError | None:
-    """ResourceError E-STU-012 if that is what the operating system complains about, else None."""
-    if problem.errno not in (errno.ENOSPC, errno.EDQUOT):
-        return None
-    return DISK_FULL(place=place, problem=problem)
+def _out_of_space(problem: Exception, place: Path) -> ResourceError | None:
+    full = isinstance(problem, OSError) and problem.errno in (errno.ENOSPC, errno.EDQUOT)
+    return DISK_FULL(place=place, problem=problem) if full else None
 
 
 def cannot_write(problem: OSError, place: Path) -> ResourceError:
     """E-STU-012 if the disk is full, else E-STU-023: the study folder refuses for another reason."""
-    return out_of_space(problem, place) or CANNOT_WRITE(path=problem.filename or place, why=problem)
+    return _out_of_space(problem, place) or CANNOT_WRITE(path=problem.filename or place, why=problem)
 
 
 def _unexpected(run: str, problem: Exception) -> BillowError:
-    trace = problem.__traceback__
-    while trace and trace.tb_next:
-        trace = trace.tb_next
-    place = f"{Path(trace.tb_frame.f_code.co_filename).name}:{trace.tb_lineno}" if trace else "unknown"
+    last = traceback.extract_tb(problem.__traceback__)[-1]
+    place = f"{Path(last.filename).name}:{last.lineno}"
     return SIMULATION_FAILED(kind=type(problem).__name__, run=run, place=place, why=str(problem) or "no message")

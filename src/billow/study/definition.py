@@ -1,23 +1,4 @@
-"""study.toml: the case of a study, its parameters, and the numbers of runs.
-
-title = "Driver bag against a locked obstacle"
-case = "driver_locked.toml"       # relative to this file
-seed = 1
-train = 48                        # may be raised later, to a multiple
-test = 12
-nested = [12, 24]                 # the first 12 training runs are a Latin hypercube themselves, and so are the first 24
-added_designs = "next.csv"        # more training runs, as `billow suggest` writes them
-reference_length = 0.28           # [m], to which errors are compared
-
-[[parameters]]
-name = "permeability"
-label = "Airbag permeability"
-unit = "-"
-low = 0.02
-high = 0.035
-keys = ["fabric.permeability"]    # entries of the case that take the value
-scale = "linear"                  # or "log": drawn evenly in the logarithm
-"""
+"""study.toml: the case of a study, its parameters, and the numbers of runs (docs/rom.md, The study file)."""
 
 from __future__ import annotations
 
@@ -25,6 +6,7 @@ import difflib
 import itertools
 import os
 import tomllib
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -75,7 +57,6 @@ NO_CASE = InputError.declare(
     remedy="give its path relative to the study file",
 )
 
-_STRICT = ConfigDict(strict=True, frozen=True, extra="forbid", allow_inf_nan=False)
 LARGEST_FILE = 1_000_000  # bytes; a study file is a few kilobytes
 MOST_RUNS = 10_000
 
@@ -89,10 +70,12 @@ def _one_line(value: str) -> str:
 _Text = Annotated[str, Field(min_length=1), AfterValidator(_one_line)]
 
 
-class StudyParameter(BaseModel):
-    """One axis of the design space; low and high are in `unit`, which is the unit of the case's entries `keys`."""
+class _Strict(BaseModel):
+    model_config = ConfigDict(strict=True, frozen=True, extra="forbid", allow_inf_nan=False)
 
-    model_config = _STRICT
+
+class StudyParameter(_Strict):
+    """One axis of the design space; low and high are in `unit`, which is the unit of the case's entries `keys`."""
 
     name: Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")]
     label: _Text
@@ -103,10 +86,8 @@ class StudyParameter(BaseModel):
     scale: Literal["linear", "log"] = "linear"
 
 
-class StudyDefinition(BaseModel):
+class StudyDefinition(_Strict):
     """The content of a study.toml. reference_length: [m]."""
-
-    model_config = _STRICT
 
     title: _Text
     case: _Text
@@ -131,8 +112,8 @@ class StudyDefinition(BaseModel):
             definition = cls.model_validate(content)
         except ValidationError as error:
             raise _told(path, content, error) from error
-        _check_parameters(path, definition.parameters)
-        _check_nested(path, definition)
+        for where, what, why, remedy in _contradictions(definition):  # the first is told
+            raise UNUSABLE_VALUE(what=f"{what}", where=f"{path}: {where}", why=why, remedy=remedy)
         case = path.parent / definition.case
         if not os.path.isfile(case):  # unlike Path.is_file, no error for a name that is too long
             raise NO_CASE(case=definition.case, path=path, place=case)
@@ -167,54 +148,39 @@ def _read_toml(path: Path) -> dict:
         raise NOT_TOML(path=path, why=error) from error
 
 
-def _check_nested(path: Path, definition: StudyDefinition) -> None:
-    for smaller, larger in itertools.pairwise(definition.sizes):
-        if larger <= smaller or larger % smaller:
-            raise UNUSABLE_VALUE(
-                what=f"nested = {list(definition.nested)} with train = {definition.train} cannot be used",
-                where=f"{path}: nested",
-                why=f"{larger} is not a multiple of {smaller}, so that their strata do not fit into each other",
-                remedy="let each size divide the next and the last one divide train, such as nested = [100, 200]",
-            )
+_REASONS = {
+    "name": ("results are stored by parameter name", "give each parameter its own name"),
+    "range": ("a parameter needs a range to be drawn from",
+              "swap low and high, or set the value in the case instead of varying it"),
+    "logarithm": ("only positive values have a logarithm", "give a low above 0, or scale = 'linear'"),
+}  # fmt: skip
+"""What several entries do not agree on -> why that cannot be, and what to do."""
 
 
-def _check_parameters(path: Path, parameters: tuple[StudyParameter, ...]) -> None:
-    """What only a look at several entries shows."""
-    names: set[str] = set()
+def _contradictions(definition: StudyDefinition) -> Iterator[tuple[str, str, str, str]]:
+    """What only a look at several entries shows: where, what, why and remedy of each contradiction."""
     owners: dict[str, str] = {}
-    for number, parameter in enumerate(parameters, start=1):
-        where = f"{path}: [[parameters]] number {number} ({parameter.name})"
-        if parameter.name in names:
-            raise UNUSABLE_VALUE(
-                what=f"two parameters are called {parameter.name!r}",
-                where=where,
-                why="results are stored by parameter name",
-                remedy="give each parameter its own name",
-            )
-        names.add(parameter.name)
+    names = [parameter.name for parameter in definition.parameters]
+    for number, parameter in enumerate(definition.parameters, start=1):
+        where = f"[[parameters]] number {number} ({parameter.name})"
+        if parameter.name in names[: number - 1]:
+            yield where, f"two parameters are called {parameter.name!r}", *_REASONS["name"]
         if not parameter.low < parameter.high:
-            raise UNUSABLE_VALUE(
-                what=f"low = {parameter.low:g} is not below high = {parameter.high:g}",
-                where=where,
-                why="a parameter needs a range to be drawn from",
-                remedy="swap low and high, or set the value in the case instead of varying it",
-            )
+            yield where, f"low = {parameter.low:g} is not below high = {parameter.high:g}", *_REASONS["range"]
         if parameter.scale == "log" and parameter.low <= 0:
-            raise UNUSABLE_VALUE(
-                what=f"low = {parameter.low:g} with scale = 'log'",
-                where=where,
-                why="only positive values have a logarithm",
-                remedy="give a low above 0, or scale = 'linear'",
-            )
+            yield where, f"low = {parameter.low:g} with scale = 'log'", *_REASONS["logarithm"]
         for key in parameter.keys:
             if key in owners:
-                raise UNUSABLE_VALUE(
-                    what=f"the case entry {key!r} is varied twice",
-                    where=where,
-                    why=f"it is also among the keys of {owners[key]!r}",
-                    remedy="let each case entry belong to one parameter",
-                )
+                why = f"it is also among the keys of {owners[key]!r}"
+                remedy = "let each case entry belong to one parameter"
+                yield where, f"the case entry {key!r} is varied twice", why, remedy
             owners[key] = parameter.name
+    for smaller, larger in itertools.pairwise(definition.sizes):
+        if larger <= smaller or larger % smaller:
+            what = f"nested = {list(definition.nested)} with train = {definition.train} cannot be used"
+            why = f"{larger} is not a multiple of {smaller}, so that their strata do not fit into each other"
+            remedy = "let each size divide the next and the last one divide train, such as nested = [100, 200]"
+            yield "nested", what, why, remedy
 
 
 def _told(path: Path, content: dict, error: ValidationError) -> InputError:

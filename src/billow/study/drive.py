@@ -6,22 +6,17 @@ import contextlib
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from billow.base.errors import IntegrityError, ResourceError
-from billow.results.dataset import check_alike
-from billow.results.dataset_files import (
-    DATASET_FILE,
-    DatasetRecord,
-    mesh_sha256,
-    read_dataset_file,
-    write_dataset_file,
-)
+from billow.results.dataset import difference, why_failed
+from billow.results.dataset_files import DATASET_FILE, DatasetRecord, mesh_sha256, read_dataset_file, write_dataset_file
 from billow.results.result import Result
-from billow.study.attempt import Outcome, Runner, Task, cannot_write
-from billow.study.definition import StudyDefinition
-from billow.study.design import Design
-from billow.study.execute import WORKER_DIED, available_cores, dask_client, run_here, run_on_dask
-from billow.study.store import RunStore
+from billow.study.attempt import Outcome, Runner, Task, attempt_run
+from billow.study.execute import WORKER_DIED, available_cores, dask_client, run_on_dask
+
+if TYPE_CHECKING:
+    from billow.study.study import Study
 
 OTHER_RUN = IntegrityError.declare(
     "E-STU-010",
@@ -67,71 +62,54 @@ class StudySummary:
 
 
 class Drive:
-    """One call of `Study.run`. case_of: the `billow.Case` of a run; the other arguments as there."""
+    """One call of `Study.run`."""
 
-    def __init__(
-        self,
-        store: RunStore,
-        definition: StudyDefinition,
-        design: Design,
-        case_of: Callable[[str], object],
-        report: Callable[[ProgressEvent], None],
-        retry_failed: bool,
-    ):
-        self.store, self.definition, self.design, self.case_of = store, definition, design, case_of
-        self.report, self.retry_failed = report, retry_failed
+    def __init__(self, study: Study, report: Callable[[ProgressEvent], None], retry_failed: bool):
+        self.study, self.store, self.report, self.retry_failed = study, study.store, report, retry_failed
         self.started = time.perf_counter()
         self.completed: set[str] = set()
         self.failed: dict[str, str] = {}
 
     def go(self, workers: int | None, scheduler: str | None, runner: Runner | None) -> StudySummary:
         """Make what is missing; errors as `Study.run`."""
-        try:
-            return self._go(workers, scheduler, runner)
-        except OSError as problem:  # of this process; those of workers come as outcomes
-            raise cannot_write(problem, self.store.folder) from problem
-
-    def _go(self, workers: int | None, scheduler: str | None, runner: Runner | None) -> StudySummary:
-        tasks = self._survey()
+        tasks, runs = self._survey(), self.study.runs
         # never more processes than runs: starting one costs seconds
         workers = min(workers or available_cores(), max(len(tasks), 1))
         place = f"the cluster at {scheduler}" if scheduler else f"{workers} worker{'s' if workers > 1 else ''}"
-        self._tell("started", "", 0.0, f"{len(tasks)} of {len(self.design.runs)} runs to make, by {place}")
+        self._tell("started", "", 0.0, f"{len(tasks)} of {len(runs)} runs to make, by {place}")
         with contextlib.closing(self._outcomes(tasks, workers, scheduler, runner)) as outcomes:
             for outcome in outcomes:
                 self._take(outcome)
         seconds = time.perf_counter() - self.started
         self._tell("finished", "", seconds, f"{len(self.completed)} runs completed, {len(self.failed)} failed")
-        completed = tuple(run for run in self.design.runs if run in self.completed)
+        completed = tuple(run for run in runs if run in self.completed)
         return StudySummary(completed, dict(sorted(self.failed.items())), seconds)
 
     def _outcomes(self, tasks, workers, scheduler, runner) -> Iterator[Outcome]:
-        if not tasks:
-            return
         if scheduler is None and workers == 1:
-            yield from run_here(self.store, tasks, runner)
-            return
-        with dask_client(workers, scheduler) as client:
-            yield from run_on_dask(client, self.store, tasks, runner)
+            yield from (attempt_run(str(self.store.folder), task, runner) for task in tasks)
+        elif tasks:
+            with dask_client(workers, scheduler) as client:
+                yield from run_on_dask(client, self.store, tasks, runner)
 
     def _survey(self) -> list[Task]:
         """Look at what is on disk; returns what is missing."""
         tasks = []
         for run in self._most_telling_first():
-            case = self.case_of(run)
+            case = self.study.case(run)
             if self.store.is_published(run) and self._admit(run, case.digest()):
                 continue
-            failure = self.store.failure(run)
+            failure = why_failed(self.store.failed / f"{run}.json")
             if failure and not self.retry_failed:
-                self.failed[run] = f"{failure['code']}: {failure['what']}; {failure['why']}"
+                self.failed[run] = failure
             else:
                 tasks.append(Task(run, case.to_toml(), type(case).from_dict))
         return tasks
 
     def _most_telling_first(self) -> list[str]:
         """The smallest nested design, the test runs, then the rest: half a study is already worth learning from."""
-        train, first = list(self.design.train), min(self.definition.sizes, default=0)
-        return [*train[:first], *self.design.test, *train[first:]]
+        train, first = list(self.study.train), min(self.study.definition.sizes)
+        return [*train[:first], *self.study.test, *train[first:]]
 
     def _admit(self, run: str, digest: str) -> bool:
         """Check a published run and count it; False if it was damaged and has been set aside."""
@@ -143,48 +121,32 @@ class Drive:
             return False
         if result.record["case_digest"] != digest or result.status != "completed":
             raise OTHER_RUN(run=run, folder=result.folder)
-        self._check_alike(run, result)
+        folder, d = self.study.folder, self.study.definition
+        if not (folder / DATASET_FILE).is_file():  # the first run in sets mesh and times; the others must have the same
+            mesh, times = mesh_sha256(result.reference, result.triangles), tuple(result.times.tolist())
+            write_dataset_file(folder, DatasetRecord(d.title, d.reference_length, d.seed, mesh, times, d.axes))
+        elif other := difference(read_dataset_file(folder), result):
+            raise OTHER_MESH(run=run, folder=result.folder, difference=other)
         self.completed.add(run)
         self.store.forget_failure(run)
         return True
-
-    def _check_alike(self, run: str, result: Result) -> None:
-        """The first run in sets mesh and times in dataset.toml; the others must have the same."""
-        folder, definition = self.store.folder, self.definition
-        if not (folder / DATASET_FILE).is_file():
-            shared = DatasetRecord(
-                title=definition.title,
-                reference_length=definition.reference_length,
-                seed=definition.seed,
-                mesh_sha256=mesh_sha256(result.reference, result.triangles),
-                times=tuple(result.times.tolist()),
-                parameters=definition.axes,
-            )
-            write_dataset_file(folder, shared)
-            return
-        try:
-            check_alike(read_dataset_file(folder), run, result)
-        except IntegrityError as error:
-            raise OTHER_MESH(run=run, folder=result.folder, difference=error.why) from error
 
     def _take(self, outcome: Outcome) -> None:
         run, error = outcome.run, outcome.error
         if outcome.status == "interrupted":
             raise KeyboardInterrupt
         if isinstance(error, ResourceError) and error.code != WORKER_DIED.code:  # the other runs would fail as well
-            counts = f"after {len(self.completed)} of {len(self.design.runs)} runs"
-            raise ResourceError(
-                error.code, f"{error.what} {counts}", where=error.where, why=error.why, remedy=error.remedy
-            )
+            error.what += f" after {len(self.completed)} of {len(self.study.runs)} runs"
+            raise error
         if outcome.status == "repeated":
             self._tell("repeated", run, 0.0, f"its worker died; {outcome.attempts} attempts so far")
         elif error is not None:
             self.store.record_failure(run, error, outcome.attempts)
             self.failed[run] = f"{error.code}: {error.what}; {error.why}"
             self._tell("failed", run, outcome.seconds, self.failed[run])
-        elif self._admit(run, self.case_of(run).digest()):
+        elif self._admit(run, self.study.case(run).digest()):
             self._tell("completed", run, outcome.seconds, "")
 
     def _tell(self, status: str, run: str, seconds: float, message: str) -> None:
         done = len(self.completed) + len(self.failed)
-        self.report(ProgressEvent(status, run, done, len(self.design.runs), seconds, message))
+        self.report(ProgressEvent(status, run, done, len(self.study.runs), seconds, message))

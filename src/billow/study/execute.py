@@ -65,12 +65,6 @@ def available_cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def run_here(store: RunStore, tasks: Sequence[Task], runner: Runner | None) -> Iterator[Outcome]:
-    """Make runs one after the other in this process."""
-    for task in tasks:
-        yield attempt_run(str(store.folder), task, runner)
-
-
 @contextlib.contextmanager
 def dask_client(workers: int, scheduler: str | None) -> Iterator:
     """A Dask client: of `workers` new local processes, or of the cluster at the address `scheduler`.
@@ -78,7 +72,7 @@ def dask_client(workers: int, scheduler: str | None) -> Iterator:
     InputError E-STU-015 if no scheduler answers there. Local workers end with the block; a cluster stays as it was.
     """
     import dask
-    from distributed import Client, LocalCluster
+    from distributed import Client, LocalCluster, WorkerPlugin
 
     if scheduler is not None:
         try:
@@ -98,7 +92,11 @@ def dask_client(workers: int, scheduler: str | None) -> Iterator:
         **{f"distributed.nanny.pre-spawn-environ.{name}": "1" for name in _ONE_THREAD},
     }
     with contextlib.ExitStack() as stack:
-        stack.enter_context(_environment_kept())
+        for name in _ONE_THREAD:  # Dask sets them here too and leaves them; numba would then refuse to continue here
+            if name in os.environ:
+                stack.callback(os.environ.__setitem__, name, os.environ[name])
+            else:
+                stack.callback(os.environ.pop, name, None)
         scratch = stack.enter_context(tempfile.TemporaryDirectory(prefix="billow-workers-"))
         stack.enter_context(dask.config.set(settings))
         try:
@@ -118,34 +116,14 @@ def dask_client(workers: int, scheduler: str | None) -> Iterator:
             raise NO_WORKERS(count=workers, why=error) from error
         stack.enter_context(cluster)
         client = stack.enter_context(Client(cluster))
-        _leave_interrupts_to_this_process(client)
+
+        class IgnoreInterrupts(WorkerPlugin):
+            def setup(self, worker):
+                signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+        # A terminal sends Ctrl-C to every process; the workers, which this process ends, would each print a traceback.
+        client.register_plugin(IgnoreInterrupts())
         yield client
-
-
-@contextlib.contextmanager
-def _environment_kept() -> Iterator[None]:
-    """Dask sets the workers' variables in this process too and leaves them there; numba would then refuse to continue
-    here."""
-    before = {name: os.environ.get(name) for name in _ONE_THREAD}
-    try:
-        yield
-    finally:
-        for name, value in before.items():
-            if value is None:
-                os.environ.pop(name, None)
-            else:
-                os.environ[name] = value
-
-
-def _leave_interrupts_to_this_process(client) -> None:
-    """A terminal sends Ctrl-C to every process; the workers, which this process ends, would each print a traceback."""
-    from distributed import WorkerPlugin
-
-    class IgnoreInterrupts(WorkerPlugin):
-        def setup(self, worker):
-            signal.signal(signal.SIGINT, signal.SIG_IGN)
-
-    client.register_plugin(IgnoreInterrupts())
 
 
 def run_on_dask(client, store: RunStore, tasks: Sequence[Task], runner: Runner | None) -> Iterator[Outcome]:

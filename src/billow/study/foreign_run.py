@@ -2,16 +2,24 @@
 
 from __future__ import annotations
 
-import csv
 import re
 import zipfile
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
+from billow.base.errors import InputError
+from billow.results.csv_files import read_csv
 from billow.study.vtk_frames import SUFFIXES, read_vtk
+
+UNREADABLE_RUN = InputError.declare(
+    "E-STU-027",
+    "run {run} cannot be read",
+    where="{path}",
+    cause="a file that is missing, cut short or of another kind, or positions that are not finite",
+    remedy="export it again; runs.csv names it, so it must be there",
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,64 +29,68 @@ class ForeignRun:
     """
 
     positions: np.ndarray
-    triangles: np.ndarray | None
-    times: np.ndarray | None
+    triangles: np.ndarray | None = None
+    times: np.ndarray | None = None
     contact_force: np.ndarray | None = None
 
 
-def find_run(folder: Path, run: str) -> tuple[Path, Callable[[Path], ForeignRun]] | None:
-    """Path of a run in `folder`, and the function that reads it; None if there is none."""
-    for suffix, read in ((".npz", _read_npz), (".npy", _read_npy)):
-        if (folder / f"{run}{suffix}").is_file():
-            return folder / f"{run}{suffix}", read
-    return (folder / run, _read_frames) if (folder / run).is_dir() else None
+def read_run(folder: Path, run: str) -> ForeignRun:
+    """A run in `folder`. InputError E-STU-027 if there is none, it cannot be read, or has other shapes than it must."""
+    readers = {folder / f"{run}.npz": _read_npz, folder / f"{run}.npy": _read_npy, folder / run: _read_frames}
+    path = next((path for path in readers if path.exists()), None)
+    try:
+        if path is None:
+            raise ValueError(f"there is neither {run}.npz nor {run}.npy nor a folder {run}")
+        given = readers[path](path)
+        shape = given.positions.shape
+        if len(shape) != 3 or shape[2] != 3 or shape[0] < 3 or shape[1] < 3:
+            raise ValueError(f"positions have shape {shape}; expected (times, nodes, 3) with three or more of both")
+        if given.contact_force is not None and given.contact_force.shape != shape:
+            raise ValueError(f"contact_force has shape {given.contact_force.shape}, positions have {shape}")
+        for name in ("positions", "contact_force"):
+            values = getattr(given, name)
+            if values is not None and not np.isfinite(values).all():
+                frame = int(np.argmin(np.isfinite(values).all(axis=(1, 2))))
+                raise ValueError(f"{name} of frame {frame} are not all finite")
+        return given
+    except (OSError, ValueError, MemoryError) as error:
+        raise UNREADABLE_RUN(run=run, path=path or folder / run, why=error) from error
 
 
-def read_table(path: Path, columns: tuple[str, ...], dtype=float) -> np.ndarray:
-    """Columns of a CSV file with a header, or the array of the .npy file beside it: (rows, columns).
+def read_table(path: Path, columns: tuple[str, ...], dtype=float) -> np.ndarray | None:
+    """Columns of a CSV file with a header, or the array of the .npy file beside it: (rows, columns); None without both.
 
-    FileNotFoundError if there is neither; ValueError if it does not hold such columns.
+    ValueError if it does not hold such columns.
     """
-    if path.with_suffix(".npy").is_file():
-        array = np.load(path.with_suffix(".npy"), allow_pickle=False)
+    binary = path.with_suffix(".npy")
+    if binary.is_file():
+        array = np.load(binary, allow_pickle=False)
         array = array[:, None] if array.ndim == 1 else array
         if array.ndim != 2 or array.shape[1] != len(columns):
-            raise ValueError(
-                f"{path.with_suffix('.npy').name} has shape {array.shape}; expected {len(columns)} columns"
-            )
+            raise ValueError(f"{binary.name} has shape {array.shape}; expected {len(columns)} columns")
         return array.astype(dtype)
-    with open(path, newline="", encoding="utf-8-sig") as file:
-        header, *rows = [[cell.strip() for cell in row] for row in csv.reader(file) if row]
+    if not path.is_file():
+        return None
+    header, rows = read_csv(path)
     missing = [name for name in columns if name not in header]
     if missing:
         raise ValueError(f"{path.name} has columns {', '.join(header)}; {', '.join(missing)} missing")
     chosen = [header.index(name) for name in columns]
     try:
-        return (
-            np.array([[float(row[k]) for k in chosen] for row in rows], float).reshape(-1, len(columns)).astype(dtype)
-        )
+        values = [[float(row[k]) for k in chosen] for row in rows]
+        return np.array(values, float).reshape(-1, len(columns)).astype(dtype)
     except (ValueError, IndexError) as error:
         raise ValueError(f"{path.name}: {error}") from error
 
 
 def read_times(folder: Path) -> np.ndarray | None:
     """times.csv (time [s]) or times.npy of a folder: [s], (times,); None if there is neither."""
-    try:
-        return read_table(folder / "times.csv", ("time [s]",))[:, 0]
-    except FileNotFoundError:
-        return None
-
-
-def read_triangles(folder: Path) -> np.ndarray | None:
-    """triangles.csv (a, b, c, counted from 0) or triangles.npy of a folder: (triangles, 3) int64; None without."""
-    try:
-        return read_table(folder / "triangles.csv", ("a", "b", "c"), np.int64)
-    except FileNotFoundError:
-        return None
+    times = read_table(folder / "times.csv", ("time [s]",))
+    return None if times is None else times[:, 0]
 
 
 def _read_npy(path: Path) -> ForeignRun:
-    return ForeignRun(np.asarray(np.load(path, allow_pickle=False), float), None, None)
+    return ForeignRun(np.asarray(np.load(path, allow_pickle=False), float))
 
 
 def _read_npz(path: Path) -> ForeignRun:

@@ -1,11 +1,17 @@
-"""A study that grows: more training runs after the existing ones; existing runs, and all test runs, stay as they
-are."""
+"""A study that grows: more training runs after the existing ones; existing runs, and all test runs, stay as they are.
+
+More runs come from a larger `train`, or from `added_designs`: a table of designs, as `billow suggest` writes it.
+"""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from pathlib import Path
 
 from billow.base.errors import InputError
+from billow.results.csv_files import csv_text, read_csv
+from billow.results.dataset_files import Parameter, design_columns
 from billow.study.definition import StudyDefinition
 from billow.study.design import Design, Values, draw, numbered
 
@@ -23,6 +29,13 @@ CANNOT_GROW = InputError.declare(
     why="{wanted} is not a multiple of {train}, so that the new runs could not fill all empty strata",
     remedy="set train to a multiple, such as {multiple}, or list more designs in added_designs",
 )
+UNUSABLE_DESIGNS = InputError.declare(
+    "E-STU-024",
+    "the table of added designs cannot be used",
+    where="{path}",
+    cause="a misspelt path in added_designs, columns that are not the parameters, or a value outside its range",
+    remedy="write one column for each parameter, headed name [unit], and one row for each run",
+)
 
 MAY_GROW = ("train", "nested", "added_designs")
 """Entries of study.toml that may change after runs were made."""
@@ -34,25 +47,18 @@ def merged(existing: StudyDefinition, given: StudyDefinition, folder: Path) -> S
     Existing sizes stay sizes of nested hypercubes, so that their runs keep their places. InputError E-STU-008 if
     `given` differs in more than `MAY_GROW` allows.
     """
-    different = [
-        name
-        for name in StudyDefinition.model_fields
-        if name not in MAY_GROW and getattr(existing, name) != getattr(given, name)
-    ]
-    if different:
-        raise ANOTHER_STUDY(
-            folder=folder, why=f"{', '.join(different)} in its study.toml differ from the study asked for"
-        )
-    if given.train < existing.train:
-        raise ANOTHER_STUDY(
-            folder=folder, why=f"it has {existing.train} training runs already, more than the {given.train} asked"
-        )
     known = set(existing.sizes)
+    fixed = [name for name in StudyDefinition.model_fields if name not in MAY_GROW]
+    different = [name for name in fixed if getattr(existing, name) != getattr(given, name)]
     between = [size for size in given.nested if size not in known and size < existing.train]
-    if between:
-        raise ANOTHER_STUDY(
-            folder=folder, why=f"its {existing.train} training runs were not drawn with nested = {between}"
-        )
+    if different:
+        why = f"{', '.join(different)} in its study.toml differ from the study asked for"
+    elif given.train < existing.train:
+        why = f"it has {existing.train} training runs already, more than the {given.train} asked"
+    else:
+        why = between and f"its {existing.train} training runs were not drawn with nested = {between}"
+    if why:
+        raise ANOTHER_STUDY(folder=folder, why=why)
     later = [size for size in given.sizes if size > existing.train]
     sizes = (*existing.sizes, *later)
     if any(later) and later[0] % existing.train:
@@ -67,14 +73,40 @@ def grown(existing: Design, definition: StudyDefinition, added: list[Values], fo
     """
     wanted = draw(definition)
     rows = [*wanted.train.values(), *added]
-    if tuple(existing.test.values()) != tuple(wanted.test.values()):
-        raise ANOTHER_STUDY(folder=folder, why="its test runs are not those of the study asked for")
     lost = set(existing.train.values()) - set(rows)
-    if lost:
-        raise ANOTHER_STUDY(
-            folder=folder, why=f"{len(lost)} of its training runs are not among those of the study asked for"
-        )
-    if set(added) & set(wanted.test.values()):
-        raise ANOTHER_STUDY(folder=folder, why="a design in added_designs is one of its test runs")
+    if tuple(existing.test.values()) != tuple(wanted.test.values()):
+        why = "its test runs are not those of the study asked for"
+    elif lost:
+        why = f"{len(lost)} of its training runs are not among those of the study asked for"
+    else:
+        why = set(added) & set(wanted.test.values()) and "a design in added_designs is one of its test runs"
+    if why:
+        raise ANOTHER_STUDY(folder=folder, why=why)
     there = set(existing.train.values())
     return numbered(existing, [row for row in rows if row not in there], [])
+
+
+def added_designs_text(parameters: Sequence[Parameter], rows: Sequence[Sequence[float]]) -> str:
+    """The table of design values, (rows, parameters) in each parameter's unit."""
+    return csv_text([design_columns(parameters), *(map(float, row) for row in rows)])
+
+
+def read_added_designs(path: str | Path, parameters: Sequence[Parameter]) -> list[Values]:
+    """Rows of a table of designs, in file order.
+
+    InputError E-STU-024 if it cannot be read, has other columns, a value that is missing, no number or outside its
+    parameter's range, or a row twice.
+    """
+    try:
+        rows = [tuple(map(float, row)) for row in read_csv(path, design_columns(parameters))[1]]
+        for number, row in enumerate(rows, start=1):
+            if len(row) != len(parameters):
+                raise ValueError(f"row {number} has {len(row)} values for {len(parameters)} parameters")
+            for value, p in zip(row, parameters, strict=True):
+                if not (math.isfinite(value) and p.low <= value <= p.high):
+                    raise ValueError(f"row {number}: {p.name} = {value:g} is not between {p.low:g} and {p.high:g}")
+        if len(set(rows)) != len(rows):
+            raise ValueError("a design stands in it twice")
+    except (OSError, ValueError) as error:
+        raise UNUSABLE_DESIGNS(path=path, why=error) from error
+    return rows

@@ -1,20 +1,10 @@
 """A dataset made from runs of another solver, so that a surrogate can be trained on them.
 
-    FOLDER/
-      runs.csv            run,permeability [-],jet_direction [deg],...: the designs; also, if known, columns
-                          "split" (train or test) and "wall_seconds [s]" (how long the run took)
-      triangles.csv       a,b,c: nodes of each triangle, counted from 0 (or triangles.npy; not needed with VTK frames)
-      times.csv           time [s]: of the frames, the first is 0 (or times.npy; a run may have its own)
-      0000.npz            positions (times, nodes, 3) [m]; if known times, triangles, contact_force [N] of that shape
-      0001.npy            positions alone
-      0002/               or one file a frame: .csv (x [m],y [m],z [m]), .vtk, .vtu or .vtp
-
-The first frame is the start shape. Runs must share mesh and times; nothing is interpolated.
+The folder that is read: docs/rom.md, Runs of another solver. Runs must share mesh and times.
 """
 
 from __future__ import annotations
 
-import csv
 import hashlib
 import re
 from pathlib import Path
@@ -24,7 +14,9 @@ import tomli_w
 
 from billow.base.errors import InputError
 from billow.results.atomic import whole_folder, write_atomically
+from billow.results.csv_files import read_csv
 from billow.results.dataset_files import (
+    RUN_NAME,
     DatasetRecord,
     Parameter,
     mesh_sha256,
@@ -36,7 +28,7 @@ from billow.results.dataset_files import (
 from billow.results.histories import write_histories
 from billow.results.run_file import write_run_file
 from billow.results.vtkhdf import FabricWriter
-from billow.study.foreign_run import ForeignRun, find_run, read_times, read_triangles
+from billow.study.foreign_run import ForeignRun, read_run, read_table, read_times
 
 UNUSABLE_TABLE = InputError.declare(
     "E-STU-026",
@@ -44,13 +36,6 @@ UNUSABLE_TABLE = InputError.declare(
     where="{path}",
     cause="no runs.csv, a column that is not headed name [unit], or values that are not numbers or all the same",
     remedy='write a column "run", one column "name [unit]" for each parameter, and one row for each run',
-)
-UNREADABLE_RUN = InputError.declare(
-    "E-STU-027",
-    "run {run} cannot be read",
-    where="{path}",
-    cause="a file that is missing, cut short or of another kind, or positions that are not finite",
-    remedy="export it again; runs.csv names it, so it must be there",
 )
 RUN_DOES_NOT_FIT = InputError.declare(
     "E-STU-028",
@@ -69,7 +54,6 @@ UNKNOWN_MESH_OR_TIMES = InputError.declare(
 
 TABLE = "runs.csv"
 _COLUMN = re.compile(r"([A-Za-z][A-Za-z0-9_]*) \[([^\[\]]+)\]")
-_RUN = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,60}")
 _SAME = 1e-6
 """Fraction of the mesh size by which start shapes may differ: text has seven digits."""
 
@@ -97,24 +81,16 @@ def import_runs(
     with whole_folder(out) as partial:
         common = None
         for run in table.design:
-            found = _read(folder, run)
+            found = read_run(folder, run)
             common = common or _Common(folder, run, found)
             common.check(run, found)
             _write_run(partial / "runs" / run, common, found, table, run)
         write_design(partial, table.parameters, table.design)
         write_split(partial, *split)
         size = float(np.ptp(common.start, axis=0).max())
-        write_dataset_file(
-            partial,
-            DatasetRecord(
-                title=title or folder.resolve().name,
-                reference_length=reference_length or size,
-                seed=seed,
-                mesh_sha256=mesh_sha256(common.start, common.triangles),
-                times=tuple(common.times.tolist()),
-                parameters=table.parameters,
-            ),
-        )
+        mesh, times = mesh_sha256(common.start, common.triangles), tuple(common.times.tolist())
+        title, length = title or folder.resolve().name, reference_length or size
+        write_dataset_file(partial, DatasetRecord(title, length, seed, mesh, times, table.parameters))
     return len(split[0]), len(split[1])
 
 
@@ -123,10 +99,8 @@ class _Table:
 
     def __init__(self, path: Path):
         try:
-            with open(path, newline="", encoding="utf-8-sig") as file:
-                header, *rows = [[cell.strip() for cell in row] for row in csv.reader(file, strict=True) if row]
-            self._take(header, rows)
-        except (OSError, ValueError, csv.Error) as error:
+            self._take(*read_csv(path))
+        except (OSError, ValueError) as error:
             raise UNUSABLE_TABLE(path=path, why=error) from error
 
     def _take(self, header: list[str], rows: list[list[str]]) -> None:
@@ -134,40 +108,33 @@ class _Table:
             raise ValueError(f"its columns are {', '.join(header)}; the first must be run, and each stand once")
         if any(len(row) != len(header) for row in rows):
             raise ValueError("a row has more or fewer cells than the header")
-        extra = ("run", "split", "wall_seconds [s]")
-        names = [name for name in header if name not in extra]
-        for name in names:
-            if not _COLUMN.fullmatch(name):
-                raise ValueError(f"column {name!r} is not of the form name [unit]")
+        names = [name for name in header if name not in ("run", "split", "wall_seconds [s]")]
+        heads = [_COLUMN.fullmatch(name) for name in names]
+        if None in heads:
+            raise ValueError(f"column {names[heads.index(None)]!r} is not of the form name [unit]")
         columns = {name: [row[k] for row in rows] for k, name in enumerate(header)}
         runs = columns["run"]
-        if len(runs) < 3 or len(set(runs)) != len(runs) or not all(map(_RUN.fullmatch, runs)):
+        if len(runs) < 3 or len(set(runs)) != len(runs) or not all(map(RUN_NAME.fullmatch, runs)):
             raise ValueError("it needs at least three runs, each with a name of its own made of letters and digits")
         values = np.array([list(map(float, columns[name])) for name in names], float).reshape(len(names), len(runs))
         if not names or not np.isfinite(values).all():
             raise ValueError("it has no parameter, or a value that is not a finite number")
-        for name, row in zip(names, values, strict=True):
-            if not row.min() < row.max():
-                raise ValueError(f"{name} is the same in every run; leave it out")
-        self.parameters = tuple(
-            Parameter(*_label(name), float(row.min()), float(row.max()))
-            for name, row in zip(names, values, strict=True)
-        )
+        self.parameters = tuple(_axis(*head.groups(), row) for head, row in zip(heads, values, strict=True))
         self.design = {run: tuple(values[:, k].tolist()) for k, run in enumerate(runs)}
         self.seconds = dict(zip(runs, map(float, columns.get("wall_seconds [s]", [0.0] * len(runs))), strict=True))
         self.split = None
         if "split" in columns:
-            parts = tuple(
-                [r for r, part in zip(runs, columns["split"], strict=True) if part == p] for p in ("train", "test")
-            )
-            if len(parts[0]) + len(parts[1]) != len(runs) or len(parts[0]) < 2 or not parts[1]:
+            part = dict(zip(runs, columns["split"], strict=True))
+            train, test = ([run for run in runs if part[run] == name] for name in ("train", "test"))
+            if len(train) + len(test) != len(runs) or len(train) < 2 or not test:
                 raise ValueError("column split must say train or test for each run, two train and one test at least")
-            self.split = parts
+            self.split = train, test
 
 
-def _label(column: str) -> tuple[str, str, str]:
-    name, unit = _COLUMN.fullmatch(column).groups()
-    return name, name.replace("_", " ").capitalize(), unit
+def _axis(name: str, unit: str, values: np.ndarray) -> Parameter:
+    if not values.min() < values.max():
+        raise ValueError(f"{name} [{unit}] is the same in every run; leave it out")
+    return Parameter(name, name.replace("_", " ").capitalize(), unit, float(values.min()), float(values.max()))
 
 
 def _draw_split(runs: list[str], share: float, seed: int) -> tuple[list[str], list[str]]:
@@ -177,51 +144,29 @@ def _draw_split(runs: list[str], share: float, seed: int) -> tuple[list[str], li
     return [r for k, r in enumerate(runs) if k not in chosen], [r for k, r in enumerate(runs) if k in chosen]
 
 
-def _read(folder: Path, run: str) -> ForeignRun:
-    found = find_run(folder, run)
-    try:
-        if found is None:
-            raise ValueError(f"there is neither {run}.npz nor {run}.npy nor a folder {run}")
-        path, read = found
-        given = read(path)
-        shape = given.positions.shape
-        if len(shape) != 3 or shape[2] != 3 or shape[0] < 3 or shape[1] < 3:
-            raise ValueError(f"positions have shape {shape}; expected (times, nodes, 3) with three or more of both")
-        if given.contact_force is not None and given.contact_force.shape != shape:
-            raise ValueError(f"contact_force has shape {given.contact_force.shape}, positions have {shape}")
-        for name in ("positions", "contact_force"):
-            values = getattr(given, name)
-            if values is not None and not np.isfinite(values).all():
-                frame = int(np.argmin(np.isfinite(values).all(axis=(1, 2))))
-                raise ValueError(f"{name} of frame {frame} are not all finite")
-        return given
-    except (OSError, ValueError, MemoryError) as error:
-        raise UNREADABLE_RUN(run=run, path=folder / run if found is None else found[0], why=error) from error
-
-
 class _Common:
     """What the runs share, taken from the first one, `run`. start: [m], (nodes, 3); triangles; times: [s]."""
 
     def __init__(self, folder: Path, run: str, first: ForeignRun):
         self._folder, self.run, self.start = folder, run, first.positions[0]
         try:
-            shared_times, shared_triangles = read_times(folder), read_triangles(folder)
-        except ValueError as error:
+            shared_times = read_times(folder)
+            shared_triangles = read_table(folder / "triangles.csv", ("a", "b", "c"), np.int64)
+        except (OSError, ValueError) as error:
             raise UNKNOWN_MESH_OR_TIMES(folder=folder, why=error) from error
         self.times = first.times if first.times is not None else shared_times
         self.triangles = first.triangles if first.triangles is not None else shared_triangles
-        nodes = len(self.start)
         if self.times is None or self.triangles is None:
-            missing = "times" if self.times is None else "triangles"
-            raise UNKNOWN_MESH_OR_TIMES(folder=folder, why=f"neither the runs nor the folder hold {missing}")
-        if self.times.ndim != 1 or self.times[0] != 0.0 or not (np.diff(self.times) > 0.0).all():
-            raise UNKNOWN_MESH_OR_TIMES(folder=folder, why="times must begin with 0, the start shape, and rise")
-        if self.triangles.ndim != 2 or self.triangles.shape[1:] != (3,) or not len(self.triangles):
+            why = f"neither the runs nor the folder hold {'times' if self.times is None else 'triangles'}"
+        elif self.times.ndim != 1 or self.times[0] != 0.0 or not (np.diff(self.times) > 0.0).all():
+            why = "times must begin with 0, the start shape, and rise"
+        elif self.triangles.ndim != 2 or self.triangles.shape[1:] != (3,) or not len(self.triangles):
             why = f"triangles have shape {self.triangles.shape}; expected (triangles, 3)"
-            raise UNKNOWN_MESH_OR_TIMES(folder=folder, why=why)
-        if not 0 <= self.triangles.min() <= self.triangles.max() < nodes:
-            why = f"a triangle names a node that is not among 0 to {nodes - 1}"
-            raise UNKNOWN_MESH_OR_TIMES(folder=folder, why=why)
+        elif not 0 <= self.triangles.min() <= self.triangles.max() < len(self.start):
+            why = f"a triangle names a node that is not among 0 to {len(self.start) - 1}"
+        else:
+            return
+        raise UNKNOWN_MESH_OR_TIMES(folder=folder, why=why)
 
     def check(self, run: str, found: ForeignRun) -> None:
         """InputError E-STU-028 if a run does not fit the first one."""

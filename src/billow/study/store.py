@@ -1,13 +1,4 @@
-"""Run folders of a study, organised so that any process may die at any moment.
-
-    runs/<run>/            published runs: there only if complete, never overwritten
-    failed/<run>.json      why a run failed; failed/<run>/ is what a stopped run left, for a look at its last frames
-    set_aside/<run>-<n>/   published runs that no longer verified
-    work/<run>-<token>/    one folder for each attempt under way; its content moves to runs/ in one step
-    study.lock             held by the process that drives the study
-
-Two attempts at one run, as a cluster may make, have a folder each, and the first to finish is kept.
-"""
+"""Run folders of a study, of which any process may die at any moment (docs/architecture.md, Study and dataset)."""
 
 from __future__ import annotations
 
@@ -22,7 +13,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from billow.base.errors import BillowError, InputError
-from billow.results.atomic import publish_folder, sync_folder, write_atomically
+from billow.results.atomic import publish_folder, sync, write_atomically
 
 ANOTHER_PROCESS = InputError.declare(
     "E-STU-013",
@@ -56,15 +47,11 @@ class RunStore:
             lock.truncate(0)
             lock.write(f"process {os.getpid()} on {socket.gethostname()}")
             lock.flush()
-            self._clear()
+            for leftover in (self.work, *self.runs.glob("*.partial")):
+                shutil.rmtree(leftover, ignore_errors=True)
+            for folder in (self.runs, self.failed, self.work):
+                folder.mkdir(exist_ok=True)
             yield
-
-    def _clear(self) -> None:
-        shutil.rmtree(self.work, ignore_errors=True)
-        for leftover in self.runs.glob("*.partial"):
-            shutil.rmtree(leftover, ignore_errors=True)
-        for folder in (self.runs, self.failed, self.work):
-            folder.mkdir(exist_ok=True)
 
     def begin(self, run: str) -> Path:
         """A new folder for one attempt at `run`; it stays behind if the attempt dies."""
@@ -75,10 +62,6 @@ class RunStore:
     def dead_attempts(self, run: str) -> int:
         """How many attempts at `run` were begun and ended in neither a run nor an error."""
         return sum(1 for _ in self.work.glob(f"{run}-*"))
-
-    def end(self, attempt: Path) -> None:
-        """Remove an attempt that has been handled."""
-        shutil.rmtree(attempt, ignore_errors=True)
 
     def is_published(self, run: str) -> bool:
         """True if `run` has a folder in runs/, whether or not it verifies."""
@@ -103,7 +86,7 @@ class RunStore:
         while (place := shelf / f"{run}-{number}").exists():
             number += 1
         os.rename(self.runs / run, place)
-        sync_folder(shelf)
+        sync(shelf)
         return place
 
     def record_failure(self, run: str, error: BillowError, attempts: int) -> None:
@@ -111,14 +94,6 @@ class RunStore:
         parts = {name: getattr(error, name) for name in ("code", "what", "where", "why", "remedy")}
         text = json.dumps({"run": run, **parts, "attempts": attempts}, indent=2)
         write_atomically(self.failed / f"{run}.json", text + "\n")
-
-    def failure(self, run: str) -> dict | None:
-        """Content of failed/<run>.json, or None if it is missing or unreadable."""
-        try:
-            record = json.loads((self.failed / f"{run}.json").read_text(encoding="utf-8"))
-        except (OSError, ValueError):
-            return None
-        return record if isinstance(record, dict) and {"code", "what", "why"} <= set(record) else None
 
     def forget_failure(self, run: str) -> None:
         """Remove the record of a failure once the run is completed."""

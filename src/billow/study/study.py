@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 import itertools
-import shutil
-import uuid
 from collections.abc import Callable
 from pathlib import Path
 
 from billow.base.errors import InputError, IntegrityError
-from billow.results.atomic import publish_folder, write_atomically
+from billow.results.atomic import whole_folder, write_atomically
 from billow.results.dataset import Dataset
 from billow.results.dataset_files import read_design, read_split, write_design, write_split
-from billow.study.added_designs import added_designs_text, read_added_designs
 from billow.study.attempt import Runner, cannot_write
 from billow.study.definition import StudyDefinition
 from billow.study.design import Design, Values, draw
 from billow.study.drive import Drive, ProgressEvent, StudySummary
-from billow.study.grow import ANOTHER_STUDY, grown, merged
+from billow.study.grow import ANOTHER_STUDY, added_designs_text, grown, merged, read_added_designs
 from billow.study.store import RunStore
 
 CASE_REFUSES = InputError.declare(
@@ -63,11 +60,11 @@ class Study:
     A script that calls `run` with more than one worker needs `if __name__ == "__main__":` around it, because worker
     processes import the script.
 
-    folder; definition; train, test: run -> value of each parameter in its unit; runs: both.
+    folder; definition; design, and its train, test: run -> value of each parameter in its unit; runs: both.
     """
 
     def __init__(self, folder: Path, definition: StudyDefinition, design: Design, case):
-        self.folder, self.definition, self._design, self._case = folder, definition, design, case
+        self.folder, self.definition, self.design, self._case = folder, definition, design, case
         self.train, self.test, self.runs = design.train, design.test, design.runs
         self.store = RunStore(folder)
 
@@ -85,22 +82,27 @@ class Study:
         definition = StudyDefinition.load(definition_file)
         case = _load_case(definition_file.parent / definition.case)
         _try_ranges(definition_file, definition, case)
-        definition, added = _own_files(definition, definition_file.parent)
+        table = definition.added_designs
+        added = read_added_designs(definition_file.parent / table, definition.axes) if table else []
+        # Inside the study's folder its files have names of their own.
+        definition = definition.model_copy(update={"case": CASE_FILE, "added_designs": table and ADDED_FILE})
         try:
             there = folder.exists() and (not folder.is_dir() or any(folder.iterdir()))
             study = _open_for(definition, case, folder) if there else None
-            if study is None:
-                existing, design = Design({}, {}), grown(draw(definition), definition, added, folder)
-            else:
-                definition, existing = merged(study.definition, definition, folder), Design(study.train, study.test)
-                design = grown(existing, definition, added, folder)
-            for run in design.runs.keys() - existing.runs.keys():
+            if study is not None:
+                definition = merged(study.definition, definition, folder)
+            existing = study.design if study else draw(definition)
+            design = grown(existing, definition, added, folder)
+            for run in design.runs.keys() - (study.runs.keys() if study else ()):
                 _vary(case, definition, design.runs[run], f"{definition_file}: run {run} of its design")
             if study is None:
-                _write(folder, _files(definition, case, added), definition, design)
+                with whole_folder(folder) as partial:
+                    _write(partial, case, definition, added, design)
+                    for name in ("runs", "failed"):
+                        (partial / name).mkdir()
             elif design != existing or definition != study.definition:
                 with study.store.driving():
-                    _rewrite(folder, _files(definition, case, added), definition, design)
+                    _write(folder, case, definition, added, design)
         except OSError as problem:
             raise cannot_write(problem, folder) from problem
         return cls.open(folder)
@@ -152,10 +154,11 @@ class Study:
         """
         if (workers is not None and workers < 1) or (workers is not None and scheduler is not None):
             raise UNUSABLE_WORKERS(workers=f"{workers} together with a scheduler" if scheduler else workers)
-        report = progress or (lambda event: None)
-        with self.store.driving():
-            drive = Drive(self.store, self.definition, self._design, self.case, report, retry_failed)
-            return drive.go(workers, scheduler, runner)
+        try:
+            with self.store.driving():
+                return Drive(self, progress or (lambda event: None), retry_failed).go(workers, scheduler, runner)
+        except OSError as problem:  # of this process; those of workers come as outcomes
+            raise cannot_write(problem, self.folder) from problem
 
 
 def _load_case(path: Path):
@@ -170,13 +173,8 @@ def _vary(case, definition: StudyDefinition, values: tuple[float, ...], where: s
     try:
         return case.vary(entries)
     except InputError as error:
-        raise CASE_REFUSES(
-            refusal=error.what,
-            where=where,
-            reason=error.why,
-            entries=", ".join(f"{key} = {value:g}" for key, value in entries.items()),
-            remedy=error.remedy,
-        ) from error
+        what, why, tried = error.what, error.why, ", ".join(f"{key} = {value:g}" for key, value in entries.items())
+        raise CASE_REFUSES(refusal=what, where=where, reason=why, entries=tried, remedy=error.remedy) from error
 
 
 def _try_ranges(path: Path, definition: StudyDefinition, case) -> None:
@@ -189,54 +187,28 @@ def _try_ranges(path: Path, definition: StudyDefinition, case) -> None:
         _vary(case, definition, corner, f"{path}: a corner of the design space")
 
 
-def _own_files(definition: StudyDefinition, beside: Path) -> tuple[StudyDefinition, list[Values]]:
-    """The definition with the names its files have inside a study folder, and the designs it adds."""
-    if definition.added_designs is None:
-        return definition.model_copy(update={"case": CASE_FILE}), []
-    added = read_added_designs(beside / definition.added_designs, definition.axes)
-    return definition.model_copy(update={"case": CASE_FILE, "added_designs": ADDED_FILE}), added
-
-
-def _files(definition: StudyDefinition, case, added: list[Values]) -> dict[str, str]:
-    files = {CASE_FILE: case.to_toml(), STUDY_FILE: definition.to_toml()}
-    return {ADDED_FILE: added_designs_text(definition.axes, added), **files} if added else files
-
-
 def _open_for(definition: StudyDefinition, case, folder: Path) -> Study:
     """The study in a folder that is not empty. InputError E-STU-008 if it holds none, or one around another case."""
     try:
         found = (folder / CASE_FILE).read_text(encoding="utf-8")
         study = Study.open(folder)
     except (OSError, ValueError, InputError) as error:
-        raise ANOTHER_STUDY(
-            folder=folder, why=f"no study can be read there: {getattr(error, 'what', error)}"
-        ) from error
+        why = getattr(error, "what", error)
+        raise ANOTHER_STUDY(folder=folder, why=f"no study can be read there: {why}") from error
     if found != case.to_toml():
         raise ANOTHER_STUDY(folder=folder, why=f"its {CASE_FILE} differs from the study asked for")
     return study
 
 
-def _write(folder: Path, files: dict[str, str], definition: StudyDefinition, design: Design) -> None:
-    """Write a new study; its folder appears whole or not at all."""
-    folder.parent.mkdir(parents=True, exist_ok=True)
-    partial = folder.with_name(f"{folder.name}.{uuid.uuid4().hex[:12]}.partial")
-    partial.mkdir()
-    try:
-        _rewrite(partial, files, definition, design)
-        for name in ("runs", "failed"):
-            (partial / name).mkdir()
-        publish_folder(partial, folder)
-    finally:
-        shutil.rmtree(partial, ignore_errors=True)
-
-
-def _rewrite(folder: Path, files: dict[str, str], definition: StudyDefinition, design: Design) -> None:
-    """Write the files of a study that has grown.
+def _write(folder: Path, case, definition: StudyDefinition, added: list[Values], design: Design) -> None:
+    """Write the files of a study, new or grown.
 
     Designs first, then the split that names them, then study.toml: a crash in between leaves the study as it was, or
     one whose runs are all there already when the same command comes again.
     """
     write_design(folder, definition.axes, design.runs)
     write_split(folder, list(design.train), list(design.test))
-    for name, text in files.items():
-        write_atomically(folder / name, text)
+    if added:
+        write_atomically(folder / ADDED_FILE, added_designs_text(definition.axes, added))
+    write_atomically(folder / CASE_FILE, case.to_toml())
+    write_atomically(folder / STUDY_FILE, definition.to_toml())

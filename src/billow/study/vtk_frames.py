@@ -8,7 +8,9 @@ from __future__ import annotations
 
 import base64
 import binascii
+import itertools
 import zlib
+from dataclasses import dataclass
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -17,15 +19,8 @@ import numpy as np
 from billow.geometry.vtk_legacy import QUAD, TRIANGLE, read_legacy
 
 SUFFIXES = (".vtk", ".vtu", ".vtp")
-_XML_TYPES = {
-    **{
-        f"{kind}{bits}": f"{letter}{bits // 8}"
-        for kind, letter in (("Int", "i"), ("UInt", "u"))
-        for bits in (8, 32, 64)
-    },
-    "Float32": "f4",
-    "Float64": "f8",
-}
+_XML_TYPES = {f"{kind}{bits}": f"{kind[0].lower()}{bits // 8}" for kind in ("Int", "UInt") for bits in (8, 32, 64)}
+_XML_TYPES |= {"Float32": "f4", "Float64": "f8"}
 
 
 def read_vtk(path: Path) -> tuple[np.ndarray, np.ndarray]:
@@ -38,21 +33,15 @@ def read_vtk(path: Path) -> tuple[np.ndarray, np.ndarray]:
         points, offsets, nodes, types = read_legacy(content)[:4] if path.suffix == ".vtk" else _xml(content)
     except (IndexError, KeyError, AttributeError, TypeError, zlib.error, binascii.Error) as error:
         raise ValueError(f"it is cut short or not the VTK file that its name says ({error})") from error
-    if types is not None and not np.isin(types, (TRIANGLE, QUAD)).all():
+    offsets, nodes = np.asarray(offsets, np.int64), np.asarray(nodes, np.int64)
+    first, corners = offsets[:-1], np.diff(offsets)  # of each cell: where its nodes begin, and how many it has
+    if not np.isin(corners, (3, 4)).all() or not (types is None or np.isin(types, (TRIANGLE, QUAD)).all()):
         raise ValueError("it has cells that are neither triangles nor quadrilaterals")
-    return points, _triangles(np.asarray(offsets, np.int64), np.asarray(nodes, np.int64))
-
-
-def _triangles(offsets: np.ndarray, nodes: np.ndarray) -> np.ndarray:
-    """offsets: (cells + 1,), where each cell's nodes begin; nodes: all of them."""
-    corners = np.diff(offsets)
-    if not np.isin(corners, (3, 4)).all():
-        raise ValueError("it has cells that are neither triangles nor quadrilaterals")
-    first, quads = offsets[:-1], corners == 4
+    quads = np.flatnonzero(corners == 4)
     whole = nodes[first[:, None] + np.arange(3)]
     halves = nodes[first[quads, None] + np.array([0, 2, 3])]
-    order = np.argsort(np.concatenate([2 * np.arange(len(first)), 2 * np.flatnonzero(quads) + 1]), kind="stable")
-    return np.concatenate([whole, halves])[order]
+    order = np.argsort(np.concatenate([2 * np.arange(len(first)), 2 * quads + 1]), kind="stable")
+    return points, np.concatenate([whole, halves])[order]
 
 
 def _xml(content: bytes):
@@ -73,9 +62,8 @@ def _xml(content: bytes):
     if compressor not in (None, "vtkZLibDataCompressor"):
         raise ValueError(f"it is packed with {compressor}; zlib or none can be read")
     order = "<" if root.get("byte_order", "LittleEndian") == "LittleEndian" else ">"
-    reader = _Arrays(
-        order, np.dtype(order + _XML_TYPES[root.get("header_type", "UInt32")]), compressor, appended, encoding
-    )
+    header = np.dtype(order + _XML_TYPES[root.get("header_type", "UInt32")])
+    reader = _Arrays(order, header, compressor is not None, appended, encoding)
     pieces = root.findall(".//Piece")
     if len(pieces) != 1:
         raise ValueError(f"it has {len(pieces)} pieces; one can be read")
@@ -87,56 +75,48 @@ def _xml(content: bytes):
     return np.asarray(points, float).reshape(-1, 3), offsets, arrays["connectivity"], arrays.get("types")
 
 
+@dataclass(frozen=True)
 class _Arrays:
-    """DataArray elements of one XML file."""
+    """DataArray elements of one XML file. order: of bytes, "<" or ">"; header: type of the sizes before the data;
+    appended: data that stand behind the XML, encoded as "base64" or "raw"."""
 
-    def __init__(self, order, header, compressor, appended, encoding):
-        self.order, self.header, self.compressor = order, header, compressor
-        self.appended, self.encoding = appended, encoding
+    order: str
+    header: np.dtype
+    packed: bool
+    appended: bytes
+    encoding: str
 
     def read(self, element) -> np.ndarray:
         dtype = np.dtype(self.order + _XML_TYPES[element.get("type")])
-        kind = element.get("format", "ascii")
+        kind, text = element.get("format", "ascii"), element.text or ""
         if kind == "ascii":
-            return np.array((element.text or "").split(), dtype)
+            return np.array(text.split(), dtype)
         if kind == "binary":
-            return np.frombuffer(self._decoded((element.text or "").strip().encode()), dtype)
-        place = int(element.get("offset"))
-        if self.encoding == "base64":
-            return np.frombuffer(self._decoded(self.appended[place:]), dtype)
-        return np.frombuffer(self._block(self.appended[place:]), dtype)
+            return np.frombuffer(self._data(text.strip().encode(), "base64"), dtype)
+        return np.frombuffer(self._data(self.appended[int(element.get("offset")) :], self.encoding), dtype)
 
-    def _decoded(self, text: bytes) -> bytes:
-        """Header and data, encoded one after the other, each filled up with = signs of its own, or in one go."""
-        counts = self._header_words(base64.b64decode(text[: _encoded(self.header.itemsize)]))
-        length = _encoded(counts * self.header.itemsize)
-        head = base64.b64decode(text[:length])
-        if self.compressor is not None:
-            size = int(np.frombuffer(head, self.header, counts)[3:].sum())
-            return self._unpacked(head, base64.b64decode(text[length : length + _encoded(size)]), counts)
-        size = int(np.frombuffer(head, self.header, 1)[0])
-        if text[:length].endswith(b"="):
-            return base64.b64decode(text[length : length + _encoded(size)])
-        whole = base64.b64decode(text[: _encoded(self.header.itemsize + size)])
-        return whole[self.header.itemsize :]
+    def _data(self, block: bytes, encoding: str) -> bytes:
+        """The data behind their header: its one number is the size; of packed data blocks, block size, last block's
+        size, and each block's packed size. Base64 has header and data one after the other, each filled up with = signs
+        of its own, or in one go."""
+        word, coded = self.header.itemsize, encoding == "base64"
 
-    def _block(self, data: bytes) -> bytes:
-        counts = self._header_words(data)
-        head, rest = data[: counts * self.header.itemsize], data[counts * self.header.itemsize :]
-        if self.compressor is None:
-            return rest[: int(np.frombuffer(head, self.header, 1)[0])]
-        return self._unpacked(head, rest, counts)
+        def first(size: int, start: int = 0) -> bytes:
+            """So many bytes of the block, from a place where they begin."""
+            if not coded:
+                return block[start : start + size]
+            return base64.b64decode(block[start : start + _encoded(size)])
 
-    def _header_words(self, data: bytes) -> int:
-        """One number, the size; or, packed: blocks, block size, last block's size, and each block's packed size."""
-        return 1 if self.compressor is None else 3 + int(np.frombuffer(data, self.header, 1)[0])
-
-    def _unpacked(self, head: bytes, data: bytes, counts: int) -> bytes:
-        parts, place = [], 0
-        for size in np.frombuffer(head, self.header, counts)[3:].tolist():
-            parts.append(zlib.decompress(data[place : place + size]))
-            place += size
-        return b"".join(parts)
+        counts = 3 + int(np.frombuffer(first(word), self.header, 1)[0]) if self.packed else 1
+        end = counts * word
+        sizes = np.frombuffer(first(end), self.header, counts).tolist()
+        end = _encoded(end) if coded else end
+        if not self.packed:
+            whole = coded and not block[:end].endswith(b"=")
+            return first(word + sizes[0])[word:] if whole else first(sizes[0], end)
+        places = [0, *itertools.accumulate(sizes[3:])]
+        data = first(places[-1], end)
+        return b"".join(zlib.decompress(data[a:b]) for a, b in itertools.pairwise(places))
 
 
 def _encoded(size: int) -> int:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping, Sequence
 
 import matplotlib
@@ -26,7 +27,7 @@ def draw_errors(found: Sequence[Convergence]) -> bytes:
     with matplotlib.rc_context(STYLE):
         figure = Figure(figsize=(9.2, 4.2), layout="constrained")
         left, right = figure.subplots(1, 2, sharex=True, sharey=True)
-        for one, colour in zip(found, _cycle(len(found)), strict=True):
+        for one, colour in zip(found, itertools.cycle(LINES), strict=False):
             left.loglog(one.counts, one.deviation, "o-", color=colour, ms=4, label=one.quantity.name.split(" [")[0])
             right.loglog(one.counts, one.noise, "o-", color=colour, ms=4)
         counts = found[0].counts
@@ -53,13 +54,13 @@ def draw_curves(runs: Mapping[int, Sequence[Result]]) -> bytes:
         ("Volume [l]", lambda h: (h.time, MILLI * h.of("").volume)),
     ]
     for name in any_run.histories.moving_bodies:
-        panels.append((f"{name}: speed [m/s]", lambda h, n=name: (h.time, _size(h.of(n).velocity.T))))
+        panels.append((f"{name}: speed [m/s]", lambda h, n=name: (h.time, np.linalg.norm(h.of(n).velocity.T, axis=0))))
         panels.append((f"{name}: acceleration, 1 ms mean [m/s$^2$]", lambda h, n=name: _acceleration(h, n)))
     with matplotlib.rc_context(STYLE):
         rows = -(-len(panels) // 2)
         figure = Figure(figsize=(9.2, 2.9 * rows), layout="constrained")
         for axes, (title, curve) in zip(np.ravel(figure.subplots(rows, 2)), panels, strict=False):
-            for (count, results), colour in zip(runs.items(), _shades(len(runs)), strict=True):
+            for (count, results), colour in zip(runs.items(), np.linspace(FEW, MANY, len(runs)), strict=True):
                 pairs = [curve(result.histories) for result in results]
                 time, values = MILLI * pairs[0][0], np.array([value for _, value in pairs])
                 mean, spread = values.mean(axis=0), values.std(axis=0, ddof=1)
@@ -92,17 +93,4 @@ def draw_shapes(runs: Mapping[int, Sequence[Result]]) -> bytes:
 
 def _acceleration(history: History, name: str) -> tuple[np.ndarray, np.ndarray]:
     middle, mean = millisecond_means(history.time, history.of(name).velocity.T)
-    return middle, _size(mean)
-
-
-def _size(vectors: np.ndarray) -> np.ndarray:
-    return np.sqrt(np.sum(vectors**2, axis=0))
-
-
-def _shades(number: int) -> list[np.ndarray]:
-    """From few particles, light, to many, dark."""
-    return [FEW + (MANY - FEW) * k / max(number - 1, 1) for k in range(number)]
-
-
-def _cycle(number: int) -> list[str]:
-    return [LINES[k % len(LINES)] for k in range(number)]
+    return middle, np.linalg.norm(mean, axis=0)

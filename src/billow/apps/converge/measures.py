@@ -1,21 +1,13 @@
 """How far runs with fewer particles deviate from those with most, and how much runs differ by their seed alone.
 
-Every quantity is a set of samples (a curve, or the positions of all nodes). With x the samples of a run, M the mean
-over the runs of the largest count, and |.| the root mean square over samples, all relative to |M - x0| (x0: at the
-start),
-
-    noise      s_N = sqrt(mean over samples of the variance over seeds): random deviation of one run
-    shift      b_N = |mean over seeds - M|: effect of the number of particles, plus the remaining noise
-    deviation  e_N = sqrt(mean over seeds of |x - M|^2 - s_max^2 / seeds): of one run; s_max for the largest count
-
-Noise of a mean over independent particles falls as N^-1/2; the exponent of e_N is the slope of its logarithm (least
-squares).
+Noise, shift and deviation: docs/theory.md, Convergence with the number of particles.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from operator import attrgetter
 
 import numpy as np
 
@@ -60,20 +52,23 @@ def quantities(runs: Mapping[int, Sequence[Result]]) -> list[Quantity]:
 
     runs: count -> runs of one case, at least two each.
     """
-    histories = {count: [result.histories for result in results] for count, results in runs.items()}
+
+    def samples(of: Callable[[Result], np.ndarray]) -> dict[int, np.ndarray]:
+        return {count: np.array([of(result) for result in results]) for count, results in runs.items()}
+
     any_run = next(iter(runs.values()))[0]
     times = any_run.histories.time
     found = []
     for name, unit in (("pressure", "Pa"), ("volume", "m^3")):
-        curves = {count: np.array([getattr(h.of(""), name) for h in those]) for count, those in histories.items()}
-        found.append(Quantity(f"{name} [{unit}]", curves, getattr(any_run.gas, name)[0]))
+        curve = attrgetter(f"gas.{name}")
+        found.append(Quantity(f"{name} [{unit}]", samples(curve), curve(any_run)[0]))
     for name in any_run.histories.moving_bodies:
-        velocity = {count: np.array([h.of(name).velocity.T for h in those]) for count, those in histories.items()}
+        velocity = samples(lambda result, name=name: result.body(name).velocity.T)
         origin = np.repeat(any_run.body(name).velocity[0], len(times))
         found.append(Quantity(f"{name} velocity [m/s]", {c: _flat(v) for c, v in velocity.items()}, origin))
         change = {c: _flat(millisecond_means(times, v)[1]) for c, v in velocity.items()}
         found.append(Quantity(f"{name} acceleration [m/s^2]", change))
-    shape = {count: np.array([_flat(r.fabric.points(-1)[None])[0] for r in results]) for count, results in runs.items()}
+    shape = samples(lambda result: result.fabric.points(-1).ravel().astype(float))
     found.append(Quantity("shape at the end [m]", shape, any_run.reference.astype(float).ravel()))
     return [q for q in found if _rms(q.best - q.origin) > 0.0]
 
@@ -101,9 +96,7 @@ def converge(quantity: Quantity, tolerance: float) -> Convergence:
     deviation = np.sqrt(np.maximum(square, 0.0))
     deviation[-1] = chance
     will_do = (shift <= chance) | (deviation <= tolerance)
-    first = len(counts)
-    while first > 0 and will_do[first - 1]:
-        first -= 1
+    first = 1 + int(np.flatnonzero(~will_do).max(initial=-1))  # all from here on will do
     enough = int(counts[first]) if first < len(counts) - 1 else None
     return Convergence(quantity, counts, noise, shift, deviation, _exponent(counts, deviation), enough)
 

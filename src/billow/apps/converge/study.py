@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 from collections.abc import Callable
 from pathlib import Path
@@ -12,9 +10,10 @@ import tomli_w
 
 from billow.apps.converge.figures import draw_curves, draw_errors, draw_shapes
 from billow.apps.converge.measures import Convergence, converge, quantities
-from billow.apps.converge.sweep import Made, Sweep, make_runs
+from billow.apps.converge.sweep import Sweep, make_runs
 from billow.base.errors import NumericalStop
 from billow.results.atomic import write_atomically
+from billow.results.csv_files import csv_text
 
 TOO_FEW_RUNS = NumericalStop.declare(
     "E-NUM-007",
@@ -38,14 +37,14 @@ def run_study(
     runs were stopped that fewer than two counts have two runs each.
     """
     folder = Path(folder)
-    made = make_runs(sweep, folder, progress, threads)
-    runs = {count: results for count, results in made.runs.items() if len(results) > 1}
+    made, failed = make_runs(sweep, folder, progress, threads)
+    runs = {count: results for count, results in made.items() if len(results) > 1}
     if len(runs) < 2:
-        name, reason = next(iter(made.failed.items()))
-        raise TOO_FEW_RUNS(failed=len(made.failed), count=len(sweep.names()), folder=folder / "runs" / name, why=reason)
+        name, reason = next(iter(failed.items()))
+        raise TOO_FEW_RUNS(failed=len(failed), count=len(sweep.names()), folder=folder / "runs" / name, why=reason)
     found = [converge(quantity, tolerance) for quantity in quantities(runs)]
     write_atomically(folder / "convergence.csv", _table(found))
-    write_atomically(folder / "summary.toml", tomli_w.dumps(_summary(found, made, tolerance)))
+    write_atomically(folder / "summary.toml", tomli_w.dumps(_summary(found, failed, tolerance)))
     write_atomically(folder / "errors.png", draw_errors(found))
     write_atomically(folder / "curves.png", draw_curves(runs))
     write_atomically(folder / "shapes.png", draw_shapes(runs))
@@ -60,18 +59,16 @@ def enough(found: list[Convergence]) -> int | None:
 
 def report(found: list[Convergence], tolerance: float) -> str:
     """Result of a study, as lines of text."""
-    lines = [
-        f"{'quantity':<34}{'deviation of one run, few to many particles':<46}{'noise':>8}{'exponent':>10}{'enough':>10}"
-    ]
+    many = "deviation of one run, few to many particles"
+    lines = [f"{'quantity':<34}{many:<46}{'noise':>8}{'exponent':>10}{'enough':>10}"]
     for one in found:
         errors = "".join(f"{100 * e:8.2f} %" for e in one.deviation)
         said = "-" if one.enough is None else f"{one.enough:,}"
         lines.append(f"{one.quantity.name:<34}{errors:<46}{100 * one.noise[-1]:6.2f} %{one.exponent:>10.2f}{said:>10}")
     count = enough(found)
     if count is None:
-        lines.append(
-            f"not yet enough: no count below {found[0].counts[-1]:,} will do for every quantity; add a larger one"
-        )
+        largest = found[0].counts[-1]
+        lines.append(f"not yet enough: no count below {largest:,} will do for every quantity; add a larger one")
     else:
         at = list(found[0].counts).index(count)
         worst = max(found, key=lambda one: one.noise[at])
@@ -83,29 +80,25 @@ def report(found: list[Convergence], tolerance: float) -> str:
 
 
 def _table(found: list[Convergence]) -> str:
-    text = io.StringIO()
-    table = csv.writer(text, lineterminator="\n")
-    table.writerow(["quantity", "scale", "particles [-]", "runs [-]", "deviation [-]", "shift [-]", "noise [-]"])
+    rows = [["quantity", "scale", "particles [-]", "runs [-]", "deviation [-]", "shift [-]", "noise [-]"]]
     for one in found:
         for k, count in enumerate(one.counts.tolist()):
             numbers = (float(a[k]) for a in (one.deviation, one.shift, one.noise))
             runs = len(one.quantity.samples[count])
-            table.writerow([one.quantity.name, one.quantity.scale, count, runs, *numbers])
-    return text.getvalue()
+            rows.append([one.quantity.name, one.quantity.scale, count, runs, *numbers])
+    return csv_text(rows)
 
 
-def _summary(found: list[Convergence], made: Made, tolerance: float) -> dict:
+def _summary(found: list[Convergence], failed: dict[str, str], tolerance: float) -> dict:
     count = enough(found)
     summary = {"tolerance": tolerance, "converged": count is not None, "particles": found[0].counts.tolist()}
     if count is not None:
         summary["particles_enough"] = count
-    summary["stopped"] = made.failed
+    summary["stopped"] = failed
     summary["quantities"] = {
         one.quantity.name: {
             "scale": one.quantity.scale,
-            "deviation": one.deviation.tolist(),
-            "shift": one.shift.tolist(),
-            "noise": one.noise.tolist(),
+            **{name: getattr(one, name).tolist() for name in ("deviation", "shift", "noise")},
             **({} if math.isnan(one.exponent) else {"exponent": one.exponent}),
             **({} if one.enough is None else {"particles_enough": one.enough}),
         }

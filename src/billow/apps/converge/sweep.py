@@ -8,6 +8,7 @@ Existing runs are not repeated and interrupted ones are continued: the same comm
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -74,19 +75,12 @@ class Sweep:
         return [(n, s, f"{n}_seed{s}") for n in self.counts for s in range(1, self.seeds + 1)]
 
 
-@dataclass(frozen=True)
-class Made:
-    """runs: count -> results, completed ones only; failed: name -> why a run was stopped."""
-
-    runs: dict[int, list[Result]]
-    failed: dict[str, str]
-
-
 def make_runs(
     sweep: Sweep, folder: Path, progress: Callable[[int, int, str], None], threads: int | None = None
-) -> Made:
-    """Make the runs that are missing, one after the other. progress: (done, all, what comes next).
+) -> tuple[dict[int, list[Result]], dict[str, str]]:
+    """Make the runs that are missing, one after the other: count -> completed results, and name -> why it was stopped.
 
+    progress: called with runs done, all runs, and what comes next.
     Raises InputError E-CONV-003 if the folder holds another case, and errors of the machine as `simulate`.
     """
     _claim(folder, sweep.case)
@@ -101,7 +95,7 @@ def make_runs(
         else:
             failed[name] = result.record["reason"] or result.status
     progress(len(names), len(names), "comparison")
-    return Made(runs, failed)
+    return runs, failed
 
 
 def _make(case: Case, folder: Path, threads: int | None) -> Result:
@@ -120,15 +114,10 @@ def _make(case: Case, folder: Path, threads: int | None) -> Result:
 
 def _claim(folder: Path, case: Case) -> None:
     path = folder / CASE_FILE
-    if not path.exists():
-        if folder.exists() and any(folder.iterdir()):
-            raise OTHER_CASE(folder=folder)
+    if not folder.exists() or not any(folder.iterdir()):
         (folder / "runs").mkdir(parents=True)
         write_atomically(path, case.to_toml())
-        return
-    try:
-        same = Case.load(path).digest() == case.digest()
-    except BillowError:
-        same = False
-    if not same:
-        raise OTHER_CASE(folder=folder)
+    with contextlib.suppress(BillowError):
+        if Case.load(path).digest() == case.digest():
+            return
+    raise OTHER_CASE(folder=folder)

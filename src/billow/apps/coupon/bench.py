@@ -48,11 +48,6 @@ class Measured:
     created: float
     kinetic_share: float
 
-    @property
-    def peak(self) -> int:
-        """Sample at which unloading begins."""
-        return int(np.argmax(self.strain[:, 0]))
-
 
 class Samples(Recorder):
     """Reads the specimen at every history row, and the largest energies of all steps."""

@@ -7,12 +7,13 @@ from pathlib import Path
 
 import numpy as np
 import tomli_w
+from matplotlib.figure import Figure
 
 from billow.apps.coupon.bench import Measured, run_test
-from billow.apps.coupon.figures import stress_strain
 from billow.apps.coupon.rating import match, ripple
 from billow.apps.coupon.specimen import Biaxial, PictureFrame, Specimen, Strip
 from billow.base.errors import InputError
+from billow.base.plot_style import png
 from billow.case.fabric import schema_fabric
 from billow.case.fabric.build_fabric import build_fabric
 from billow.case.schema import Case
@@ -33,6 +34,8 @@ TESTS = ("biaxial", "strip", "picture-frame")
 LAWS = tuple(schema_fabric.LAWS)
 USUAL_PEAK = {"biaxial": 0.10, "strip": 0.10, "picture-frame": float(np.radians(35.0))}
 """How far each test goes by default: true strain [-], shear angle [rad]."""
+ENERGIES = ("work", "stored", "lost", "created", "kinetic_share")
+COLOURS = {"linear": "#b0722a", "curves": "#2a6fb0", "curves-shear": "#2a9050"}
 
 Points = tuple[np.ndarray, np.ndarray]
 """Strain [-] or angle [rad], and stress [Pa], of a measured test, loading first."""
@@ -98,7 +101,6 @@ def run_laws(
     peak: float,
     element_size: float,
     direction: str = "warp",
-    duration: float = 0.05,
     progress: Callable[[str, float], None] | None = None,
 ) -> dict[str, Measured]:
     """Law -> what the test gives. progress: called with law and share done. Raises InputError, NumericalStop."""
@@ -106,7 +108,7 @@ def run_laws(
     found = {}
     for law in laws:
         tell = (lambda share, law=law: progress(law, share)) if progress else None
-        found[law] = run_test(specimen, build_fabric(with_law(fabric, law)), peak, duration, tell)
+        found[law] = run_test(specimen, build_fabric(with_law(fabric, law)), peak, progress=tell)
     return found
 
 
@@ -115,13 +117,10 @@ def rate(measured: Measured, data: Mapping[str, Points]) -> dict[str, dict[str, 
     ratings = {}
     for k, curve in enumerate(measured.curves):
         strain, stress = measured.strain[:, k], measured.stress[:, k]
-        ripples = ripple(strain, stress)
-        rating = {
-            "peak_stress": float(stress.max()), "ripple_loading": ripples[0], "ripple_unloading": ripples[1],
-        }  # fmt: skip
+        ratings[curve] = rating = {"peak_stress": float(stress.max())}
+        rating["ripple_loading"], rating["ripple_unloading"] = ripple(strain, stress)
         if curve in data:
             rating["match_loading"], rating["match_unloading"] = match(strain, stress, *data[curve])
-        ratings[curve] = rating
     return ratings
 
 
@@ -146,12 +145,29 @@ def write_comparison(
     summary = {
         "test": test,
         "laws": ratings,
-        "energy": {
-            law: {key: getattr(m, key) for key in ("work", "stored", "lost", "created", "kinetic_share")}
-            for law, m in measured.items()
-        },
+        "energy": {law: {key: getattr(m, key) for key in ENERGIES} for law, m in measured.items()},
         "fabric": fabric.model_dump(mode="python"),
     }
     write_atomically(folder / "coupon.toml", tomli_w.dumps(summary))
-    stress_strain(folder / "coupon.png", test, measured, data)
+    write_atomically(folder / "coupon.png", stress_strain(test, measured, data))
     return ratings
+
+
+def stress_strain(title: str, measured: Mapping[str, Measured], data: Mapping[str, Points]) -> bytes:
+    """Stress against strain of every law and of the test data, a panel a curve, as PNG. measured: law -> test."""
+    curves = next(iter(measured.values())).curves
+    figure = Figure(figsize=(5.6 * len(curves), 4.2), layout="constrained")
+    for k, (axes, curve) in enumerate(zip(np.atleast_1d(figure.subplots(1, len(curves))), curves, strict=True)):
+        scale = 180.0 / np.pi if curve == "shear" else 100.0
+        if curve in data:
+            strain, stress = data[curve]
+            axes.plot(scale * strain, 1e-6 * stress, "ko", markersize=3.5, label="test data")
+        for law, test in measured.items():
+            colour = COLOURS.get(law, "#666666")
+            axes.plot(scale * test.strain[:, k], 1e-6 * test.stress[:, k], color=colour, linewidth=1.3, label=law)
+        axes.set_xlabel("shear angle [deg]" if curve == "shear" else "true strain [%]")
+        axes.set_ylabel("shear stress [MPa]" if curve == "shear" else "true stress [MPa]")
+        axes.set_title(f"{title}: {curve}")
+        axes.grid(alpha=0.3)
+        axes.legend(frameon=False)
+    return png(figure, 130)

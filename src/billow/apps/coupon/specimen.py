@@ -6,7 +6,6 @@ Warp lies along x, weft along y. `amount` is what the machine prescribes: the st
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
@@ -28,6 +27,12 @@ class Sheet:
         x, y = np.abs(self.flat[:, 0]), np.abs(self.flat[:, 1])
         return (x > 0.5 * self.length * (1.0 - 1e-9)) | (y > 0.5 * self.width * (1.0 - 1e-9))
 
+    def pull(self, force: np.ndarray, axis: int) -> float:
+        """Force [N] of the clamps on the two edges across an axis, averaged. force: [N], (nodes, 3), of the fabric."""
+        along, length = self.flat[:, axis], (self.length, self.width)[axis]
+        far, near = along > 0.5 * length * (1.0 - 1e-9), along < -0.5 * length * (1.0 - 1e-9)
+        return float(0.5 * (force[near, axis].sum() - force[far, axis].sum()))
+
 
 def sheet(length: float, width: float, element_size: float) -> Sheet:
     """Rectangle [m] about the origin of quads split along alternating diagonals, so that none is preferred."""
@@ -45,33 +50,36 @@ def sheet(length: float, width: float, element_size: float) -> Sheet:
     return Sheet(surface, flat, length, width)
 
 
-class Specimen(Protocol):
-    """A test: `curves` names what it measures; mounted: stretch of the sheet in the clamps before the test [-]."""
+class Specimen:
+    """A test. curves: what it measures; clamped: (nodes,) bool; axis: along which the machine pulls; mounted: stretch
+    of the sheet in the clamps before the test [-]."""
 
-    sheet: Sheet
-    mounted: float
-    clamped: np.ndarray
-    """(nodes,) bool."""
     curves: tuple[str, ...]
+    sheet: Sheet
+    clamped: np.ndarray
+    axis = 0
+    mounted = 1.0
 
     def places(self, amount: float) -> np.ndarray:
         """Where the clamped nodes are, [m], (clamped, 2)."""
+        raise NotImplementedError
 
     def measure(self, amount: float, positions: np.ndarray, force: np.ndarray) -> tuple[list[float], list[float]]:
         """Strain [-] (shear angle [rad]) and force per current width [N/m] of each curve.
 
         positions: [m], (nodes, 3); force: [N], (nodes, 3), of the fabric on its nodes.
         """
+        raise NotImplementedError
 
     def machine_force(self, amount: float, force: np.ndarray) -> float:
         """Force of the machine along its travel [N]."""
+        return self.sheet.pull(force, self.axis)
 
 
-class Biaxial:
+class Biaxial(Specimen):
     """Square held by clamps along all four edges that stretch it equally along warp and weft."""
 
     curves = ("warp", "weft")
-    mounted = 1.0
 
     def __init__(self, side: float, element_size: float):
         self.sheet = sheet(side, side, element_size)
@@ -82,20 +90,15 @@ class Biaxial:
 
     def measure(self, amount: float, positions: np.ndarray, force: np.ndarray) -> tuple[list[float], list[float]]:
         stretch = np.exp(amount)
-        pulls = [_pull(self.sheet, force, axis) / (stretch * self.sheet.width) for axis in (0, 1)]
+        pulls = [self.sheet.pull(force, axis) / (stretch * self.sheet.width) for axis in (0, 1)]
         return [amount, amount], pulls
 
-    def machine_force(self, amount: float, force: np.ndarray) -> float:
-        return _pull(self.sheet, force, 0)
 
-
-class Strip:
+class Strip(Specimen):
     """Strip with clamped ends and free sides, pulled along warp or weft; strain is measured in its middle half.
 
     For weft the specimen is turned: it lies along y.
     """
-
-    mounted = 1.0
 
     def __init__(self, length: float, width: float, element_size: float, direction: str = "warp"):
         self.axis = ("warp", "weft").index(direction)
@@ -103,7 +106,6 @@ class Strip:
         self.sheet = sheet(*((length, width) if self.axis == 0 else (width, length)), element_size)
         along = self.sheet.flat[:, self.axis]
         self.clamped = np.abs(along) > 0.5 * length * (1.0 - 1e-9)
-        self.length = length
         self.gauge = [np.abs(along - side * 0.25 * length) < 0.6 * element_size for side in (-1.0, 1.0)]
         self.waist = np.abs(along) < 0.6 * element_size
 
@@ -116,14 +118,11 @@ class Strip:
         low, high = (positions[g, self.axis].mean() for g in self.gauge)
         flat_low, flat_high = (self.sheet.flat[g, self.axis].mean() for g in self.gauge)
         across = positions[self.waist, 1 - self.axis]
-        pull = _pull(self.sheet, force, self.axis) / (across.max() - across.min())
+        pull = self.sheet.pull(force, self.axis) / (across.max() - across.min())
         return [float(np.log((high - low) / (flat_high - flat_low)))], [pull]
 
-    def machine_force(self, amount: float, force: np.ndarray) -> float:
-        return _pull(self.sheet, force, self.axis)
 
-
-class PictureFrame:
+class PictureFrame(Specimen):
     """Square in a frame of four hinged bars, pulled along its diagonal: pure shear by the angle `amount` [rad].
 
     The force along the diagonal d = 2 L cos(pi/4 - amount/2) is F = T L / sin(pi/4 - amount/2), with T the shear force
@@ -141,7 +140,8 @@ class PictureFrame:
         self.clamped = self.sheet.on_edge
 
     def places(self, amount: float) -> np.ndarray:
-        return self.mounted * self.sheet.flat[self.clamped] @ _bars(amount)
+        c, s = np.cos(0.5 * amount), np.sin(0.5 * amount)
+        return self.mounted * self.sheet.flat[self.clamped] @ np.array([[c, s], [s, c]])
 
     def measure(self, amount: float, positions: np.ndarray, force: np.ndarray) -> tuple[list[float], list[float]]:
         lever = np.sin(0.25 * np.pi - 0.5 * amount)
@@ -152,16 +152,3 @@ class PictureFrame:
         turning = self.sheet.flat[self.clamped] @ np.array([[-s, c], [c, -s]])  # per rate of the angle, and per stretch
         power = -np.sum(force[self.clamped, :2] * turning)
         return float(power / (self.sheet.length * np.sin(0.25 * np.pi - 0.5 * amount)))
-
-
-def _bars(angle: float) -> np.ndarray:
-    """Directions of warp and weft bars sheared by an angle [rad], as rows."""
-    c, s = np.cos(0.5 * angle), np.sin(0.5 * angle)
-    return np.array([[c, s], [s, c]])
-
-
-def _pull(sheet: Sheet, force: np.ndarray, axis: int) -> float:
-    """Force [N] of the clamps on the two edges across an axis, averaged."""
-    along, length = sheet.flat[:, axis], (sheet.length, sheet.width)[axis]
-    far, near = along > 0.5 * length * (1.0 - 1e-9), along < -0.5 * length * (1.0 - 1e-9)
-    return float(0.5 * (force[near, axis].sum() - force[far, axis].sum()))
