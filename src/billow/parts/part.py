@@ -168,6 +168,6 @@ class Part:
         """What of it is allowed but probably not meant."""
         return iter(())
 
-    def seconds_per_step(self, state, dt: float) -> float:
-        """Rough cost of a step of dt [s] on one core of a 2020s processor [s]."""
+    def seconds_per_step(self, state, dt: float, end: float) -> float:
+        """Rough cost of a step of dt [s], mean over a run to `end` [s], on one core of a 2020s processor [s]."""
         return 0.0

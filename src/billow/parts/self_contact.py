@@ -155,7 +155,7 @@ class SelfContact(Part):
         share = books["self_contact_energy_joule"] / max(books["largest_internal_energy_joule"], 1e-300)
         yield criterion("penalty energy of self-contact, of peak internal", 100.0 * share, 5, 20, "%")
 
-    def seconds_per_step(self, pairs: Pairs, dt: float) -> float:
+    def seconds_per_step(self, pairs: Pairs, dt: float, end: float) -> float:
         return SECONDS_PER_NODE * len(self.stiffness)
 
     def search(self, pairs: Pairs, positions: np.ndarray) -> None:

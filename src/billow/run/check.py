@@ -51,7 +51,7 @@ def describe(case: Case) -> str:
         ),
         f"  fabric    {model.mass.sum():.4f} kg; start volume {1e3 * surface.volume(model.start):.3f} l, closed",
         f"  step      {1e6 * dt:.2f} us, about {steps} steps",
-        f"  run time  about {steps * seconds_per_step(model, state, dt):.0f} s on one core",
+        f"  run time  about {steps * seconds_per_step(model, state, dt, schedule.end):.0f} s on one core",
         f"  needs     about {megabytes(model, state):.0f} MB of memory and up to {2 * disk / 1e6:.0f} MB of disk",
     ]
     if model.gas.supply is not None:
@@ -63,9 +63,9 @@ def describe(case: Case) -> str:
     return "\n".join([*lines, *map(str, concerns_of(case, model))])
 
 
-def seconds_per_step(model: Model, state: State, dt: float) -> float:
-    """Rough cost of a step of dt [s] on one core [s]: what every part says of itself, and what is there anyway."""
-    return SECONDS_PER_STEP + sum(part.seconds_per_step(state.of(name), dt) for name, part in model.parts)
+def seconds_per_step(model: Model, state: State, dt: float, end: float) -> float:
+    """Rough cost of a step of dt [s] in a run to `end` [s], on one core [s]: what every part says of itself, and what is there anyway."""
+    return SECONDS_PER_STEP + sum(part.seconds_per_step(state.of(name), dt, end) for name, part in model.parts)
 
 
 def megabytes(model: Model, state: State) -> float:

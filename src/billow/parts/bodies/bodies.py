@@ -204,7 +204,7 @@ class Bodies(Part):
         share = books["rigid_contact_energy_joule"] / max(books["largest_internal_energy_joule"], 1e-300)
         yield criterion("penalty energy of rigid contact, of peak internal", 100.0 * share, 5, 10, "%")
 
-    def seconds_per_step(self, state: BodiesState, dt: float) -> float:
+    def seconds_per_step(self, state: BodiesState, dt: float, end: float) -> float:
         return SECONDS_PER_NODE * len(self.area) * len(self.owner)
 
     # --- before a run ----------------------------------------------------------------------------------------------

@@ -205,7 +205,7 @@ class Fabric(Part):
                 yield ODD_WEIGHT(weight=1e3 * areal)
             yield from fabric.concerns(float(membrane.altitude.min()), setting)
 
-    def seconds_per_step(self, state: FabricState, dt: float) -> float:
+    def seconds_per_step(self, state: FabricState, dt: float, end: float) -> float:
         return SECONDS_PER_TRIANGLE * self.element_count
 
 

@@ -153,8 +153,8 @@ class GasModel(ABC):
         """Lines for the log when a run ends."""
         return []
 
-    def seconds_per_step(self, gas, dt: float) -> float:
-        """Rough cost of a step of dt [s] on one core of a 2020s processor [s]."""
+    def seconds_per_step(self, gas, dt: float, end: float) -> float:
+        """Rough cost of a step of dt [s], mean over a run to `end` [s], on one core of a 2020s processor [s]."""
         return 0.0
 
 

@@ -197,5 +197,5 @@ class GasPart(Part):
         if self.supply is not None:
             yield from supply_concerns(self.supply, setting)
 
-    def seconds_per_step(self, gas: GasState, dt: float) -> float:
-        return SECONDS_PER_TRIANGLE * self.surface.triangle_count + self.model.seconds_per_step(gas.content, dt)
+    def seconds_per_step(self, gas: GasState, dt: float, end: float) -> float:
+        return SECONDS_PER_TRIANGLE * self.surface.triangle_count + self.model.seconds_per_step(gas.content, dt, end)

@@ -181,9 +181,9 @@ class Switching(LocalGas):
     def remarks(self, gas: SwitchingState) -> list[str]:
         return self.local.remarks(gas.local)
 
-    def seconds_per_step(self, gas: SwitchingState, dt: float) -> float:
-        """As long as the local gas is there."""
-        return self.local.seconds_per_step(gas.local, dt)
+    def seconds_per_step(self, gas: SwitchingState, dt: float, end: float) -> float:
+        """As long as the local gas is there, and nearly nothing afterwards."""
+        return self.local.seconds_per_step(gas.local, dt, end) * min(1.0, self.time / end)
 
 
 SUMS = (

@@ -368,7 +368,7 @@ class Corpuscular(Setup, SwitchableGas):
     def remarks(self, gas: CorpuscularState) -> list[str]:
         return [f"particles found outside and put back: {gas.escaped}"]
 
-    def seconds_per_step(self, gas: CorpuscularState, dt: float) -> float:
+    def seconds_per_step(self, gas: CorpuscularState, dt: float, end: float) -> float:
         """A gas step of all the particles there may be in a bag half inflated, spread over the steps it takes."""
         volume = 0.5 * MYLAR_VOLUME * (float(self.flat_area.sum()) / (2.0 * math.pi)) ** 1.5
         way = min(CELLS_PER_STEP * (IN_A_CELL * volume / self.particles) ** (1.0 / 3.0), EDGES_PER_STEP * self.edge)
