@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import math
 
-from billow.case.bag.plausible_mesh import start_panels
-from billow.case.build import build_model, build_schedule
-from billow.case.concerns import concerns_of
+from billow.case.build import build_model, build_schedule, require_start_clear
+from billow.case.concerns import concerns_of, start_panels
 from billow.case.gas.models import GAS_MODELS
-from billow.case.obstacles.start_clear import require_start_clear
 from billow.case.schema import Case
 from billow.solver.checkpoint import flatten
 from billow.solver.model import Model, State, start_state

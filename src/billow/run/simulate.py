@@ -11,9 +11,8 @@ from pathlib import Path
 import numba
 
 from billow.base.errors import BillowError, Concern, InputError, IntegrityError, NumericalStop, ResourceError
-from billow.case.build import build_model, build_schedule
+from billow.case.build import build_model, build_schedule, require_start_clear
 from billow.case.concerns import concerns_of
-from billow.case.obstacles.start_clear import require_start_clear
 from billow.case.schema import Case
 from billow.results.atomic import FOLDER_EXISTS, publish_folder, write_atomically
 from billow.results.result import Result
