@@ -12,7 +12,7 @@ from pathlib import Path
 
 from billow.base.units import CONVERSIONS
 from billow.case import schema
-from billow.case.quantity import Strict, WholeRange, unit_of
+from billow.case.quantity import Documented, Strict, unit_of
 from billow.cli.demo import CASE
 
 TARGET = Path(__file__).with_name("case.md")
@@ -105,7 +105,7 @@ def _kind(field) -> str:
         return f"list of {choice}" if typing.get_origin(field.annotation) is tuple else choice
     if typing.get_origin(field.annotation) is tuple:
         return f"list of {_plain(typing.get_args(field.annotation)[0])}s"
-    limits = next((f", {m.low} to {m.high}" for m in field.metadata if isinstance(m, WholeRange)), "")
+    limits = next((f", {m.low} to {m.high}" for m in field.metadata if isinstance(m, Documented)), "")
     return _plain(field.annotation) + limits
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import typer
 
 from billow.case import schema
-from billow.case.bag.bags import BAGS
+from billow.case.bag.schema_bag import BAGS
 from billow.cli.main import app
 from trust.generated_cases import fields
 

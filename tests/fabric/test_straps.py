@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from billow.apps.verification.meshes import disc
 from billow.apps.verification.scenes import fabric_model, isotropic
-from billow.case.bag.build_straps import build_straps, strap_line
+from billow.case.bag.build_bag import build_straps, strap_line
 from billow.case.bag.schema_bag import StrapCloth
 from billow.parts.straps import ENERGY, LOST, TENSION, TORN, Straps, add_strap_forces
 from billow.solver.run import Schedule, run

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from billow.base.errors import InputError
 from billow.case.bag.build_bag import build_shape
-from billow.case.build import fabric_triangles, flat_area
+from billow.case.build import flat_area
 from billow.case.schema import Case
 from billow.geometry.bag_shapes import round_bag, square_bag
 from billow.geometry.surface import area_vectors, check_closed
@@ -21,7 +21,7 @@ def driver(**settings):
 
 def altitudes(shape):
     """Smallest flat altitude of each fabric triangle [m]."""
-    cloth = fabric_triangles(shape)
+    cloth = shape.surface.triangles_of_kind("fabric")
     flat = shape.reference[cloth]
     edges = [np.linalg.norm(flat[:, i] - flat[:, j], axis=1) for i, j in ((0, 1), (1, 2), (2, 0))]
     return 2.0 * flat_area(flat) / np.max(edges, axis=0)

@@ -9,9 +9,8 @@ import pytest
 
 from billow.base.errors import InputError
 from billow.case.bag.build_bag import build_shape
-from billow.case.bag.plausible_mesh import start_panels
 from billow.case.build import build_model
-from billow.case.concerns import concerns_of
+from billow.case.concerns import concerns_of, start_panels
 from billow.case.schema import Case
 from billow.geometry.bag_shapes import square_bag
 from billow.geometry.flat_cut import signed_areas

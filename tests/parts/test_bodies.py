@@ -7,9 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from billow.case.obstacles.obstacles import build_body
-from billow.case.obstacles.plate import Plate
-from billow.case.obstacles.super_ellipsoid import SuperEllipsoid as ImpactorTable
+from billow.case.obstacles.obstacles import Plate, build_body
+from billow.case.obstacles.obstacles import SuperEllipsoid as ImpactorTable
 from billow.geometry.shapes.half_space import HalfSpace
 from billow.geometry.shapes.kinds import SHAPES, from_description
 from billow.geometry.shapes.pose import Pose, of_plane, quaternion_about

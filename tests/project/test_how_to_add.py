@@ -120,20 +120,7 @@ def near_ball(numbers, pose, rx, ry, rz, tx, ty, tz):
     return near, numbers[0] - far, rx / over, ry / over, rz / over
 '''
 
-TABLE = '''"""A toy: the table of a ball."""
-
-from typing import Literal
-
-import numpy as np
-
-from billow.case.obstacles.table import ObstacleTable
-from billow.case.quantity import quantity
-from billow.case.text import Name
-from billow.geometry.shapes.ball import Ball as Shape
-from billow.parts.bodies.rigid_body import RigidBody, RigidState
-
-
-class Ball(ObstacleTable):
+TABLE = '''class Ball(ObstacleTable):
     """A free ball above the bag."""
 
     shape: Literal["ball"]
@@ -144,9 +131,11 @@ class Ball(ObstacleTable):
     """Radius."""
 
     def build(self):
-        shape = Shape(self.radius)
+        shape = BallShape(self.radius)
         start = RigidState(np.array([0.0, 0.0, self.radius + 0.02]), velocity=np.array([0.0, 0.0, -5.0]))
         return shape, RigidBody(1.0, shape.inertia(1.0), locked=False), start
+
+
 '''
 
 LAW = '''"""A toy: isotropic fabric, S = young E, in NumPy."""
@@ -209,7 +198,6 @@ class Rubber:
 NEW = {
     "parts/gas/pump.py": GAS,
     "geometry/shapes/ball.py": SHAPE,
-    "case/obstacles/ball.py": TABLE,
     "parts/fabric/rubber.py": LAW,
 }
 
@@ -234,7 +222,8 @@ ENTRIES = {
         ),
     ],
     "case/obstacles/obstacles.py": [
-        imports("billow.case.obstacles.ball", "Ball", "billow.case.obstacles.plate"),
+        imports("billow.geometry.shapes.ball", "Ball as BallShape", "billow.geometry.shapes.half_space"),
+        ("OBSTACLES: dict", TABLE + "OBSTACLES: dict"),
         ('{"plate": Plate,', '{"ball": Ball, "plate": Plate,'),
     ],
     "case/fabric/schema_fabric.py": [("LAWS = {", 'LAWS = {"rubber": "moduli", ')],

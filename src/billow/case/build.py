@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from billow.base.errors import InputError
 from billow.case import schema
-from billow.case.bag.bags import Bag
-from billow.case.bag.build_bag import build_shape
-from billow.case.bag.build_straps import build_straps
-from billow.case.bag.schema_mesh_bag import MeshBag
+from billow.case.bag.build_bag import build_shape, build_straps
+from billow.case.bag.schema_bag import MeshBag
 from billow.case.fabric.build_fabric import build_fabric
 from billow.case.gas.build_gas import build_gas
 from billow.case.gas.models import GAS_MODELS
@@ -25,6 +24,23 @@ from billow.parts.straps import Straps
 from billow.solver.model import Model
 from billow.solver.run import Schedule
 
+PENETRATES = InputError.declare(
+    "E-GEO-020",
+    "{body} penetrates the bag at the start by {depth:.3g} mm",
+    where="obstacles.{body}",
+    why="the penalty force would shoot the fabric away",
+    cause="a clearance that is too small for the start shape, or a plate above z = 0",
+    remedy="raise its clearance, or lower the height of the plate",
+)
+INSIDE = InputError.declare(
+    "E-GEO-021",
+    "{body} lies inside the bag at the start",
+    where="obstacles.{body}",
+    why="the gas does not know that it takes up room there",
+    cause="a small obstacle within a start shape that is high",
+    remedy="raise its clearance, or move it aside with offset",
+)
+
 
 def build_model(case: schema.Case) -> Model:
     """The model of a case.
@@ -34,13 +50,20 @@ def build_model(case: schema.Case) -> Model:
     shape = build_shape(case.bag)
     check_closed(shape.surface, shape.positions, "bag")
     law = build_fabric(case.fabric)
-    cloth = fabric_triangles(shape)
+    cloth = shape.surface.triangles_of_kind("fabric")  # vents are holes, and the mouth is the inflator
     membrane = Membrane.build(law, cloth, shape.reference[cloth], law.thickness * shape.layers[cloth])
     straps = build_straps(shape, law)
     area = flat_area(shape.reference)
     mass = nodal_mass(shape, membrane, straps)
     contact_area = nodal_share(shape.surface.triangles[cloth], area[cloth], shape.surface.node_count)
     gravity = np.array(case.run.gravity)
+    birth = None
+    if isinstance(case.bag, MeshBag) and case.bag.birth_time:
+        birth = Birth.of(case.bag.birth_time, (membrane,), shape.surface.triangles, shape.positions)
+    apart = case.fabric.self_contact
+    if apart == "auto":
+        apart = GAS_MODELS[case.gas.model].is_local
+    self_contact = SelfContact.build(shape.surface, shape.positions, mass, membrane.stable_dt()) if apart else None
     return Model(
         surface=shape.surface,
         start=np.ascontiguousarray(shape.positions),
@@ -48,35 +71,15 @@ def build_model(case: schema.Case) -> Model:
         fixed=shape.fixed,
         gravity=gravity,
         gas=build_gas(case, shape),
-        fabric=Fabric(shape.surface, (membrane,), build_birth(case.bag, membrane, shape)),
+        fabric=Fabric(shape.surface, (membrane,), birth),
         straps=straps,
         bodies=Bodies(tuple(build_body(obstacle) for obstacle in case.obstacles), contact_area, gravity),
-        self_contact=build_self_contact(case, membrane, shape, mass),
+        self_contact=self_contact,
     )
-
-
-def build_birth(bag: Bag, membrane: Membrane, shape: BagShape) -> Birth | None:
-    """The ramp from the start shape to the flat cut, if the case wants one."""
-    if not isinstance(bag, MeshBag) or not bag.birth_time:
-        return None
-    return Birth.of(bag.birth_time, (membrane,), shape.surface.triangles, shape.positions)
-
-
-def build_self_contact(case: schema.Case, membrane: Membrane, shape: BagShape, mass: np.ndarray) -> SelfContact | None:
-    """Contact of fabric with fabric, if the case wants it: as it says, else where a local gas needs it."""
-    wanted = case.fabric.self_contact
-    if wanted == "auto":
-        wanted = GAS_MODELS[case.gas.model].is_local
-    return SelfContact.build(shape.surface, shape.positions, mass, membrane.stable_dt()) if wanted else None
 
 
 def build_schedule(run: schema.Run) -> Schedule:
     return Schedule(run.end_time, run.frames, run.histories_per_frame, run.dt_scale)
-
-
-def fabric_triangles(shape: BagShape) -> np.ndarray:
-    """Triangles (n,) int64 made of fabric: all but vents, which are holes, and the mouth, which is the inflator."""
-    return shape.surface.triangles_of_kind("fabric")
 
 
 def nodal_mass(shape: BagShape, membrane: Membrane, straps: Straps) -> np.ndarray:
@@ -84,3 +87,24 @@ def nodal_mass(shape: BagShape, membrane: Membrane, straps: Straps) -> np.ndarra
     surface = shape.surface
     mass = nodal_share(surface.triangles[membrane.elements].astype(np.int64), membrane.mass, surface.node_count)
     return mass + np.bincount(straps.bars.ravel(), np.repeat(0.5 * straps.mass, 2), surface.node_count)
+
+
+def require_start_clear(model: Model) -> None:
+    """Raises InputError if an obstacle touches the bag at the start, E-GEO-020, or lies inside it, E-GEO-021."""
+    for body, deepest in model.bodies.touching_at_start(model.start, model.inverse_mass):
+        raise PENETRATES(body=body.name, depth=1e3 * deepest)
+    for body in model.bodies.bodies:
+        if body.is_bounded and _encloses(model, body.start.centre):
+            raise INSIDE(body=body.name)
+
+
+def _encloses(model: Model, point: np.ndarray) -> bool:
+    """Whether the closed bag surrounds a point [m]: its triangles then fill the whole view, 4 pi (van Oosterom and
+    Strackee, IEEE Trans. Biomed. Eng. 30 (1983) 125)."""
+    corners = model.start[model.surface.triangles] - point
+    a, b, c = (corners[:, k] for k in range(3))
+    la, lb, lc = (np.linalg.norm(v, axis=1) for v in (a, b, c))
+    ab, bc, ca = (np.einsum("ij,ij->i", u, v) for u, v in ((a, b), (b, c), (c, a)))
+    box = np.einsum("ij,ij->i", a, np.cross(b, c))
+    half_angle = np.arctan2(box, la * lb * lc + ab * lc + bc * la + ca * lb)
+    return abs(half_angle.sum()) > np.pi

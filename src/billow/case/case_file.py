@@ -68,6 +68,9 @@ def load_case(model: type[Model], path: str | Path) -> Model:
     try:
         with open(path, "rb") as file:
             content = file.read(LARGEST_FILE + 1)  # a device such as /dev/zero never ends
+    except (OSError, ValueError) as error:  # ValueError: a path that no file can have
+        raise UNREADABLE(path=str(path), why=error) from None
+    try:
         if len(content) > LARGEST_FILE:
             raise NOT_TOML(
                 what=f"{path.name} is not a case file: it is too long",
@@ -75,7 +78,7 @@ def load_case(model: type[Model], path: str | Path) -> Model:
                 why=f"case files are text of at most {LARGEST_FILE} bytes",
                 remedy="give the path of a TOML case",
             )
-        text = content.decode("utf-8")
+        data = tomllib.loads(content.decode("utf-8"))
     except UnicodeDecodeError as error:
         raise NOT_TOML(
             what=f"{path.name} is not a text file",
@@ -83,10 +86,6 @@ def load_case(model: type[Model], path: str | Path) -> Model:
             why="TOML is UTF-8 text",
             remedy="save the file as UTF-8",
         ) from None
-    except (OSError, ValueError) as error:  # ValueError: a path that no file can have
-        raise UNREADABLE(path=str(path), why=error) from None
-    try:
-        data = tomllib.loads(text)
     except (ValueError, RecursionError) as error:  # TOMLDecodeError, or an integer of thousands of digits
         raise NOT_TOML(name=path.name, path=path, why=error) from None
     return validate(model, with_files_settled(data, path.parent), str(path))
@@ -120,7 +119,8 @@ def _explain(error: ValidationError, model: type[Strict], where: str) -> InputEr
     key = ".".join(keys) or "case"
     more = f" ({len(problems) - 1} more)" if len(problems) > 1 and len({p["loc"][:2] for p in problems}) > 1 else ""
     if problem["type"] == "extra_forbidden":
-        known = _known_keys(model, problem["loc"][:-1])
+        table = next(_tables(_find(model, problem["loc"][:-1])), None)
+        known = sorted(getattr(table, "model_fields", {}))
         close = difflib.get_close_matches(keys[-1], known, n=1)
         remedy = f"did you mean {close[0]!r}?" if close else None
         told = UNKNOWN_KEY(key=key, file=where, known=", ".join(known), remedy=remedy)
@@ -154,12 +154,6 @@ def _remedy(model: type[Strict], problem: dict[str, Any], keys: list[str]) -> st
 def _is_branch(text: str, variants: set[str]) -> bool:
     """Whether a location part is pydantic's name of a union branch rather than a key."""
     return "[" in text or text == "float" or text in variants or text.startswith(("function", "constrained"))
-
-
-def _known_keys(model: type[Strict], location: tuple) -> list[str]:
-    """Keys of the table at a location."""
-    table = next(_tables(_find(model, location)), None)
-    return sorted(getattr(table, "model_fields", {}))
 
 
 def _find(model: type[Strict], location: tuple) -> Any:

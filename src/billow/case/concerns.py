@@ -1,21 +1,121 @@
 """What is allowed but probably not meant: slips of units and settings that defeat each other.
 
 Ranges in the schema refuse the impossible. Concerns look at quantities together; they are printed before a run, kept in
-its record, and turn its verdict to REVIEW. Each part has its own; those of the mesh are the case's.
+its record, and turn its verdict to REVIEW. Each part has its own; those of the mesh are here.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
+import numpy as np
+
 from billow.base.errors import Concern
-from billow.case.bag.plausible_mesh import mesh_concerns
 from billow.case.schema import Case
+from billow.geometry.reference_check import NOTICED, Panel, panels, place
 from billow.solver.model import Model
+
+START_STRAIN = 0.05  # of fabric or straps at the start: from here on it cannot be meant
+MANY = 0.05  # share of a panel's triangles from which on compression is no matter of a few odd elements
+FEWEST = 10  # elements across a chamber below which shape and volume mean little
+
+COARSE = Concern.declare(
+    "W-MESH-001",
+    "only {count:.0f} elements across the {room}",
+    where="{key}",
+    why="shape and volume will be off by several percent",
+    cause="an element size for a quick look",
+    remedy="use at least twenty elements across",
+)
+STRETCHED = Concern.declare(
+    "W-MESH-002",
+    f"{{share:.3g}} % of part {{part}} starts stretched by more than {100 * NOTICED:g} %, at most by {{most:.3g}} %",
+    where="{place}; {key}",
+    why="it would snap back at the first step: the start shape is not the shape the fabric was cut in",
+    cause="a start shape that is too high, or reference coordinates that belong to other nodes",
+    remedy="use a bag.initial_gap of a few millimetres; for a mesh, set bag.birth_time to 1 or 2 ms",
+)
+STRETCHED_STRAP = Concern.declare(
+    "W-MESH-003",
+    "a strap of {length:g} m starts {distance:.3g} m long",
+    where="{key}, strap {strap}",
+    why="it would snap back at the first step",
+    cause="a strap shorter than the distance of its ends",
+    remedy="give the strap more length or slack in bag.straps",
+)
+COMPRESSED = Concern.declare(
+    "W-MESH-004",
+    f"{{share:.3g}} % of part {{part}} starts compressed by more than {100 * NOTICED:g} %, at most by {{most:.3g}} %",
+    where="{place}; {key}",
+    why="folds keep lengths, and a start shape smaller than the flat cut has lost some of its fabric",
+    cause="a start shape in another unit than the reference, or one that was shortened by folding",
+    remedy="check bag.unit and bag.reference, or fold the start shape without shortening it",
+)
+COLLAPSED = Concern.declare(
+    "W-MESH-005",
+    "{share:.3g} % of part {part} has collapsed at the start",
+    where="{place}; {key}",
+    why="a triangle without area has no side that gas could push on",
+    cause="nodes in the same place, from a mesh that was folded or merged carelessly",
+    remedy="move the nodes of the start shape apart",
+)
 
 
 def concerns_of(case: Case, model: Model) -> list[Concern]:
     """Everything about a case that looks unintended."""
     setting = model.setting(case.run.end_time)
-    found = list(mesh_concerns(case, model))
-    for _, part in model.parts:
-        found += part.concerns(setting)
+    of_parts = [concern for _, part in model.parts for concern in part.concerns(setting)]
+    return [*_size(case, model), *_panels(case, model), *_straps(case, model), *of_parts]
+
+
+def _size(case: Case, model: Model) -> Iterator[Concern]:
+    chambers = model.surface.chambers.count
+    fabric = model.fabric.area
+    across = 2.0 * np.sqrt(fabric / chambers / (2.0 * np.pi))  # two discs of the same area
+    edge = np.sqrt(4.0 / np.sqrt(3.0) * fabric / model.fabric.element_count)
+    if edge > across / FEWEST:
+        key = "bag.start" if case.bag.shape == "mesh" else "bag.element_size"
+        yield COARSE(count=across / edge, room="bag" if chambers == 1 else "chambers", key=key)
+
+
+def _straps(case: Case, model: Model) -> Iterator[Concern]:
+    driver = case.bag.shape == "driver"
+    ends = model.start[model.straps.bars]
+    distance = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+    taut = distance / model.straps.length - 1.0
+    if len(taut) and taut.max() > START_STRAIN:
+        bar = int(taut.argmax())
+        closer = "raise bag.straps.length, or bring bag.straps.stitch_radius closer to bag.mouth_radius"
+        length, strap = model.straps.length[bar], model.straps.strap[bar] + 1
+        key, remedy = ("bag.straps.length", closer) if driver else ("bag.straps", None)
+        yield STRETCHED_STRAP(length=length, distance=distance[bar], strap=strap, key=key, remedy=remedy)
+
+
+def start_panels(model: Model) -> list[Panel]:
+    """How every panel's start shape fits its flat cut."""
+    found = []
+    for membrane in model.fabric.membranes:
+        d11, d12, d21, d22 = membrane.reference_inverse
+        first, second = (np.column_stack(e) / (d11 * d22 - d12 * d21)[:, None] for e in ((d22, -d21), (-d12, d11)))
+        flat = np.stack([np.zeros_like(first), first, second], axis=1)
+        found += panels(model.surface, model.start, membrane.elements, flat)
     return found
+
+
+def _panels(case: Case, model: Model) -> Iterator[Concern]:
+    read = case.bag.shape == "mesh"
+    if read and case.bag.birth_time:
+        return  # the user knows, and the reference moves slowly
+    key = "bag.start, bag.reference" if read else "bag.initial_gap"
+    for panel in start_panels(model):
+        part = panel.name
+        if panel.longest > 1.0 + START_STRAIN:
+            at, most = place(model.surface, model.start, panel.longest_at), 100 * (panel.longest - 1.0)
+            remedy = "set bag.birth_time to 1 or 2 ms" if read else "use a bag.initial_gap of a few millimetres"
+            yield STRETCHED(share=100 * panel.stretched, part=part, most=most, place=at, key=key, remedy=remedy)
+        if panel.collapsed:
+            at = place(model.surface, model.start, panel.collapsed_at)
+            yield COLLAPSED(share=100 * panel.collapsed, part=part, place=at, key=key)
+        elif panel.compressed > MANY and panel.shortest < 1.0 - START_STRAIN:
+            at, most = place(model.surface, model.start, panel.shortest_at), 100 * (1.0 - panel.shortest)
+            yield COMPRESSED(share=100 * panel.compressed, part=part, most=most, place=at, key=key)

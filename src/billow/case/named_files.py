@@ -47,12 +47,8 @@ def _with_points(name: str, table: Any, folder: Path) -> Any:
     if not isinstance(table, dict) or name not in ("warp", "weft", "shear"):
         return table
     x = "angle" if name == "shear" else "strain"
-    return {
-        branch: read_curve_file(folder / curve, x)
-        if isinstance(curve, str) and branch in ("loading", "unloading")
-        else curve
-        for branch, curve in table.items()
-    }
+    named = [branch for branch in ("loading", "unloading") if isinstance(table.get(branch), str)]
+    return {**table, **{branch: read_curve_file(folder / table[branch], x) for branch in named}}
 
 
 def _with_digest(bag: dict[str, Any], folder: Path) -> dict[str, Any]:

@@ -1,12 +1,16 @@
-"""Field types of the case schema: numbers with a unit and a plausible range, whole numbers, curves against time."""
+"""Field types of the case schema: numbers with a unit and a plausible range, whole numbers, curves, names, titles."""
 
 from __future__ import annotations
 
 import itertools
+import re
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import reduce
+from operator import or_
 from typing import Annotated, Any
 
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, create_model, model_validator
+from pydantic import AfterValidator, BaseModel, BeforeValidator, Discriminator, Tag, create_model, model_validator
 from pydantic_core import PydanticCustomError
 
 from billow.base.units import other_scales, to_si
@@ -14,12 +18,10 @@ from billow.base.units import other_scales, to_si
 ZERO_CELSIUS = 273.15  # K
 
 
-class Strict(BaseModel):
+class Strict(
+    BaseModel, extra="forbid", frozen=True, allow_inf_nan=False, use_attribute_docstrings=True, validate_default=True
+):
     """Unknown keys are refused, values never change, numbers are finite."""
-
-    model_config = ConfigDict(
-        extra="forbid", frozen=True, allow_inf_nan=False, use_attribute_docstrings=True, validate_default=True
-    )
 
 
 def refused(reason: str, remedy: str | None = None, kind: str = "value") -> PydanticCustomError:
@@ -53,7 +55,7 @@ def whole(low: int, high: int, noun: str = "") -> Any:
             return value
         raise refused(f"{value}{noun and ' '}{noun}; expected {low} to {high}", kind="range")
 
-    return Annotated[int, AfterValidator(check), WholeRange(low, high)]
+    return Annotated[int, AfterValidator(check), Documented("", low, high)]
 
 
 def _meant(value: float, unit: str, low: float, high: float) -> str | None:
@@ -66,24 +68,16 @@ def _meant(value: float, unit: str, low: float, high: float) -> str | None:
 
 @dataclass(frozen=True)
 class Documented:
-    """Unit and range of a number, kept in the field's metadata for the generated reference."""
+    """Unit and range of a number, kept in the field's metadata for the generated reference; a count has no unit."""
 
     unit: str
     low: float
     high: float
 
 
-@dataclass(frozen=True)
-class WholeRange:
-    """Range of a whole number, kept like `Documented`."""
-
-    low: int
-    high: int
-
-
 def unit_of(field) -> Documented | None:
     """Unit and range of a pydantic field, if it is a quantity."""
-    return next((m for m in field.metadata if isinstance(m, Documented)), None)
+    return next((m for m in field.metadata if isinstance(m, Documented) and m.unit), None)
 
 
 AXES = {"time": ("s", quantity("s", 0.0, 10.0)), "pressure": ("Pa", quantity("Pa", -1e6, 1e7))}
@@ -113,3 +107,66 @@ def curve(unit: str, low: float, high: float, axis: str = "time") -> Any:
         __validators__={"check": model_validator(mode="after")(check)},
         **{axis: (tuple[axis_type, ...], ...), "value": (tuple[quantity(unit, low, high), ...], ...)},
     )
+
+
+def number_or_curve(unit: str, low: float, high: float, *axes: str) -> Any:
+    """A number, or a curve against one of the axes."""
+
+    def written_as(value: Any) -> str:
+        keys = value if isinstance(value, dict) else getattr(type(value), "model_fields", ())
+        if not keys and not isinstance(value, dict):
+            return "written[number]"
+        return f"written[{next((axis for axis in reversed(axes) if axis in keys), axes[0])}]"
+
+    choices = [Annotated[quantity(unit, low, high), Tag("written[number]")]]  # names of branches that stand in no key
+    choices += [Annotated[curve(unit, low, high, axis), Tag(f"written[{axis}]")] for axis in axes]
+    return Annotated[reduce(or_, choices), Discriminator(written_as)]
+
+
+def chosen_by_shape(tables: dict[str, type[Strict]], default: str | None = None) -> Any:
+    """One of several tables, chosen by its key `shape`."""
+
+    def known(value: Any) -> Any:
+        if not isinstance(value, dict):
+            return value
+        if default and "shape" not in value:
+            return {"shape": default, **value}
+        given = value.get("shape")
+        if given not in tuple(tables):
+            missing = "its shape is no text" if "shape" in value else "it has no shape"
+            reason = f"there is no shape {given[:40]!r}" if isinstance(given, str) else missing
+            raise refused(reason, f"write {' or '.join(f'shape = {shape!r}' for shape in tables)}")
+        return value
+
+    return Annotated[reduce(or_, tables.values()), Discriminator("shape"), BeforeValidator(known)]
+
+
+def distinct(kind: str, remedy: str | None = None) -> Callable[[Any], Any]:
+    """A validator that refuses two items of one name in a list."""
+
+    def check(items):
+        names = [item.name for item in items] if isinstance(items, tuple) else []
+        if len(set(names)) != len(names):
+            raise refused(f"two {kind} are called {max(names, key=names.count)}", remedy)
+        return items
+
+    return check
+
+
+def _plain_name(value: str) -> str:
+    if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_-]{0,39}", value):
+        raise refused(
+            "names head columns of histories.csv and lead to settings",
+            "use letters, digits, - and _ (at most 40), a letter first",
+        )
+    return value
+
+
+def _one_line(value: str) -> str:
+    if not value.isprintable():
+        raise refused("it holds a line break or a control character", "use plain text in one line")
+    return value
+
+
+Name = Annotated[str, AfterValidator(_plain_name)]
+Text = Annotated[str, AfterValidator(_one_line)]

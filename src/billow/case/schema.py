@@ -13,16 +13,12 @@ from typing import Any
 import tomli_w
 from pydantic import field_validator, model_validator
 
-from billow.case.bag.bags import Bag
-from billow.case.bag.schema_bag import DriverBag
+from billow.case.bag.schema_bag import Bag, DriverBag
 from billow.case.case_file import load_case, validate
 from billow.case.fabric.schema_fabric import Fabric
-from billow.case.gas.schema_gas import Ambient, Gas, Inflator, Inflators, require_distinct
-from billow.case.gas.schema_leakage import Leakage
-from billow.case.obstacles.obstacles import Obstacle
-from billow.case.obstacles.plate import Plate
-from billow.case.quantity import Strict, quantity, refused, whole
-from billow.case.text import Name, Text
+from billow.case.gas.schema_gas import NO_INFLATOR, Ambient, Gas, Inflator, Inflators, Leakage
+from billow.case.obstacles.obstacles import Obstacle, Plate
+from billow.case.quantity import Name, Strict, Text, distinct, quantity, refused, whole
 from billow.case.vary import vary
 
 Acceleration = quantity("m/s^2", -100.0, 100.0)
@@ -59,13 +55,10 @@ class Run(Strict):
     """Times at which the particles themselves are written to particles.vtkhdf, at the next row of the histories."""
     sensors: tuple[Sensor, ...] = ()
 
-    @field_validator("sensors")
-    @classmethod
-    def _distinct(cls, value):
-        return require_distinct(value, "sensors")
+    _distinct = field_validator("sensors")(distinct("sensors"))
 
     @model_validator(mode="after")
-    def _in_time(self):
+    def _fits(self):
         late = [time for time in self.particle_times if time > self.end_time]
         if late:
             raise refused(
@@ -73,10 +66,6 @@ class Run(Strict):
                 "remove that time, or raise run.end_time",
                 kind="range",
             )
-        return self
-
-    @model_validator(mode="after")
-    def _rows_fit(self):
         rows = self.frames * self.histories_per_frame
         if rows > MOST_ROWS:
             raise refused(
@@ -100,17 +89,15 @@ class Case(Strict):
     obstacles: tuple[Obstacle, ...] = (Plate(shape="plate"),)
     run: Run = Run()
 
-    @field_validator("obstacles")
-    @classmethod
-    def _distinct(cls, value):
-        return require_distinct(value, "obstacles")
+    _obstacles = field_validator("obstacles")(distinct("obstacles"))
+    _inflators = field_validator("inflator")(distinct("inflators"))
 
     @field_validator("inflator")
     @classmethod
     def _at_least_one(cls, value):
         if value == ():
-            raise refused("the list is empty", 'set gas.model = "none" for a bag without inflator')
-        return require_distinct(value, "inflators") if isinstance(value, tuple) else value
+            raise refused("the list is empty", NO_INFLATOR)
+        return value
 
     @property
     def inflators(self) -> tuple[Inflator, ...]:

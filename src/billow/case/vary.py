@@ -26,30 +26,23 @@ def vary(data: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
         *path, last = key.split(".")
         place: Any = data
         for part in path:
-            place = _enter(place, part, key)
+            entries = _entries(place)
+            if part not in entries:
+                raise _unknown(key, part, entries)
+            place = entries[part]
         if not isinstance(place, dict):
-            raise NO_SUCH_SETTING(key=key, part=last, known=_known(place))
+            raise _unknown(key, last, _entries(place))
         place[last] = value
     return data
 
 
-def _enter(place: Any, part: str, key: str) -> Any:
-    if isinstance(place, (list, tuple)):
-        named = _named(place)
-        if part not in named:
-            raise NO_SUCH_SETTING(key=key, part=part, known=_known(place))
-        return named[part]
-    if not isinstance(place, dict) or part not in place:
-        raise NO_SUCH_SETTING(key=key, part=part, known=_known(place))
-    return place[part]
-
-
-def _named(place: Any) -> dict[str, Any]:
-    """The tables of a list by name; none if it is not a list."""
+def _entries(place: Any) -> dict[str, Any]:
+    """What stands at a place: the entries of a table, the tables of a list by name, or nothing."""
+    if isinstance(place, dict):
+        return place
     items = place if isinstance(place, (list, tuple)) else ()
     return {str(item.get("name")): item for item in items if isinstance(item, dict)}
 
 
-def _known(place: Any) -> str:
-    """The keys or names at a place, as a message lists them."""
-    return ", ".join(sorted(place if isinstance(place, dict) else _named(place))) or "the keys in docs/case.md"
+def _unknown(key: str, part: str, entries: dict[str, Any]) -> InputError:
+    return NO_SUCH_SETTING(key=key, part=part, known=", ".join(sorted(entries)) or "the keys in docs/case.md")

@@ -7,7 +7,8 @@ from typing import Annotated
 
 import typer
 
-from billow.cli.options import UNUSABLE_NUMBER, CaseFile, Settings, Threads, make_console, parse_settings
+from billow.base.units import to_si
+from billow.cli.options import CaseFile, Settings, Threads, make_console, parse_settings, steps, usable
 
 
 def converge(
@@ -36,40 +37,18 @@ def converge(
     from billow.apps.converge.study import report, run_study
     from billow.apps.converge.sweep import Sweep
     from billow.case.schema import Case
-    from billow.cli.terminal import steps
 
-    good = _tolerance(tolerance)
-    sweep = Sweep.of(Case.load(case_file).vary(parse_settings(settings)), _counts(particles), seeds)
+    with usable("converge", "tolerance", tolerance, "write for example --tolerance '2 %'"):
+        good = to_si(tolerance, "-")
+        if not 0.0 <= good < 1.0:
+            raise ValueError("expected 0 to 100 %")
+    case = Case.load(case_file).vary(parse_settings(settings))
+    with usable("converge", "particles", particles, "write for example --particles 5e3,1e4,2e4"):
+        counts = [float(part) for part in particles.split(",") if part.strip()]
+        if not all(1.0 <= count < 1e12 for count in counts):
+            raise ValueError("a number of particles is from 1000 to 20000000")
+    sweep = Sweep.of(case, counts, seeds)
     console = make_console()
     with steps(console) as progress:
         found = run_study(sweep, out, good, progress, threads)
-    console.print(report(found, good), markup=False)
-    console.print(f"{out}: written", markup=False)
-
-
-def _counts(text: str) -> list[float]:
-    try:
-        counts = [float(part) for part in text.split(",") if part.strip()]
-        if not all(1.0 <= count < 1e12 for count in counts):
-            raise ValueError("a number of particles is from 1000 to 20000000")
-    except ValueError as error:
-        example = "write for example --particles 5e3,1e4,2e4"
-        raise UNUSABLE_NUMBER(
-            option="particles", text=text[:40], command="converge", why=error, remedy=example
-        ) from None
-    return counts
-
-
-def _tolerance(text: str) -> float:
-    from billow.base.units import to_si
-
-    try:
-        value = to_si(text, "-")
-        if not 0.0 <= value < 1.0:
-            raise ValueError("expected 0 to 100 %")
-    except ValueError as error:
-        example = "write for example --tolerance '2 %'"
-        raise UNUSABLE_NUMBER(
-            option="tolerance", text=text[:40], command="converge", why=error, remedy=example
-        ) from None
-    return value
+    console.print(f"{report(found, good)}\n{out}: written")

@@ -8,7 +8,16 @@ from typing import Annotated
 
 import typer
 
-from billow.cli.options import DesignValues, Extrapolate, StudyFolder, SurrogateOption, make_console, parse_settings
+from billow.cli.options import (
+    DesignValues,
+    Extrapolate,
+    StudyFolder,
+    SurrogateOption,
+    epochs,
+    make_console,
+    parse_settings,
+    steps,
+)
 
 app = typer.Typer(
     name="couple",
@@ -35,7 +44,6 @@ def train(
     seed: Annotated[int, typer.Option(help="Seed of the networks.")] = 0,
 ) -> None:
     """Learn the contact force on the free obstacle, from the training runs of the surrogate."""
-    from billow.cli.terminal import epochs
     from billow.results.dataset import Dataset
     from billow.rom.coupled.coupled_model import Coupled
     from billow.rom.surrogate.surrogate import Surrogate
@@ -45,7 +53,7 @@ def train(
     with epochs(make_console(), "training") as progress:
         coupled = Coupled.train(dataset, surrogate, seed, progress)
     path = coupled.save(out or folder / "coupled.safetensors")
-    make_console().print(f"{path}: {coupled}", markup=False)
+    make_console().print(f"{path}: {coupled}")
 
 
 @app.command()
@@ -57,7 +65,6 @@ def evaluate(
     out: Annotated[Path | None, typer.Option(help="Write the numbers as JSON.")] = None,
 ) -> None:
     """Compare with the solver on unseen runs: ISO/TS 18571 ratings and injury metrics."""
-    from billow.cli.terminal import steps
     from billow.results.atomic import write_atomically
     from billow.results.dataset import Dataset
     from billow.rom.coupled.coupled_evaluation import MEAN_MOTION, QUANTITIES, TRUE_CONTACT, evaluate_coupled
@@ -72,10 +79,8 @@ def evaluate(
     for quantity in QUANTITIES:
         pairs = (f"{found.median(quantity, a):.3f}  {found.worst(quantity, a):.3f}" for a in found.ratings)
         print(f"  {quantity:<20} {'  '.join(f'{pair:<20}' for pair in pairs)}")
-    print(
-        f"  {TRUE_CONTACT}: the same steps under the force the solver recorded: the best a perfect law can reach;\n"
-        f"  {MEAN_MOTION}: mean of the training runs, which ignores the design"
-    )
+    print(f"  {TRUE_CONTACT}: the same steps under the force the solver recorded: the best a perfect law can reach;")
+    print(f"  {MEAN_MOTION}: mean of the training runs, which ignores the design")
     print(f"  one deployment takes {found.seconds:.3g} s")
     if out is not None:
         write_atomically(out, json.dumps(found.record(), indent=1, allow_nan=False) + "\n")

@@ -9,7 +9,8 @@ from typing import Annotated
 import typer
 
 from billow.base.errors import InputError
-from billow.cli.options import UNUSABLE_NUMBER, make_console
+from billow.base.units import to_si
+from billow.cli.options import make_console, steps, usable
 
 UNKNOWN_CHOICE = InputError.declare(
     "E-CLI-006",
@@ -56,7 +57,6 @@ def coupon(
     """
     from billow.apps.coupon import comparison
     from billow.case.schema import Case
-    from billow.cli.terminal import steps
 
     _known("test", test, comparison.TESTS)
     _known("direction", direction, ("warp", "weft"))
@@ -64,9 +64,10 @@ def coupon(
     laws = tuple(law) if law else ((given.law,) if fabric_file else comparison.LAWS)
     for name in laws:
         _known("law", name, comparison.LAWS)
-    shear = test == "picture-frame"
-    furthest = _number("peak", peak, "deg" if shear else "-", 1e-4, 60.0 if shear else 0.5)
-    amount = comparison.USUAL_PEAK[test] if furthest is None else furthest * (math.pi / 180.0 if shear else 1.0)
+    amount = comparison.USUAL_PEAK[test]
+    if peak is not None:
+        unit, largest, scale = ("deg", 60.0, math.pi / 180.0) if test == "picture-frame" else ("-", 0.5, 1.0)
+        amount = _number("peak", peak, unit, 1e-4, largest) * scale
     size = _number("element-size", element_size, "m", 1e-3, 0.05)
     curves = comparison.make_specimen(test, size, direction).curves
     points = _test_data(data, curves) if data else comparison.given_curves(test, given, amount)
@@ -77,22 +78,16 @@ def coupon(
             progress=lambda name, share: progress(round(100 * share), 100, name) if share * 10 % 1 == 0.0 else None,
         )  # fmt: skip
     ratings = comparison.write_comparison(out, test, given, measured, points)
-    for line in _table(ratings):
-        console.print(line, markup=False)
-    console.print(f"{out}: written", markup=False)
-
-
-def _table(ratings: dict) -> list[str]:
     heads = ("peak [MPa]", "match up", "match down", "ripple up", "ripple down")
-    lines = [f"{'law':<14}{'curve':<7}" + "".join(f"{head:>13}" for head in heads)]
-    for law, curves in ratings.items():
-        for curve, r in curves.items():
+    console.print(f"{'law':<14}{'curve':<7}" + "".join(f"{head:>13}" for head in heads))
+    for name, rated in ratings.items():
+        for curve, r in rated.items():
             up, down = (_percent(r.get(k)) for k in ("match_loading", "match_unloading"))
-            lines.append(
-                f"{law:<14}{curve:<7}{1e-6 * r['peak_stress']:>13.3f}{up:>13}{down:>13}"
+            console.print(
+                f"{name:<14}{curve:<7}{1e-6 * r['peak_stress']:>13.3f}{up:>13}{down:>13}"
                 f"{100 * r['ripple_loading']:>11.3f} %{100 * r['ripple_unloading']:>11.3f} %"
             )
-    return lines
+    console.print(f"{out}: written")
 
 
 def _percent(share: float | None) -> str:
@@ -104,17 +99,11 @@ def _known(option: str, value: str, choices: tuple[str, ...]) -> None:
         raise UNKNOWN_CHOICE(option=option, text=value[:40], known=", ".join(choices))
 
 
-def _number(option: str, value: str | None, unit: str, low: float, high: float) -> float | None:
-    from billow.base.units import to_si
-
-    if value is None:
-        return None
-    try:
-        number = to_si(value, unit)
+def _number(option: str, text: str, unit: str, low: float, high: float) -> float:
+    with usable("coupon", option, text):
+        number = to_si(text, unit)
         if not low <= number <= high:
             raise ValueError(f"{number:g} {unit} is outside {low:g} to {high:g} {unit}")
-    except ValueError as error:
-        raise UNUSABLE_NUMBER(option=option, text=value[:40], command="coupon", why=error) from None
     return number
 
 

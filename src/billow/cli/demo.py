@@ -8,6 +8,7 @@ from pathlib import Path
 from rich.console import Console
 
 from billow.base.errors import InputError
+from billow.cli.options import epochs, steps
 from billow.results.atomic import write_atomically
 
 OTHER_DEMO = InputError.declare(
@@ -41,6 +42,25 @@ clearance = 0.15
 locked = true
 """
 
+PARAMETER = """
+[[parameters]]
+name = "{}"
+label = "{}"
+unit = "{}"
+low = {}
+high = {}
+keys = ["{}"]
+"""
+
+PARAMETERS = (
+    ("permeability", "Airbag permeability", "-", "0.02", "0.035", "fabric.permeability"),
+    ("inflator_temperature", "Inflator temperature", "K", "500.0", "800.0", "inflator.temperature"),
+    ("jet_direction", "Jet direction", "deg", "30.0", "60.0", "inflator.jets.angle"),
+    ("impactor_radius", "Impactor radius", "m", "0.1", "0.25", "obstacles.impactor.radii"),
+    ("impactor_degree", "Ellipsoid degree", "-", "2.0", "4.5", "obstacles.impactor.degree"),
+    ("contact_slope", "Contact characteristic slope", "N/m", "1000.0", "1e6", "obstacles.impactor.slope"),
+)  # name, label, unit, low, high, and the key of the case
+
 STUDY = """\
 # Latin hypercube over the six parameters of Table 1 of the ROM paper.
 title = "Airbag deployment against a locked obstacle"
@@ -49,74 +69,14 @@ seed = 1
 train = {train}
 test = {test}
 reference_length = 0.28
-
-[[parameters]]
-name = "permeability"
-label = "Airbag permeability"
-unit = "-"
-low = 0.02
-high = 0.035
-keys = ["fabric.permeability"]
-
-[[parameters]]
-name = "inflator_temperature"
-label = "Inflator temperature"
-unit = "K"
-low = 500.0
-high = 800.0
-keys = ["inflator.temperature"]
-
-[[parameters]]
-name = "jet_direction"
-label = "Jet direction"
-unit = "deg"
-low = 30.0
-high = 60.0
-keys = ["inflator.jets.angle"]
-
-[[parameters]]
-name = "impactor_radius"
-label = "Impactor radius"
-unit = "m"
-low = 0.1
-high = 0.25
-keys = ["obstacles.impactor.radii"]
-
-[[parameters]]
-name = "impactor_degree"
-label = "Ellipsoid degree"
-unit = "-"
-low = 2.0
-high = 4.5
-keys = ["obstacles.impactor.degree"]
-
-[[parameters]]
-name = "contact_slope"
-label = "Contact characteristic slope"
-unit = "N/m"
-low = 1000.0
-high = 1e6
-keys = ["obstacles.impactor.slope"]
-"""
+""" + "".join(PARAMETER.format(*row) for row in PARAMETERS)
 
 
-def write_definition(folder: Path, train: int, test: int) -> Path:
-    """Write case.toml and study.toml into `folder`, unless they are there; returns the study's path.
+def run_demo(folder: Path, train: int, test: int, workers: int | None, console: Console) -> None:
+    """Simulate, train, evaluate. May be interrupted and started again.
 
     Raises InputError E-CLI-002 if the folder holds something else.
     """
-    folder.mkdir(parents=True, exist_ok=True)
-    for name, text in (("case.toml", CASE), ("study.toml", STUDY.format(train=train, test=test))):
-        path = folder / name
-        if path.exists() and path.read_text(encoding="utf-8") != text:
-            raise OTHER_DEMO(path=path)
-        write_atomically(path, text)
-    return folder / "study.toml"
-
-
-def run_demo(folder: Path, train: int, test: int, workers: int | None, console: Console) -> Path:
-    """Simulate, train, evaluate; returns the path of the report. May be interrupted and started again."""
-    from billow.cli.terminal import epochs, steps
     from billow.rom.judge.evaluate import evaluate
     from billow.rom.judge.report import write_report
     from billow.rom.learn.left_out import left_out
@@ -125,8 +85,13 @@ def run_demo(folder: Path, train: int, test: int, workers: int | None, console: 
     from billow.study.study import Study
 
     begun = time.perf_counter()
-    definition = write_definition(folder, train, test)
-    study = Study.create(definition, folder / "study")
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, text in (("case.toml", CASE), ("study.toml", STUDY.format(train=train, test=test))):
+        path = folder / name
+        if path.exists() and path.read_text(encoding="utf-8") != text:
+            raise OTHER_DEMO(path=path)
+        write_atomically(path, text)
+    study = Study.create(folder / "study.toml", folder / "study")
     console.print(f"1/3 simulating {len(study.runs)} deployments (kernels are compiled at the first one, about 20 s)")
     with study_progress(console) as report:
         study.run(workers=workers, progress=report)
@@ -142,4 +107,3 @@ def run_demo(folder: Path, train: int, test: int, workers: int | None, console: 
         evaluation = evaluate(dataset, surrogate, progress=progress)
     path = write_report(dataset, evaluation, folder)
     console.print(f"done in {time.perf_counter() - begun:.0f} s: {path}")
-    return path

@@ -40,8 +40,7 @@ BILLOW_FAILED = BillowError.declare(
     remedy="please report it together with {report}",
 )
 
-INTERRUPTED = 130
-"""Exit code after Ctrl-C."""
+INTERRUPTED = 130  # exit code after Ctrl-C
 
 # OpenBLAS threads spin while they wait: beside other work they cost more than they gain (a POD of 0.2 s took 17 s),
 # and the last bits of a POD depend on their number. Must be set before NumPy is imported.
@@ -190,7 +189,7 @@ def study(
     with study_progress(console) as report:
         summary = made.run(workers, scheduler, report, retry_failed=retry_failed)
     for name, reason in summary.failed.items():
-        console.print(f"run {name} failed: {reason}", markup=False)
+        console.print(f"run {name} failed: {reason}")
     raise typer.Exit(1 if summary.failed else 0)
 
 
@@ -244,23 +243,21 @@ def verify(
     """Run the closed-form cases: measured, expected, tolerance. Exit code 1 if one fails."""
     from billow.apps.verification.cases import run_cases
 
+    def show(check) -> None:
+        verdict = "ok" if check.passed else "FAILED"
+        print(
+            f"{check.id:<4} {check.measured:>14.8g} {check.expected:>14.8g} {check.tolerance:>10.1e} {verdict:6}"
+            f" {check.seconds:>6.1f}s  {check.title}",
+            flush=True,
+        )
+
     if as_json:
         checks = run_cases(ids)
         print(json.dumps([check.record() for check in checks], indent=1))
     else:
         print(f"{'id':<4} {'measured':>14} {'expected':>14} {'tolerance':>10} {'':6} {'time':>7}  title")
-
-        def show(check) -> None:
-            verdict = "ok" if check.passed else "FAILED"
-            print(
-                f"{check.id:<4} {check.measured:>14.8g} {check.expected:>14.8g} {check.tolerance:>10.1e} {verdict:6}"
-                f" {check.seconds:>6.1f}s  {check.title}",
-                flush=True,
-            )
-
         checks = run_cases(ids, progress=show)
-        passed = sum(check.passed for check in checks)
-        print(f"{passed} of {len(checks)} checks passed")
+        print(f"{sum(check.passed for check in checks)} of {len(checks)} checks passed")
     raise typer.Exit(0 if all(check.passed for check in checks) else 1)
 
 

@@ -1,12 +1,16 @@
-"""What several commands of `billow` share: the console, --set, and arguments that mean the same everywhere."""
+"""What several commands of `billow` share: the console and its bars, --set, and arguments that mean the same."""
 
 from __future__ import annotations
 
+import contextlib
+import time
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Annotated
 
 import typer
 from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 from billow.base.errors import InputError
 
@@ -26,9 +30,52 @@ UNUSABLE_NUMBER = InputError.declare(
 )
 
 
+QUIET_SECONDS = 5.0  # least time between two plain lines
+
+
 def make_console() -> Console:
     """Console for messages, with paths left as they are."""
-    return Console(highlight=False, soft_wrap=True)
+    return Console(highlight=False, soft_wrap=True, markup=False)
+
+
+@contextlib.contextmanager
+def epochs(console: Console, title: str) -> Iterator[Callable[[int, int, float], None]]:
+    """A function (epoch, epochs, loss) for training to call."""
+    if console.is_terminal:
+        columns = (TextColumn(title), BarColumn(), MofNCompleteColumn(), TextColumn("loss {task.fields[loss]:.2e}"))
+        with Progress(*columns, TimeElapsedColumn(), TimeRemainingColumn(), console=console) as bar:
+            task = bar.add_task(title, total=None, loss=float("nan"))
+            yield lambda epoch, total, loss: bar.update(task, completed=epoch, total=total, loss=loss)
+        return
+    spoken = time.monotonic() - QUIET_SECONDS
+
+    def line(epoch: int, total: int, loss: float) -> None:
+        nonlocal spoken
+        if epoch == total or time.monotonic() - spoken >= QUIET_SECONDS:
+            spoken = time.monotonic()
+            console.print(f"{title}: epoch {epoch} of {total}, loss {loss:.2e}", markup=False, highlight=False)
+
+    yield line
+
+
+@contextlib.contextmanager
+def steps(console: Console) -> Iterator[Callable[[int, int, str], None]]:
+    """A function (done, total, what) for evaluation to call."""
+    if not console.is_terminal:
+        yield lambda done, total, what: console.print(f"[{done}/{total}] {what}", markup=False, highlight=False)
+        return
+    with Progress(TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), console=console) as bar:
+        task = bar.add_task("evaluation", total=None)
+        yield lambda done, total, what: bar.update(task, completed=done, total=total, description=what)
+
+
+@contextlib.contextmanager
+def usable(command: str, option: str, text: str, remedy: str | None = None) -> Iterator[None]:
+    """Where the text of an option is read: a ValueError becomes InputError E-CLI-007."""
+    try:
+        yield
+    except ValueError as error:
+        raise UNUSABLE_NUMBER(option=option, text=text[:40], command=command, why=error, remedy=remedy) from None
 
 
 def parse_settings(texts: list[str] | None) -> dict[str, float | str]:

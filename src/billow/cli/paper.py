@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from billow.base.errors import InputError
-from billow.cli.options import Memory, make_console
+from billow.cli.options import Memory, make_console, steps
 
 NO_REPORT = InputError.declare(
     "E-CLI-008",
@@ -44,7 +44,6 @@ def paper(
     A study may be incomplete: the report lists what is missing. An interrupted command continues where it stopped:
     every fit is kept, and the paper's networks are saved every 30 s.
     """
-    from billow.cli.terminal import steps
     from billow.reproductions.rom_paper.available import available
     from billow.reproductions.rom_paper.case_results import case_results
     from billow.reproductions.rom_paper.document import write_document
@@ -56,7 +55,13 @@ def paper(
     from billow.study.study import Study
 
     folders = {"locked": locked, "free": free}
-    _require(folders, jets, paper_recipe, paper_recipe_case)
+    for wrong, why in (
+        (jets is None and not any(folders.values()), "none of --locked, --free and --jets names a study"),
+        (paper_recipe not in (None, "x", "y", "z"), f"--paper-recipe {paper_recipe} is not one of x, y and z"),
+        (paper_recipe and not folders.get(paper_recipe_case), f"--paper-recipe-case {paper_recipe_case} has no study"),
+    ):
+        if wrong:
+            raise NO_REPORT(why=why)
     console, results, missing = make_console(), [], []
     for case in CASES:
         folder = folders[case.name]
@@ -67,14 +72,13 @@ def paper(
         train, test = read_split(folder)
         there = available(dataset, train, test, Study.open(folder).definition.sizes)
         for sentence in there.notes:
-            console.print(f"{case.name}: {sentence}", markup=False)
+            console.print(f"{case.name}: {sentence}")
         component = paper_recipe if case.name == paper_recipe_case else None
         with steps(console) as progress:
-            made = case_results(
+            results.append(case_results(
                 case, dataset, there, Kept(kept or out / "kept"), recipe=component, recipe_epochs=paper_recipe_epochs,
                 memory=int(memory * 2**30), progress=progress,
-            )  # fmt: skip
-        results.append(made)
+            ))  # fmt: skip
     if paper_recipe is None:
         missing.append("The paper's own recipe was not trained (--paper-recipe z).")
     compared = None
@@ -82,16 +86,4 @@ def paper(
         missing.append("The effect of the jet direction in two gas models was not requested (--jets).")
     else:
         compared = compare_jets(*map(Dataset.open, jets), ("uniform pressure", "particles"), jet_parameter)
-    console.print(f"report: {write_document(out, results, compared, missing)}", markup=False)
-
-
-def _require(folders, jets, recipe, recipe_case) -> None:
-    if jets is None and not any(folders.values()):
-        why = "none of --locked, --free and --jets names a study"
-    elif recipe is not None and recipe not in ("x", "y", "z"):
-        why = f"--paper-recipe {recipe} is not one of x, y and z"
-    elif recipe is not None and folders.get(recipe_case) is None:
-        why = f"--paper-recipe-case {recipe_case} has no study"
-    else:
-        return
-    raise NO_REPORT(why=why)
+    console.print(f"report: {write_document(out, results, compared, missing)}")

@@ -16,7 +16,9 @@ from billow.cli.options import (
     SurrogateOption,
     make_console,
     parse_settings,
+    steps,
 )
+from billow.cli.options import epochs as show_epochs
 
 
 def train(
@@ -30,7 +32,6 @@ def train(
     memory: Memory = 4.0,
 ) -> None:
     """Train a surrogate on the training runs of a study."""
-    from billow.cli.terminal import epochs as show_epochs
     from billow.results.dataset import Dataset
     from billow.rom.learn.left_out import left_out
     from billow.rom.learn.train import Recipe
@@ -40,13 +41,13 @@ def train(
     dataset = Dataset.open(folder)
     lost = left_out(dataset, dataset.trusted)
     if lost.why:
-        console.print(f"{len(lost.why)} training runs are left out: {lost.reasons()}", markup=False)
+        console.print(f"{len(lost.why)} training runs are left out: {lost.reasons()}")
     with show_epochs(console, "training") as progress:
         how = Recipe(recipe, modes, seed, epochs, memory=int(memory * 2**30))
         surrogate = learn(dataset, how, runs=dataset.trusted[:runs], progress=progress)
     path = surrogate.save(out or folder / "surrogate.safetensors")
     seconds = surrogate.training["pod_seconds"] + surrogate.training["network_seconds"]
-    console.print(f"{path}: trained on {len(surrogate.training['runs'])} runs in {seconds:.1f} s", markup=False)
+    console.print(f"{path}: trained on {len(surrogate.training['runs'])} runs in {seconds:.1f} s")
 
 
 def evaluate(
@@ -56,7 +57,6 @@ def evaluate(
     memory: Memory = 4.0,
 ) -> None:
     """Test a surrogate on the unseen runs of its study; writes report.html, metrics.json and figures."""
-    from billow.cli.terminal import steps
     from billow.results.dataset import Dataset
     from billow.rom.judge.evaluate import evaluate as measure
     from billow.rom.judge.report import write_report
@@ -67,7 +67,7 @@ def evaluate(
     with steps(make_console()) as progress:
         evaluation = measure(dataset, surrogate, memory=int(memory * 2**30), progress=progress)
     path = write_report(dataset, evaluation, out or folder / "report")
-    make_console().print(f"report: {path}", markup=False)
+    make_console().print(f"report: {path}")
 
 
 def predict(
@@ -116,8 +116,7 @@ def suggest(
 
 
 def export(
-    surrogate_file: SurrogateFile,
-    out: Annotated[Path, typer.Option(help="ONNX file, such as surrogate.onnx.")],
+    surrogate_file: SurrogateFile, out: Annotated[Path, typer.Option(help="ONNX file, such as surrogate.onnx.")]
 ) -> None:
     """Write a surrogate as ONNX: from a design to the displacement of every node at every trained time.
 

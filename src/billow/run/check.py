@@ -4,21 +4,16 @@ from __future__ import annotations
 
 import math
 
-from billow.case.bag.plausible_mesh import start_panels
-from billow.case.build import build_model, build_schedule
-from billow.case.concerns import concerns_of
+from billow.case.build import build_model, build_schedule, require_start_clear
+from billow.case.concerns import concerns_of, start_panels
 from billow.case.gas.models import GAS_MODELS
-from billow.case.obstacles.start_clear import require_start_clear
 from billow.case.schema import Case
 from billow.solver.checkpoint import flatten
-from billow.solver.model import Model, State, start_state
+from billow.solver.model import start_state
 from billow.solver.step import stable_dt
 
-SECONDS_PER_STEP = 120e-6
-"""Rough cost of a step that does not depend on the mesh, on one core of a 2020s processor."""
-
-MEGABYTES = 250.0
-"""Memory of the program itself."""
+SECONDS_PER_STEP = 120e-6  # rough cost that does not depend on the mesh, on one core of a 2020s processor
+MEGABYTES = 250.0  # of the program itself
 
 
 def describe(case: Case) -> str:
@@ -34,7 +29,14 @@ def describe(case: Case) -> str:
     dt = schedule.dt_scale * stable_dt(model, state)
     steps = math.ceil(schedule.end / dt)
     surface, chambers = model.surface, model.surface.chambers
+    arrays = [array.nbytes for array in flatten(state)[0].values()]
     disk = schedule.frames * (surface.node_count * 4 * 15 + surface.triangle_count * 4)
+    # A state, its copy at the last frame, and constants and work arrays of that size.
+    memory = MEGABYTES + (3.0 * sum(arrays) + surface.triangle_count * 8 * 40) / 1e6
+    # What every part says of itself, and what is there anyway.
+    seconds = SECONDS_PER_STEP + sum(
+        part.seconds_per_step(state.of(name), dt, schedule.end) for name, part in model.parts
+    )
     lines = [
         f"{case.title}: ready to run",
         f"  mesh      {surface.triangle_count} triangles, {surface.node_count} nodes",
@@ -51,8 +53,8 @@ def describe(case: Case) -> str:
         ),
         f"  fabric    {model.mass.sum():.4f} kg; start volume {1e3 * surface.volume(model.start):.3f} l, closed",
         f"  step      {1e6 * dt:.2f} us, about {steps} steps",
-        f"  run time  about {steps * seconds_per_step(model, state, dt, schedule.end):.0f} s on one core",
-        f"  needs     about {megabytes(model, state):.0f} MB of memory and up to {2 * disk / 1e6:.0f} MB of disk",
+        f"  run time  about {steps * seconds:.0f} s on one core",
+        f"  needs     about {memory:.0f} MB of memory and up to {2 * disk / 1e6:.0f} MB of disk",
     ]
     if model.gas.supply is not None:
         mass = sum(inflator.cumulative[-1] for inflator in model.gas.supply.inflators)
@@ -61,15 +63,3 @@ def describe(case: Case) -> str:
         switch = f" until {1e3 * case.gas.switch_time:g} ms, then uniform-pressure" if switches else ""
         lines.append(f"  gas       {1e3 * mass:.1f} g of {' + '.join(gases)}, {case.gas.model}{switch}")
     return "\n".join([*lines, *map(str, concerns_of(case, model))])
-
-
-def seconds_per_step(model: Model, state: State, dt: float, end: float) -> float:
-    """Rough cost of a step of dt [s] in a run to `end` [s], on one core [s]: what every part says of itself, and what is there anyway."""
-    return SECONDS_PER_STEP + sum(part.seconds_per_step(state.of(name), dt, end) for name, part in model.parts)
-
-
-def megabytes(model: Model, state: State) -> float:
-    """Rough memory of a run [MB]: its state, the copy at the last frame, and constants and work arrays of that size."""
-    arrays, _ = flatten(state)
-    triangles = model.surface.triangle_count * 8 * 40
-    return MEGABYTES + (3.0 * sum(array.nbytes for array in arrays.values()) + triangles) / 1e6

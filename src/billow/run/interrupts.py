@@ -29,10 +29,10 @@ class Interrupts:
 
     def __enter__(self) -> Interrupts:
         if threading.current_thread() is threading.main_thread():
-            handlers = {signal.SIGINT: self._on_stop, signal.SIGTERM: self._on_stop}
-            if hasattr(signal, "SIGUSR2"):
-                handlers[signal.SIGUSR2] = self._on_save
-            self._before = {number: signal.signal(number, handler) for number, handler in handlers.items()}
+            flags = {"SIGINT": "stop", "SIGTERM": "stop", "SIGUSR2": "save"}
+            for name, flag in flags.items():
+                if number := getattr(signal, name, None):  # not every system has SIGUSR2
+                    self._before[number] = signal.signal(number, lambda *_, flag=flag: setattr(self, flag, True))
         return self
 
     def __exit__(self, *_) -> None:
@@ -44,9 +44,3 @@ class Interrupts:
         if self._stop_file.exists():
             self._stop_file.unlink(missing_ok=True)
             self.stop = True
-
-    def _on_stop(self, number, frame) -> None:
-        self.stop = True
-
-    def _on_save(self, number, frame) -> None:
-        self.save = True

@@ -5,21 +5,19 @@ from __future__ import annotations
 import contextlib
 import shlex
 import shutil
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numba
 
-from billow.base.errors import BillowError, Concern, InputError, IntegrityError, NumericalStop, ResourceError
-from billow.case.build import build_model, build_schedule
-from billow.case.concerns import concerns_of
-from billow.case.obstacles.start_clear import require_start_clear
+from billow.base.errors import BillowError, InputError, IntegrityError, NumericalStop, ResourceError
+from billow.case.build import build_model, require_start_clear
 from billow.case.schema import Case
 from billow.results.atomic import FOLDER_EXISTS, publish_folder, write_atomically
 from billow.results.result import Result
 from billow.run.checkpoint_file import SLOTS, newest_checkpoint
 from billow.run.interrupts import STOP_FILE, Interrupts
-from billow.run.recorder import Progress, RunRecorder, Told
+from billow.run.recorder import Progress, RunRecorder
 from billow.solver.model import Model, State
 from billow.solver.run import run
 
@@ -55,11 +53,7 @@ CASE_NOT_USABLE = IntegrityError.declare(
 
 
 def simulate(
-    case: Case,
-    folder: str | Path,
-    *,
-    progress: Callable[[Progress], None] | None = None,
-    threads: int | None = None,
+    case: Case, folder: str | Path, *, progress: Callable[[Progress], None] | None = None, threads: int | None = None
 ) -> Result:
     """Run a case and publish its results in `folder`, which must not exist yet.
 
@@ -72,8 +66,14 @@ def simulate(
     Raises InputError (case, geometry, folder), NumericalStop, ResourceError E-RES-020 (disk).
     """
     folder = Path(folder).absolute()  # "." has a name only in full
+    partial = _partial(folder)
     try:
-        partial = _make_partial(folder)
+        if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+            raise FOLDER_EXISTS(folder=folder)
+        if any((partial / name).exists() for name in SLOTS):
+            raise INTERRUPTED_RUN_EXISTS(folder=partial, final=shlex.quote(str(folder)), name=partial.name)
+        shutil.rmtree(partial, ignore_errors=True)  # of an earlier try that never reached a checkpoint
+        partial.mkdir(parents=True)
     except OSError as error:
         raise NOT_WRITTEN(folder=folder, why=error, remedy="choose another folder with --out") from error
     try:
@@ -86,7 +86,7 @@ def simulate(
     except OSError as error:
         remedy = "free space, or choose another folder with --out"
         raise NOT_WRITTEN(folder=partial, why=error, remedy=remedy) from error
-    return _run(case, model, folder, partial, None, 0, progress, threads)
+    return _run(case, model, folder, (None, 0), progress, threads)
 
 
 def resume(
@@ -109,31 +109,30 @@ def resume(
     except InputError as error:
         raise CASE_NOT_USABLE(path=partial / "case.toml", why=f"{error.what}: {error.why}") from error
     model = build_model(case)
-    state, offset = newest_checkpoint(partial, model, case.digest())
-    return _run(case, model, folder, partial, state, offset, progress, threads)
+    return _run(case, model, folder, newest_checkpoint(partial, model, case.digest()), progress, threads)
 
 
 def _run(
     case: Case,
     model: Model,
     folder: Path,
-    partial: Path,
-    state: State | None,
-    offset: int,
+    start: tuple[State | None, int],
     progress: Callable[[Progress], None] | None,
     threads: int | None,
 ) -> Result:
+    """start: the state to go on from, and where the journal stood then."""
+    partial, (state, offset) = _partial(folder), start
     try:
         with _threads(threads), Interrupts(partial) as interrupts:
-            told = told_by(case, model)
-            recorder = RunRecorder(told, model, partial, interrupts, progress, offset)
+            recorder = RunRecorder(case, model, partial, interrupts, progress, offset)
             recorder.greet(state)
             status, failure = "completed", None
             try:
-                run(model, told.schedule, recorder, state)
+                run(model, recorder.schedule, recorder, state)
             except NumericalStop as stop:
                 status, failure = "stopped", stop
-                stop.why += _warned(told.concerns)
+                # What was odd about the case from the beginning is often why a run failed.
+                stop.why += "".join(f"; warned before: {c.code} {c.what} ({c.where})" for c in recorder.concerns)
                 recorder.post_mortem(stop)
             except KeyboardInterrupt as interrupt:
                 status, failure = "interrupted", interrupt
@@ -148,39 +147,8 @@ def _run(
     return Result.open(folder)
 
 
-def told_by(case: Case, model: Model) -> Told:
-    """What the record of a run says of its case."""
-    return Told(
-        title=case.title,
-        digest=case.digest(),
-        schedule=build_schedule(case.run),
-        concerns=tuple(concerns_of(case, model)),
-        ambient_pressure=case.ambient.pressure,
-        sensors={sensor.name: sensor.position for sensor in case.run.sensors},
-        particle_times=case.run.particle_times,
-        gas_frames=case.run.gas_frames,
-    )
-
-
-def _warned(concerns: Sequence[Concern]) -> str:
-    """What was odd about the case from the beginning is often why a run failed."""
-    return "".join(f"; warned before: {concern.code} {concern.what} ({concern.where})" for concern in concerns)
-
-
 def _partial(folder: Path) -> Path:
     return folder.with_name(folder.name + ".partial")
-
-
-def _make_partial(folder: Path) -> Path:
-    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-        raise FOLDER_EXISTS(folder=folder)
-    partial = _partial(folder)
-    if any((partial / name).exists() for name in SLOTS):
-        final = shlex.quote(str(folder))
-        raise INTERRUPTED_RUN_EXISTS(folder=partial, final=final, name=partial.name)
-    shutil.rmtree(partial, ignore_errors=True)  # of an earlier try that never reached a checkpoint
-    partial.mkdir(parents=True)
-    return partial
 
 
 @contextlib.contextmanager

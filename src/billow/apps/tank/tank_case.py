@@ -16,8 +16,7 @@ from billow.apps.tank.filling import Tank, make_tank
 from billow.apps.tank.inflow_temperature import InflowTemperature
 from billow.base.errors import InputError, shown
 from billow.base.units import to_si
-from billow.case.quantity import Strict, curve, quantity, refused
-from billow.case.text import Text
+from billow.case.quantity import Strict, Text, curve, quantity, refused
 from billow.parts.gas.supply.species import AIR, SPECIES
 
 UNREADABLE = InputError.declare(

@@ -10,7 +10,7 @@ from scipy.integrate import quad
 from billow.apps.verification.check import Measurement
 from billow.apps.verification.meshes import disc
 from billow.apps.verification.scenes import Observer, fabric_model, isotropic
-from billow.case.obstacles.super_ellipsoid import SuperEllipsoid as ObstacleTable
+from billow.case.obstacles.obstacles import SuperEllipsoid as ObstacleTable
 from billow.geometry.bag_shapes import BagShape
 from billow.geometry.shapes.half_space import HalfSpace
 from billow.geometry.shapes.pose import of_plane

@@ -1,22 +1,25 @@
-"""From the `[bag]` table to a `BagShape`."""
+"""From the `[bag]` table to a `BagShape`, and from its straps to bars of fabric."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from billow.base.errors import InputError
+from billow.base.units import CONVERSIONS
 from billow.case.bag import schema_bag
-from billow.case.bag.bags import Bag
-from billow.case.bag.build_mesh_bag import build_mesh_shape
-from billow.case.bag.build_straps import strap_line
-from billow.case.bag.schema_mesh_bag import MeshBag
-from billow.geometry.bag_shapes import DOES_NOT_FIT, BagShape, along_warp
+from billow.case.named_files import files_digest
+from billow.geometry.bag_shapes import DOES_NOT_FIT, BagShape, StrapLine, along_warp
 from billow.geometry.driver_bag import driver_bag
 from billow.geometry.local_thickness import doubled, rim_depth, ring_depth
+from billow.geometry.mesh_bag import MeshPart, mesh_bag, require_nodes
+from billow.geometry.mesh_file import CellMesh, read_mesh
 from billow.geometry.rectangular_bag import FRONT, REAR, Gap, PanelVent, Seam, rectangular_bag
+from billow.parts.fabric.membrane import FabricLaw
+from billow.parts.straps import NO_STRAPS, Straps
 
 TOO_MANY_TRIANGLES = InputError.declare(
     "E-GEO-011",
@@ -32,20 +35,26 @@ NO_SUCH_CHAMBER = InputError.declare(
     why="it has {count}, counted from 1 at the lowest x",
     remedy="correct bag.{key}, or raise bag.chambers",
 )
+FILES_CHANGED = InputError.declare(
+    "E-GEO-035",
+    "the bag's mesh files are not those the case was made with",
+    why="their SHA-256 is not that in bag.digest",
+    cause="a file that was edited or replaced while a study or an interrupted run still needs it",
+    remedy="bring the files back, or remove bag.digest to use them as they are now",
+)
 
 MOST_TRIANGLES = 500_000
 
 
-def build_shape(bag: Bag) -> BagShape:
+def build_shape(bag: schema_bag.Bag) -> BagShape:
     """The bag's geometry.
 
     Raises InputError E-GEO-010 (something does not fit), E-GEO-011 (too many triangles), E-GEO-012 (no such chamber),
-    and those of `build_mesh_shape`.
+    and of a mesh E-GEO-030..035 and those of `mesh_bag`.
     """
-    if isinstance(bag, MeshBag):
-        return build_mesh_shape(bag)
-    _require_modest(bag)
-    shape = MAKERS[type(bag)](bag)
+    if isinstance(bag, schema_bag.MeshBag):
+        return _mesh(bag)
+    shape = MAKERS[bag.shape](bag)
     for ring in getattr(bag, "reinforcements", ()):
         shape = doubled(shape, (ring.panel,), ring_depth(ring.inner, ring.outer), ring.layers)
     leak = shape.leak.copy()
@@ -56,72 +65,90 @@ def build_shape(bag: Bag) -> BagShape:
 
 
 def _driver(bag: schema_bag.DriverBag) -> BagShape:
+    _require_modest(bag, "bag.diameter", 0.25 * math.pi * bag.diameter**2)
     _require_apart(bag.vents)
     shape = driver_bag(
-        diameter=bag.diameter,
-        element_size=bag.element_size,
-        mouth_radius=bag.mouth_radius,
-        vent_count=bag.vents.count,
-        vent_diameter=bag.vents.diameter,
-        vent_radius=bag.vents.distance,
-        strap_count=bag.straps.count,
-        strap_width=bag.straps.width,
-        strap_stitch_radius=bag.straps.stitch_radius,
+        diameter=bag.diameter, element_size=bag.element_size, mouth_radius=bag.mouth_radius,
+        vent_count=bag.vents.count, vent_diameter=bag.vents.diameter, vent_radius=bag.vents.distance,
+        strap_count=bag.straps.count, strap_width=bag.straps.width, strap_stitch_radius=bag.straps.stitch_radius,
         initial_gap=bag.initial_gap,
-    )
+    )  # fmt: skip
     straps = tuple(strap_line(bag.straps, line.bars, shape.positions) for line in shape.straps)
     rim = rim_depth(0.5 * bag.diameter, bag.element_size, bag.seam.width)
     return doubled(replace(shape, straps=straps), (FRONT, REAR), rim, bag.seam.layers)
 
 
 def _square(bag: schema_bag.SquareBag) -> BagShape:
+    _require_modest(bag, "bag.side", bag.side**2)
     _require_apart(bag.vents)
     angles = 2.0 * np.pi * np.arange(bag.vents.count) / max(bag.vents.count, 1)
-    vents = [_vent(bag.vents, bag.vents.distance * np.cos(a), bag.vents.distance * np.sin(a)) for a in angles]
-    shape = rectangular_bag(
-        length=bag.side, width=bag.side, element_size=bag.element_size, mouth_radius=bag.mouth_radius,
-        initial_gap=bag.initial_gap, vents=tuple(vents), seam=_seam(bag),
-    )  # fmt: skip
-    return _with_point_straps(bag.straps, shape)
+    vents = [(bag.vents.distance * np.cos(a), bag.vents.distance * np.sin(a)) for a in angles]
+    return _two_rectangles(bag, bag.side, bag.side, vents)
 
 
 def _rectangular(bag: schema_bag.RectangularBag) -> BagShape:
+    _require_modest(bag, "bag.length", bag.length * bag.width)
     for key, chambers in (("mouth_chamber", (bag.mouth_chamber,)), ("vents.chambers", bag.vents.chambers)):
         for chamber in chambers:
-            _require_chamber(chamber, bag.chambers, key)
-    room = bag.length / bag.chambers
-    middles = [(chamber - 0.5) * room - 0.5 * bag.length for chamber in bag.vents.chambers]
-    x, y = bag.vents.offset
-    shape = rectangular_bag(
-        length=bag.length, width=bag.width, element_size=bag.element_size, mouth_radius=bag.mouth_radius,
-        initial_gap=bag.initial_gap, vents=tuple(_vent(bag.vents, middle + x, y) for middle in middles),
+            if not 1 <= chamber <= bag.chambers:
+                raise NO_SUCH_CHAMBER(chamber=chamber, key=key, count=bag.chambers)
+    room, (x, y) = bag.length / bag.chambers, bag.vents.offset
+    return _two_rectangles(
+        bag, bag.length, bag.width, [((k - 0.5) * room - 0.5 * bag.length + x, y) for k in bag.vents.chambers],
         chambers=bag.chambers, mouth_chamber=bag.mouth_chamber - 1, gap=Gap(bag.openings.width, bag.openings.place),
-        seam=_seam(bag),
     )  # fmt: skip
-    return _with_point_straps(bag.straps, shape)
 
 
-MAKERS = {
-    schema_bag.DriverBag: _driver,
-    schema_bag.SquareBag: _square,
-    schema_bag.RectangularBag: _rectangular,
-}
+def _two_rectangles(
+    bag: schema_bag.SquareBag | schema_bag.RectangularBag,
+    length: float,
+    width: float,
+    vents: list[tuple[float, float]],
+    **divided: Any,
+) -> BagShape:
+    """vents: their centres (x, y) [m]. divided: the chambers, as `rectangular_bag` takes them."""
+    hole = bag.vents
+    shape = rectangular_bag(
+        length=length, width=width, element_size=bag.element_size, mouth_radius=bag.mouth_radius,
+        initial_gap=bag.initial_gap, seam=Seam(bag.seam.width, bag.seam.layers),
+        vents=tuple(PanelVent(float(x), float(y), 0.5 * hole.diameter, hole.panel) for x, y in vents), **divided,
+    )  # fmt: skip
+    straps = []
+    for strap in bag.straps:
+        ends = [_nearest(shape, FRONT, strap.front), _nearest(shape, REAR, strap.rear)]
+        straps.append(strap_line(strap, np.array([ends]), shape.positions))
+    return replace(shape, straps=tuple(straps))
 
 
-def _vent(vents: schema_bag.PanelVents | schema_bag.ChamberVents, x: float, y: float) -> PanelVent:
-    return PanelVent(float(x), float(y), 0.5 * vents.diameter, vents.panel)
+def _mesh(bag: schema_bag.MeshBag) -> BagShape:
+    if bag.digest and bag.digest != files_digest(bag.start, bag.reference):
+        raise FILES_CHANGED(
+            where=f"bag.start = {bag.start!r}" + (f", bag.reference = {bag.reference!r}" if bag.reference else "")
+        )
 
+    def scaled(mesh: CellMesh) -> CellMesh:
+        return replace(mesh, points=mesh.points * CONVERSIONS["m"][bag.unit])
 
-def _seam(bag: schema_bag.PanelBag) -> Seam:
-    return Seam(bag.seam.width, bag.seam.layers)
-
-
-def _with_point_straps(straps: tuple[schema_bag.PanelStrap, ...], shape: BagShape) -> BagShape:
-    made = tuple(
-        strap_line(s, np.array([[_nearest(shape, FRONT, s.front), _nearest(shape, REAR, s.rear)]]), shape.positions)
-        for s in straps
+    start = scaled(read_mesh(bag.start, bag.part_field, bag.frame))
+    reference = scaled(read_mesh(bag.reference, bag.part_field)) if bag.reference else None
+    parts = tuple(
+        MeshPart(
+            **part.model_dump(include={"name", "kind", "layers", "behind", "ahead", "fixed"}),
+            number=None if part.number == -1 else part.number,
+            warp_angle=math.radians(part.warp_angle),
+            leak=0.0 if part.coated else 1.0,
+            from_inside=part.seen_from == "inside",
+        )
+        for part in bag.parts
     )
-    return replace(shape, straps=made)
+    shape, straps = mesh_bag(start, reference, parts, bag.fixed_nodes), []
+    for k, strap in enumerate(bag.straps):
+        bars = require_nodes(np.array(strap.nodes), len(start.points), f"bag.straps, strap {k + 1}")
+        straps.append(strap_line(strap, bars, start.points))
+    return replace(shape, straps=tuple(straps))
+
+
+MAKERS = {"driver": _driver, "square": _square, "rectangular": _rectangular}
 
 
 def _nearest(shape: BagShape, panel: str, point: tuple[float, float]) -> int:
@@ -129,15 +156,11 @@ def _nearest(shape: BagShape, panel: str, point: tuple[float, float]) -> int:
     return int(nodes[np.linalg.norm(shape.positions[nodes, :2] - point, axis=1).argmin()])
 
 
-def _require_modest(bag: schema_bag.PanelBag) -> None:
-    triangles = 2.0 * bag.panel_area / (0.25 * np.sqrt(3.0) * bag.element_size**2)
+def _require_modest(bag: schema_bag.PanelBag, size_key: str, panel_area: float) -> None:
+    triangles = 2.0 * panel_area / (0.25 * np.sqrt(3.0) * bag.element_size**2)
     if triangles > MOST_TRIANGLES:
-        raise TOO_MANY_TRIANGLES(
-            triangles=triangles,
-            size_key=bag.size_key,
-            most=MOST_TRIANGLES,
-            needed=bag.element_size * np.sqrt(triangles / MOST_TRIANGLES),
-        )
+        needed = bag.element_size * np.sqrt(triangles / MOST_TRIANGLES)
+        raise TOO_MANY_TRIANGLES(triangles=triangles, size_key=size_key, most=MOST_TRIANGLES, needed=needed)
 
 
 def _require_apart(vents: schema_bag.Vents) -> None:
@@ -151,6 +174,42 @@ def _require_apart(vents: schema_bag.Vents) -> None:
         )
 
 
-def _require_chamber(chamber: int, chambers: int, key: str) -> None:
-    if not 1 <= chamber <= chambers:
-        raise NO_SUCH_CHAMBER(chamber=chamber, key=key, count=chambers)
+def strap_line(cloth: schema_bag.StrapCloth, bars: np.ndarray, positions: np.ndarray) -> StrapLine:
+    """A strap of bars (n, 2) between nodes, which share its width; positions: start shape, [m], (nodes, 3)."""
+    apart = np.linalg.norm(positions[bars[:, 1]] - positions[bars[:, 0]], axis=1)
+    length = apart if cloth.length == "start" else np.full(len(bars), cloth.length)
+    return StrapLine(
+        bars=bars,
+        width=cloth.width / len(bars),
+        length=length + cloth.slack,
+        stiffness=cloth.stiffness or None,
+        failure=cloth.failure or np.inf,
+    )
+
+
+def build_straps(shape: BagShape, fabric: FabricLaw) -> Straps:
+    """Bars of the bag's own fabric, warp along the strap, unless a strap has a stiffness of its own.
+
+    The bars of a strap share its stiffness and its failure tension evenly.
+    """
+    if not shape.straps:
+        return NO_STRAPS
+    counts = [len(line.bars) for line in shape.straps]
+    width = np.repeat([line.width for line in shape.straps], counts)
+    length = np.concatenate([line.length for line in shape.straps])
+    section = fabric.thickness * width
+    own = np.repeat(
+        [np.nan if line.stiffness is None else line.stiffness / len(line.bars) for line in shape.straps], counts
+    )
+    stiffness = np.where(np.isnan(own), fabric.warp_modulus * section, own)
+    mass = fabric.density * section * length
+    return Straps(
+        bars=np.concatenate([line.bars for line in shape.straps]).astype(np.int64),
+        length=length,
+        stiffness=stiffness,
+        # Of a bar's mass and stiffness: xi rho c l A = xi sqrt(EA m l), as in a membrane.
+        viscosity=fabric.damping * np.sqrt(stiffness * mass * length),
+        mass=mass,
+        strap=np.repeat(np.arange(len(counts)), counts),
+        failure=np.repeat([line.failure / len(line.bars) for line in shape.straps], counts),
+    )

@@ -2,11 +2,22 @@
 
 from __future__ import annotations
 
-import math
-from typing import ClassVar, Literal
+from typing import Annotated, Literal
 
-from billow.case.gas.factor import over_either, over_time
-from billow.case.quantity import Strict, quantity, whole
+from pydantic import AfterValidator, field_validator
+
+from billow.base.units import CONVERSIONS
+from billow.case.quantity import (
+    Name,
+    Strict,
+    Text,
+    chosen_by_shape,
+    distinct,
+    number_or_curve,
+    quantity,
+    refused,
+    whole,
+)
 
 Length = quantity("m", 1e-4, 10.0)
 Offset = quantity("m", -10.0, 10.0)
@@ -15,14 +26,15 @@ Pressure = quantity("Pa", 0.0, 1e7)
 Angle = quantity("deg", -180.0, 180.0)
 Layers = quantity("-", 1.0, 20.0)
 Panel = Literal["front", "rear"]
+ONE_TABLE_EACH = "write one [[bag.parts]] table for each part of the mesh"
 
 
 class VentFlow(Strict):
     """How gas leaves through the vents; the same for all vents of a bag."""
 
-    discharge: over_time("-", 0.0, 1.0) = 0.7
+    discharge: number_or_curve("-", 0.0, 1.0, "time") = 0.7
     """Discharge coefficient: a number, or a curve against time."""
-    area_factor: over_either("-", 0.0, 100.0) = 1.0
+    area_factor: number_or_curve("-", 0.0, 100.0, "time", "pressure") = 1.0
     """Factor on the area of the hole: a number, or a curve against time or against gauge pressure."""
     opening_pressure: Pressure = 0.0
     """Gauge pressure at which a vent opens and stays open."""
@@ -66,10 +78,6 @@ class ChamberVents(VentFlow):
     """Position of its centre relative to the middle of its chamber (x, y)."""
     panel: Panel = "rear"
     """Panel they are cut into."""
-
-    @property
-    def count(self) -> int:
-        return len(self.chambers)
 
 
 class StrapCloth(Strict):
@@ -142,8 +150,6 @@ class WarpAngle(Strict):
 class PanelBag(Strict):
     """Settings common to bags of two sewn panels."""
 
-    size_key: ClassVar[str]
-    """The key that determines the size of the bag."""
     element_size: quantity("m", 5e-4, 0.2) = 0.010
     """Approximate edge length of the triangles."""
     mouth_radius: quantity("m", 5e-3, 1.0) = 0.05
@@ -162,17 +168,11 @@ class DriverBag(PanelBag):
 
     shape: Literal["driver"] = "driver"
     """driver"""
-    size_key: ClassVar[str] = "bag.diameter"
     diameter: quantity("m", 0.05, 5.0) = 0.70
     """Diameter of the flat panels."""
     reinforcements: tuple[Reinforcement, ...] = ()
     vents: Vents = Vents()
     straps: Straps = Straps()
-
-    @property
-    def panel_area(self) -> float:
-        """[m^2], of one flat panel."""
-        return 0.25 * math.pi * self.diameter**2
 
 
 class SquareBag(PanelBag):
@@ -181,17 +181,11 @@ class SquareBag(PanelBag):
 
     shape: Literal["square"]
     """square"""
-    size_key: ClassVar[str] = "bag.side"
     side: quantity("m", 0.05, 5.0) = 0.60
     """Side of the flat panels."""
     reinforcements: tuple[Reinforcement, ...] = ()
     vents: PanelVents = PanelVents()
     straps: tuple[PanelStrap, ...] = ()
-
-    @property
-    def panel_area(self) -> float:
-        """[m^2], of one flat panel."""
-        return self.side**2
 
 
 class Openings(Strict):
@@ -210,7 +204,6 @@ class RectangularBag(PanelBag):
 
     shape: Literal["rectangular"]
     """rectangular"""
-    size_key: ClassVar[str] = "bag.length"
     length: quantity("m", 0.05, 10.0) = 1.20
     """Length of the flat panels, along x."""
     width: quantity("m", 0.05, 5.0) = 0.40
@@ -219,13 +212,94 @@ class RectangularBag(PanelBag):
     """Number of chambers."""
     mouth_chamber: int = 1
     """Chamber with the inflator's mouth, in the middle of its rear panel; counted from 1 at the lowest x."""
-    mouth_radius: quantity("m", 5e-3, 1.0) = 0.05
-    """Radius of the retainer ring; fabric on it and inside is held fixed."""
     openings: Openings = Openings()
     vents: ChamberVents = ChamberVents()
     straps: tuple[PanelStrap, ...] = ()
 
-    @property
-    def panel_area(self) -> float:
-        """[m^2], of one flat panel."""
-        return self.length * self.width
+
+def _unit(value: str) -> str:
+    if value not in CONVERSIONS["m"]:
+        raise refused("it is no unit of length", f"use one of {', '.join(CONVERSIONS['m'])}", kind="unit")
+    return value
+
+
+class MeshPart(Strict):
+    """What a part of the mesh is."""
+
+    name: Name
+    """Name in results."""
+    number: int = -1
+    """Number of the part in the mesh file; -1 for the part that the file gives this name."""
+    kind: Literal["fabric", "mouth", "vent", "opening"] = "fabric"
+    """fabric, or what its virtual triangles close: the inflator's mouth, a vent, or an opening between two chambers."""
+    behind: Name = "bag"
+    """Chamber behind it, on the side that its normals point away from."""
+    ahead: Name = "ambient"
+    """Chamber ahead of it; ambient for the surroundings."""
+    warp_angle: Angle = 0.0
+    """Direction of the warp in the flat cut, from the x axis towards the y axis."""
+    seen_from: Literal["outside", "inside"] = "outside"
+    """Side from which its flat cut is drawn."""
+    layers: Layers = 1.0
+    """Layers of fabric: factor on the thickness."""
+    coated: bool = False
+    """Whether it lets no gas through, whatever fabric.permeability says."""
+    fixed: bool = False
+    """Whether its nodes are fixed; those of a mouth always are."""
+
+
+class MeshStrap(StrapCloth):
+    """A strap between nodes of the mesh, with a bar for each pair."""
+
+    nodes: tuple[tuple[int, int], ...]
+    """Pairs of nodes, counted from 0."""
+
+    @field_validator("nodes")
+    @classmethod
+    def _some(cls, value):
+        if not value or any(a == b for a, b in value):
+            raise refused("a strap joins two different nodes", "write pairs: nodes = [[12, 340], [13, 341]]")
+        return value
+
+
+class MeshBag(Strict):
+    """Bag of any shape, read from a mesh of triangles and quads (.vtkhdf or .vtk). Strain is measured against
+    the reference, the pieces of fabric before sewing."""
+
+    shape: Literal["mesh"]
+    """mesh"""
+    start: Text
+    """File of the start shape; normals point out of the bag. Relative to the case file."""
+    reference: Text = ""
+    """File of the flat pieces: the cells of the start mesh in the same order, on its own nodes. Empty if the fabric was
+    cut in the start shape."""
+    frame: int = 0
+    """Which time of the start file to use, if it has several; -1 is the last."""
+    unit: Annotated[str, AfterValidator(_unit)] = "m"
+    """Unit of length in the files."""
+    part_field: Text = "part"
+    """Cell field with the number of each cell's part."""
+    birth_time: quantity("s", 0.0, 0.1) = 0.0
+    """Time over which the reference moves from the start shape to the flat cut, for a distorted start."""
+    digest: Text = ""
+    """SHA-256 of the files, filled in when a case file is read, so that a case always means the same bag."""
+    parts: tuple[MeshPart, ...]
+    fixed_nodes: tuple[int, ...] = ()
+    """Nodes that are fixed, counted from 0."""
+    vents: VentFlow = VentFlow()
+    straps: tuple[MeshStrap, ...] = ()
+
+    _distinct = field_validator("parts")(distinct("parts", ONE_TABLE_EACH))
+
+    @field_validator("parts")
+    @classmethod
+    def _some(cls, value):
+        if not value:
+            raise refused("a bag has at least one part", ONE_TABLE_EACH)
+        return value
+
+
+BAGS = {"driver": DriverBag, "square": SquareBag, "rectangular": RectangularBag, "mesh": MeshBag}
+"""Table of each shape."""
+
+Bag = chosen_by_shape(BAGS, default="driver")

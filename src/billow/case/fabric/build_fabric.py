@@ -22,24 +22,13 @@ def build_fabric(fabric: schema_fabric.Fabric) -> FabricLaw:
     Raises InputError: E-FAB-003..006 curves that describe no fabric.
     """
     coating = fabric.coating.density * fabric.coating.thickness / fabric.thickness
-    common = {
-        "density": fabric.density + coating,
-        "thickness": fabric.thickness,
-        "compression": fabric.compression,
-        "damping": fabric.damping,
-    }
-    return BUILDERS[fabric.law](fabric, common)
+    common = fabric.model_dump(include={"thickness", "compression", "damping"})
+    return BUILDERS[fabric.law](fabric, common | {"density": fabric.density + coating})
 
 
 def _linear(fabric: schema_fabric.Fabric, common: dict) -> LinearFabric:
-    return LinearFabric(
-        young_warp=fabric.young_warp,
-        young_weft=fabric.young_weft,
-        poisson=fabric.poisson,
-        shear=fabric.shear,
-        liner=Liner(fabric.liner.ratio, fabric.liner.young, fabric.liner.poisson),
-        **common,
-    )
+    own = fabric.model_dump(include={"young_warp", "young_weft", "poisson", "shear"})
+    return LinearFabric(**own, liner=Liner(**fabric.liner.model_dump()), **common)
 
 
 def _curves(fabric: schema_fabric.Fabric, common: dict, *, switches_shear: bool) -> CurveFabric:

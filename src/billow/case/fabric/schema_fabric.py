@@ -155,19 +155,17 @@ class Fabric(Strict):
 
     @model_validator(mode="after")
     def _fits(self):
-        problem, from_curves = None, LAWS[self.law] == "curves"
+        from_curves = LAWS[self.law] == "curves"
+        missing = [name for name in DIRECTIONS if not _has_points(getattr(self.curves, name))]
         if self.coating.thickness > 0.0 and self.permeability > 0.0:
-            problem = ("coated fabric does not leak", "set permeability = 0, or coating.thickness = 0")
-        elif from_curves and self.liner.ratio > 0.0:
-            problem = (f'the law "{self.law}" has no liner', 'set liner.ratio = 0, or law = "linear"')
-        elif from_curves and not all(_has_points(getattr(self.curves, name)) for name in DIRECTIONS):
-            missing = next(name for name in DIRECTIONS if not _has_points(getattr(self.curves, name)))
-            problem = (
-                f"the curve {missing}.loading is missing",
+            raise refused("coated fabric does not leak", "set permeability = 0, or coating.thickness = 0")
+        if from_curves and self.liner.ratio > 0.0:
+            raise refused(f'the law "{self.law}" has no liner', 'set liner.ratio = 0, or law = "linear"')
+        if from_curves and missing:
+            raise refused(
+                f"the curve {missing[0]}.loading is missing",
                 f'give it, or library = "{next(iter(LIBRARY))}" for what is not given',
             )
-        if problem:
-            raise refused(problem[0], problem[1])
         return self
 
 

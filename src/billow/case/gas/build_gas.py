@@ -74,51 +74,51 @@ def build_gas(case: schema.Case, shape: BagShape) -> GasPart:
 
 def build_supply(case: schema.Case, shape: BagShape) -> Supply:
     """What feeds the gas and where it can go, whatever model it is. Raises as `build_gas`."""
-    _require_volume(shape)
-    gas, chambers = GasNames.of(case), shape.surface.chambers
+    surface, chambers, ambient, initial = shape.surface, shape.surface.chambers, case.ambient, case.gas.initial
+    for name, volume in zip(chambers.names, chambers.volumes(surface.triangles, shape.positions), strict=True):
+        if not volume > 0.0:
+            raise NO_VOLUME(chamber=name, volume=volume)
+    gas, flat = GasNames.of(case), flat_area(shape.reference)
+    outer = (chambers.ahead == OUTSIDE) & np.isin(np.arange(len(flat)), surface.triangles_of_kind("fabric"))
+    at_start = Ambient(
+        ambient.pressure if initial.pressure == "ambient" else initial.pressure,
+        ambient.temperature if initial.temperature == "ambient" else initial.temperature,
+        gas.mass_fractions(initial.gas, initial.fractions),
+    )
     return Supply(
         table=thermo_table(list(gas.species)),
         species_names=gas.names,
         sources=tuple(build_source(case, inflator, gas, shape) for inflator in case.inflators),
-        ambient=Ambient(case.ambient.pressure, case.ambient.temperature, gas.mass_fractions(AIR)),
+        ambient=Ambient(ambient.pressure, ambient.temperature, gas.mass_fractions(AIR)),
         chambers=chambers,
         passages=build_passages(case, shape),
-        initial=build_initial(case, gas, chambers.count),
-        heat_conductance=heat_conductance(case, shape),
+        initial=InitialGas.like(at_start, chambers.count),
+        heat_conductance=case.gas.heat_transfer * np.bincount(chambers.behind[outer], flat[outer], chambers.count),
     )
 
 
 def build_source(case: schema.Case, inflator: schema_gas.Inflator, gas: GasNames, shape: BagShape) -> Source:
     """An inflator and its jets; a diffuse one blows out of half its mouth, in all directions into the bag."""
-    built = build_inflator(case, inflator, gas, shape)
-    if inflator.jets.count:
-        return Source(built, mount(case, inflator, build_ring(inflator), built.chamber, shape))
-    surface = shape.surface
-    mouth = surface.triangles_of_kind("mouth")
-    if not (surface.chambers.behind[mouth] == built.chamber).any():
+    built, jets = build_inflator(case, inflator, gas, shape), inflator.jets
+    mouths, chambers = shape.surface.triangles_of_kind("mouth"), shape.surface.chambers
+    mouth = mouths[chambers.behind[mouths] == built.chamber]
+    if not len(mouth):
+        if jets.count:
+            raise NO_MOUTH(inflator=inflator.name, chamber=chambers.names[built.chamber])
         return Source(built, None, diffuse=True)
-    half = JetRing(1, 0.0, float(np.sqrt(flat_area(shape.reference)[mouth].sum() / np.pi)), 0.0, cone=0.5 * np.pi)
-    return Source(built, mount(case, inflator, half, built.chamber, shape), diffuse=True)
-
-
-def heat_conductance(case: schema.Case, shape: BagShape) -> np.ndarray:
-    """Heat transfer coefficient times outer area of each chamber's fabric: [W/K], (chambers,)."""
-    chambers = shape.surface.chambers
-    outer = (chambers.ahead == OUTSIDE) & np.isin(
-        np.arange(len(chambers.ahead)), shape.surface.triangles_of_kind("fabric")
-    )
-    return case.gas.heat_transfer * np.bincount(
-        chambers.behind[outer], flat_area(shape.reference)[outer], chambers.count
-    )
+    if jets.count:
+        angle, cone = float(np.radians(jets.angle)), float(np.radians(jets.cone))
+        ring = JetRing(jets.count, jets.ring_radius, jets.hole_diameter, angle, cone, 2.0 * np.pi * jets.spin)
+    else:
+        radius = float(np.sqrt(flat_area(shape.reference)[mouths].sum() / np.pi))
+        ring = JetRing(1, 0.0, radius, 0.0, cone=0.5 * np.pi)
+    return Source(built, mount(ring, mouth, built.chamber, shape), diffuse=not jets.count)
 
 
 def build_inflator(case: schema.Case, inflator: schema_gas.Inflator, gas: GasNames, shape: BagShape) -> Inflator:
     """One inflator, its delay in its curves."""
-    temperature = inflator.temperature
-    if isinstance(temperature, float):
-        temperature_time, temperature_value = [0.0, 1.0], [temperature, temperature]
-    else:
-        temperature_time, temperature_value = temperature.time, temperature.value
+    given = inflator.temperature
+    times, temperatures = ([0.0, 1.0], [given, given]) if isinstance(given, float) else (given.time, given.value)
     names, chamber = shape.surface.chambers.names, inflator.chamber
     if chamber in ("mouth", "first") and chamber not in names:
         mouths = np.unique(shape.surface.chambers.behind[shape.surface.triangles_of_kind("mouth")])
@@ -126,32 +126,17 @@ def build_inflator(case: schema.Case, inflator: schema_gas.Inflator, gas: GasNam
     return Inflator(
         flow_time=np.array(inflator.mass_flow.time) + inflator.delay,
         mass_flow=np.array(inflator.mass_flow.value),
-        temperature_time=np.array(temperature_time) + inflator.delay,
-        temperature=np.array(temperature_value),
+        temperature_time=np.array(times) + inflator.delay,
+        temperature=np.array(temperatures),
         mass_fractions=gas.mass_fractions(inflator.gas, inflator.fractions),
         name=inflator.name,
         chamber=chamber_of(chamber, shape, f"{_key(case, inflator)}.chamber"),
     )
 
 
-def build_ring(inflator: schema_gas.Inflator) -> JetRing:
-    return JetRing(
-        inflator.jets.count,
-        inflator.jets.ring_radius,
-        inflator.jets.hole_diameter,
-        float(np.radians(inflator.jets.angle)),
-        float(np.radians(inflator.jets.cone)),
-        2.0 * np.pi * inflator.jets.spin,
-    )
-
-
-def mount(case: schema.Case, inflator: schema_gas.Inflator, ring: JetRing, chamber: int, shape: BagShape) -> Jets:
-    """A ring of jets in the mouth of a chamber. Raises InputError E-GAS-006 if that has none."""
+def mount(ring: JetRing, mouth: np.ndarray, chamber: int, shape: BagShape) -> Jets:
+    """A ring of jets in the mouth of a chamber, triangles (n,)."""
     surface, chambers = shape.surface, shape.surface.chambers
-    mouth = surface.triangles_of_kind("mouth")
-    mouth = mouth[chambers.behind[mouth] == chamber]
-    if not len(mouth):
-        raise NO_MOUTH(inflator=inflator.name, chamber=chambers.names[chamber])
     inwards = -area_vectors(surface.triangles[mouth], shape.positions).sum(axis=0)
     nodes = np.unique(surface.triangles[mouth]).astype(np.int64)
     axis = inwards / np.linalg.norm(inwards)
@@ -163,23 +148,6 @@ def mount(case: schema.Case, inflator: schema_gas.Inflator, ring: JetRing, chamb
     return Jets(ring, nodes, axis, np.concatenate(facing), reversed_, start)
 
 
-def build_initial(case: schema.Case, gas: GasNames, chambers: int) -> InitialGas:
-    """The same gas in every chamber."""
-    initial, ambient = case.gas.initial, case.ambient
-    pressure = ambient.pressure if initial.pressure == "ambient" else initial.pressure
-    temperature = ambient.temperature if initial.temperature == "ambient" else initial.temperature
-    fractions = gas.mass_fractions(initial.gas, initial.fractions)
-    return InitialGas.like(Ambient(pressure, temperature, fractions), chambers)
-
-
 def _key(case: schema.Case, inflator: schema_gas.Inflator) -> str:
     """Where in the case an inflator stands."""
     return f"inflator.{inflator.name}" if isinstance(case.inflator, tuple) else "inflator"
-
-
-def _require_volume(shape: BagShape) -> None:
-    chambers = shape.surface.chambers
-    volumes = chambers.volumes(shape.surface.triangles, shape.positions)
-    for name, volume in zip(chambers.names, volumes, strict=True):
-        if not volume > 0.0:
-            raise NO_VOLUME(chamber=name, volume=volume)

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 
 from billow.base.errors import InputError
 from billow.case import schema
 from billow.case.bag.schema_bag import VentFlow
-from billow.case.gas.schema_leakage import PartLeakage
+from billow.case.gas.schema_gas import Orifice, PartLeakage
 from billow.geometry.bag_shapes import BagShape
 from billow.geometry.chambers import OUTSIDE
 from billow.geometry.flat_cut import flat_area
@@ -68,9 +70,12 @@ def build_passages(case: schema.Case, shape: BagShape) -> Passages:
     Raises InputError E-GAS-002 (no such chamber), E-GAS-003 (no such part of fabric), E-GAS-005 (an opening that joins
     a chamber with itself).
     """
-    _require_parts(case, shape)
-    rows = [*_parts(case, shape), *(_orifice(o, shape) for o in case.gas.orifices)]
-    return Passages(tuple(rows))
+    surface = shape.surface
+    fabric = [name for name, kind in zip(surface.part_names, surface.part_kinds, strict=True) if kind == "fabric"]
+    for part in case.leakage.parts:
+        if part not in fabric:
+            raise NO_SUCH_FABRIC(part=part, known=", ".join(fabric))
+    return Passages((*_parts(case, shape), *(_orifice(o, shape) for o in case.gas.orifices)))
 
 
 def chamber_of(name: str, shape: BagShape, where: str) -> int:
@@ -91,36 +96,29 @@ def _parts(case: schema.Case, shape: BagShape) -> Iterator[Passage]:
         triangles = surface.triangles_of(part)
         sides = np.column_stack([chambers.behind[triangles], chambers.ahead[triangles]])
         for behind, ahead in np.unique(sides, axis=0).tolist():
-            members = triangles[(sides == (behind, ahead)).all(axis=1)]
-            name = part if (sides == (behind, ahead)).all() else f"{part}_{_side(chambers.names, behind, ahead)}"
+            inside = (sides == (behind, ahead)).all(axis=1)
+            members, ends = triangles[inside], (chambers.names[end] for end in (behind, ahead) if end != OUTSIDE)
+            name = part if inside.all() else "_".join((part, *ends))
+            area = float(flat[members].sum())
             if kind == "fabric":
                 leaks = shape.leak[members]
                 law = case.leakage.parts.get(part, case.leakage)
                 yield _leakage(law, case, name, behind, ahead, members[leaks > 0.0], float(leaks @ flat[members]))
             elif kind == "vent":
-                yield _vent(case.bag.vents, name, behind, ahead, members, float(flat[members].sum()))
+                yield _vent(case.bag.vents, name, behind, ahead, members, area)
+            elif behind == ahead:
+                raise ONE_CHAMBER_TWICE(part=part, chamber=chambers.names[behind])
             else:
-                if behind == ahead:
-                    raise ONE_CHAMBER_TWICE(part=part, chamber=chambers.names[behind])
                 yield Passage(
-                    name, OPENING, ORIFICE, behind, ahead, members, float(flat[members].sum()),
+                    name, OPENING, ORIFICE, behind, ahead, members, area,
                     coefficient=case.gas.opening_discharge, area_terms=PRESENT_AREA,
                 )  # fmt: skip
 
 
 def _vent(vents: VentFlow, name: str, behind: int, ahead: int, triangles: np.ndarray, area: float) -> Passage:
-    over_time, discharge = [], 1.0
-    for factor in (vents.discharge, vents.area_factor):
-        if isinstance(factor, float):
-            discharge *= factor
-        elif hasattr(factor, "time"):
-            over_time.append(_curve(factor.time, factor.value))
-    against_pressure = hasattr(vents.area_factor, "pressure")
     return Passage(
         name, VENT, ORIFICE, behind, ahead, triangles, area,
-        coefficient=discharge,
-        over_time=tuple(over_time),
-        over_pressure=_curve(vents.area_factor.pressure, vents.area_factor.value) if against_pressure else None,
+        **_factors(vents.discharge, vents.area_factor),
         pressure_read=DIFFERENCE,
         area_terms=PRESENT_AREA,
         through_blocked=vents.through_blocked if vents.blockage else 1.0,
@@ -132,54 +130,35 @@ def _vent(vents: VentFlow, name: str, behind: int, ahead: int, triangles: np.nda
 def _leakage(
     leakage: PartLeakage, case: schema.Case, name: str, behind: int, ahead: int, triangles: np.ndarray, area: float
 ) -> Passage:
-    time_factor, pressure_factor = leakage.time_factor, leakage.pressure_factor
-    coefficient, over_time, over_pressure = 1.0, (), None
-    if isinstance(time_factor, float):
-        coefficient *= time_factor
-    else:
-        over_time = (_curve(time_factor.time, time_factor.value),)
-    if isinstance(pressure_factor, float):
-        coefficient *= pressure_factor
-    else:
-        over_pressure = _curve(pressure_factor.pressure, pressure_factor.value)
-    if leakage.law == "permeability":
-        coefficient *= case.fabric.permeability
+    of_fabric = (case.fabric.permeability,) if leakage.law == "permeability" else ()
     return Passage(
         name, FABRIC, LAWS[leakage.law], behind, ahead, triangles, area,
-        coefficient=coefficient,
-        over_time=over_time,
-        over_pressure=over_pressure,
+        **_factors(leakage.time_factor, leakage.pressure_factor, *of_fabric),
         pressure_read=ABSOLUTE,
         area_terms=AREAS[leakage.area] if isinstance(leakage.area, str) else leakage.area,
         through_blocked=leakage.through_blocked if leakage.blockage else 1.0,
     )  # fmt: skip
 
 
-def _orifice(orifice: schema.schema_gas.Orifice, shape: BagShape) -> Passage:
+def _orifice(orifice: Orifice, shape: BagShape) -> Passage:
     ends = [
         OUTSIDE if end == SURROUNDINGS else chamber_of(end, shape, f"gas.orifices, orifice {orifice.name}")
         for end in orifice.between
     ]
-    constant = isinstance(orifice.discharge, float)
     return Passage(
         orifice.name, VENT if OUTSIDE in ends else OPENING, ORIFICE, *sorted(ends, key=lambda end: end == OUTSIDE),
-        area=orifice.area,
-        coefficient=orifice.discharge if constant else 1.0,
-        over_time=() if constant else (_curve(orifice.discharge.time, orifice.discharge.value),),
+        area=orifice.area, **_factors(orifice.discharge),
     )  # fmt: skip
 
 
-def _curve(x: tuple[float, ...], y: tuple[float, ...]) -> Curve:
-    return Curve(np.array(x), np.array(y))
-
-
-def _side(names: tuple[str, ...], behind: int, ahead: int) -> str:
-    return "_".join(names[end] for end in (behind, ahead) if end != OUTSIDE)
-
-
-def _require_parts(case: schema.Case, shape: BagShape) -> None:
-    surface = shape.surface
-    fabric = [name for name, kind in zip(surface.part_names, surface.part_kinds, strict=True) if kind == "fabric"]
-    for part in case.leakage.parts:
-        if part not in fabric:
-            raise NO_SUCH_FABRIC(part=part, known=", ".join(fabric))
+def _factors(*factors: Any) -> dict[str, Any]:
+    """Numbers, curves against time, and at most one against pressure, as a passage keeps them."""
+    curves = {
+        axis: tuple(Curve(np.array(getattr(f, axis)), np.array(f.value)) for f in factors if hasattr(f, axis))
+        for axis in ("time", "pressure")
+    }
+    return {
+        "coefficient": math.prod((f for f in factors if isinstance(f, float)), start=1.0),
+        "over_time": curves["time"],
+        "over_pressure": next(iter(curves["pressure"]), None),
+    }

@@ -30,14 +30,6 @@ NOT_IN_MESH = InputError.declare(
 )
 
 
-def _none(case, shape: BagShape, supply: None) -> NoGas:
-    return NoGas(case.ambient.pressure, case.ambient.temperature)
-
-
-def _uniform_pressure(case, shape: BagShape, supply: Supply) -> UniformPressure:
-    return UniformPressure(supply)
-
-
 def _corpuscular(case, shape: BagShape, supply: Supply) -> Corpuscular:
     """Raises InputError E-GAS-006 if a source has no mouth, E-GAS-007 if a passage has no triangles."""
     for source in supply.sources:
@@ -61,8 +53,8 @@ class Kind(NamedTuple):
 
 
 GAS_MODELS = {
-    "uniform-pressure": Kind(_uniform_pressure),
+    "uniform-pressure": Kind(lambda case, shape, supply: UniformPressure(supply)),
     "corpuscular": Kind(_corpuscular, is_local=True),
-    "none": Kind(_none, has_supply=False),
+    "none": Kind(lambda case, shape, supply: NoGas(case.ambient.pressure, case.ambient.temperature), has_supply=False),
 }
 """Name in a case -> how it is built."""

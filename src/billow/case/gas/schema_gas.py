@@ -1,24 +1,27 @@
-"""The `[gas]`, `[inflator]` and `[ambient]` tables."""
+"""The `[gas]`, `[inflator]`, `[ambient]` and `[leakage]` tables."""
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+import math
+from typing import Annotated, Literal
 
-from pydantic import Discriminator, Field, Tag, field_validator, model_validator
+from pydantic import AfterValidator, Discriminator, Field, Tag, field_validator, model_validator
 
-from billow.case.gas.factor import over_time
 from billow.case.gas.models import GAS_MODELS
-from billow.case.quantity import Strict, curve, quantity, refused, whole
-from billow.case.text import Name
+from billow.case.quantity import Name, Strict, curve, distinct, number_or_curve, quantity, refused, whole
 from billow.parts.gas.supply.species import AIR, COLDEST, HOTTEST, MOLAR_GAS_CONSTANT
 
 Fraction = quantity("-", 0.0, 1.0)
 Pressure = quantity("Pa", 1e3, 1e6)
 MassFlow = curve("kg/s", 0.0, 100.0)
 Molar = quantity("J/(mol K)", -1000.0, 1000.0)
+Term = quantity("-", -100.0, 100.0)
 
-ONE, SEVERAL = "inflator[one]", "inflator[several]"
-"""How inflators were written; names of branches that stand in no key."""
+LARGEST = {"permeability": 10.0, "wang-nefske": 1.0, "graefe": 1.0, "porous-medium": 0.1, "velocity-curve": 50.0}
+"""Largest plausible coefficient of each law, in its own unit."""
+
+NO_INFLATOR = 'set gas.model = "none" for a bag without inflator'
+ONE, SEVERAL = "inflator[one]", "inflator[several]"  # how inflators were written: branches that stand in no key
 
 
 def _require_whole(fractions: dict[str, float]) -> dict[str, float]:
@@ -26,6 +29,9 @@ def _require_whole(fractions: dict[str, float]) -> dict[str, float]:
     if abs(total - 1.0) > 1e-6:
         raise refused(f"fractions sum to {round(total, 9)}, not 1")
     return fractions
+
+
+Fractions = Annotated[dict[str, Fraction], AfterValidator(_require_whole)]
 
 
 class Species(Strict):
@@ -58,7 +64,7 @@ class Species(Strict):
 class Initial(Strict):
     """What the bag holds at the start."""
 
-    gas: dict[str, Fraction] = Field(default_factory=lambda: dict(AIR))
+    gas: Fractions = Field(default_factory=lambda: dict(AIR))
     """Composition; fractions must sum to 1."""
     fractions: Literal["mole", "mass"] = "mole"
     """What the fractions are of."""
@@ -66,8 +72,6 @@ class Initial(Strict):
     """Temperature."""
     pressure: Pressure | Literal["ambient"] = "ambient"
     """Absolute pressure."""
-
-    _whole = field_validator("gas")(_require_whole)
 
 
 class Orifice(Strict):
@@ -79,7 +83,7 @@ class Orifice(Strict):
     """The two chambers it joins; "ambient" for the surroundings."""
     area: quantity("m^2", 1e-8, 10.0)
     """Area."""
-    discharge: over_time("-", 0.0, 1.0) = 0.7
+    discharge: number_or_curve("-", 0.0, 1.0, "time") = 0.7
     """Discharge coefficient: a number, or a curve against time."""
 
     @model_validator(mode="after")
@@ -111,10 +115,7 @@ class Gas(Strict):
     species: dict[Name, Species] = Field(default_factory=dict)
     """User-defined gases by name, for example [gas.species.smoke]; they take precedence over the library."""
 
-    @field_validator("orifices")
-    @classmethod
-    def _distinct(cls, value):
-        return require_distinct(value, "orifices")
+    _distinct = field_validator("orifices")(distinct("orifices"))
 
 
 class Jets(Strict):
@@ -145,7 +146,7 @@ class Inflator(Strict):
     first."""
     delay: quantity("s", 0.0, 10.0) = 0.0
     """Added to the times of its curves."""
-    gas: dict[str, Fraction] = Field(default_factory=lambda: {"N2": 0.45, "H2O": 0.30, "CO2": 0.25})
+    gas: Fractions = Field(default_factory=lambda: {"N2": 0.45, "H2O": 0.30, "CO2": 0.25})
     """Composition; fractions must sum to 1."""
     fractions: Literal["mole", "mass"] = "mole"
     """What the fractions are of."""
@@ -155,31 +156,18 @@ class Inflator(Strict):
     """Total temperature of the gas: one number, or a curve against time."""
     jets: Jets = Jets()
 
-    _whole = field_validator("gas")(_require_whole)
-
     @model_validator(mode="after")
     def _delivers(self):
         if not any(self.mass_flow.value):
-            raise refused("the mass flow is zero at all times", 'set gas.model = "none" for a bag without inflator')
+            raise refused("the mass flow is zero at all times", NO_INFLATOR)
         return self
 
 
-def _how_many(value: Any) -> str:
-    return SEVERAL if isinstance(value, (list, tuple)) else ONE
-
-
 Inflators = Annotated[
-    Annotated[Inflator, Tag(ONE)] | Annotated[tuple[Inflator, ...], Tag(SEVERAL)], Discriminator(_how_many)
+    Annotated[Inflator, Tag(ONE)] | Annotated[tuple[Inflator, ...], Tag(SEVERAL)],
+    Discriminator(lambda value: SEVERAL if isinstance(value, (list, tuple)) else ONE),
 ]
 """One inflator, or several."""
-
-
-def require_distinct(items: tuple, kind: str) -> tuple:
-    """Refuse two items of one name."""
-    names = [item.name for item in items]
-    if len(set(names)) != len(names):
-        raise refused(f"two {kind} are called {max(names, key=names.count)}")
-    return items
 
 
 class Ambient(Strict):
@@ -189,3 +177,48 @@ class Ambient(Strict):
     """Absolute pressure."""
     temperature: quantity("K", 200.0, 400.0) = 295.0
     """Temperature."""
+
+
+class PartLeakage(Strict):
+    """Leakage through one part of the fabric."""
+
+    law: Literal["permeability", "wang-nefske", "graefe", "porous-medium", "velocity-curve"] = "permeability"
+    """permeability: fabric.permeability times a leak speed that grows with the root of the pressure difference.
+    wang-nefske: an orifice of a share of the fabric's area. graefe: sqrt(2 rho dp). porous-medium: proportional to dp.
+    velocity-curve: a leak speed times the density upstream. The factors multiply each."""
+    time_factor: number_or_curve("-", 0.0, 1e6, "time") = 1.0
+    """Factor (FLC): a number, or a curve against time."""
+    pressure_factor: number_or_curve("-", 0.0, 1e6, "pressure") = 1.0
+    """Factor (FAC): a number, or a curve against the absolute pressure upstream. In s/m for porous-medium, m/s for
+    velocity-curve, without unit for the others."""
+    area: Literal["reference", "deformed"] | tuple[Term, Term, Term, Term] = "reference"
+    """Area that leaks: as cut, as stretched, or four terms X0 to X3 of X0 + X1 rs + X2 rp + X3 rs rp on the area as
+    cut, rs the stretch of area and rp the pressure ratio (Anagonye and Wang)."""
+    blockage: bool = False
+    """Whether fabric in contact with an obstacle stops leaking."""
+    through_blocked: quantity("-", 0.0, 1.0) = 0.0
+    """Share of the leakage that remains through blocked fabric."""
+
+    @model_validator(mode="after")
+    def _plausible(self):
+        if self.law in ("porous-medium", "velocity-curve") and self.pressure_factor == 1.0:
+            raise refused(
+                f"{self.law} needs a pressure_factor; it has the unit of the law",
+                "give leakage.pressure_factor as a number or a curve against absolute pressure",
+            )
+        factors = (self.time_factor, self.pressure_factor)
+        largest = math.prod(f if isinstance(f, float) else max(f.value) for f in factors)
+        limit = LARGEST[self.law]
+        if largest > limit:
+            raise refused(
+                f"the factors of {self.law} reach {largest:g}; at most {limit:g} is plausible",
+                "check the unit of leakage.pressure_factor: SI, against absolute pressure",
+            )
+        return self
+
+
+class Leakage(PartLeakage):
+    """Leakage through the fabric. One law for all of it, and others for single parts."""
+
+    parts: dict[Name, PartLeakage] = Field(default_factory=dict)
+    """Laws of single parts by name, for example [leakage.parts.front]; each replaces the general law completely."""

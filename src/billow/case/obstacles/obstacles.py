@@ -1,34 +1,106 @@
-"""The kinds of obstacles that a case chooses among with `shape`; a new one is an entry of OBSTACLES."""
+"""The tables of obstacles that a case chooses among with `shape`; a new one is a class and an entry of OBSTACLES."""
 
 from __future__ import annotations
 
-from functools import reduce
-from operator import or_
-from typing import Annotated, Any
+from abc import abstractmethod
+from typing import Literal
 
-from pydantic import BeforeValidator, Field
+import numpy as np
+from pydantic import field_validator
 
-from billow.case.obstacles.plate import Plate
-from billow.case.obstacles.super_ellipsoid import SuperEllipsoid
-from billow.case.obstacles.table import ObstacleTable
-from billow.case.quantity import refused
+from billow.case.quantity import Name, Strict, chosen_by_shape, quantity, refused
+from billow.geometry.shapes import super_ellipsoid as shapes
+from billow.geometry.shapes.half_space import HalfSpace
+from billow.geometry.shapes.pose import above_bag, of_plane
+from billow.geometry.shapes.shape import Shape
 from billow.parts.bodies.body import Body
 from billow.parts.bodies.contact import SurfaceLaw
+from billow.parts.bodies.rigid_body import RigidBody, RigidState, moving
+
+Component = quantity("-", -1e3, 1e3)
+Radius = quantity("m", 5e-3, 5.0)
+Speed = quantity("m/s", -100.0, 100.0)
+Spin = quantity("rad/s", -1e3, 1e3)
+
+
+class ObstacleTable(Strict):
+    """Something rigid that fabric can touch."""
+
+    slope: quantity("N/m", 1.0, 1e9) = 1e5
+    """Contact characteristic: force per penetration of 1 cm^2 of fabric."""
+    friction: quantity("-", 0.0, 2.0) = 0.2
+    """Coulomb friction coefficient."""
+    damping: quantity("-", 0.0, 1.0) = 0.1
+    """Contact damping, fraction of critical."""
+
+    @abstractmethod
+    def build(self) -> tuple[Shape, RigidBody, RigidState]:
+        """Shape, mass properties and motion at the start."""
+
+
+class Plate(ObstacleTable):
+    """Rigid plate at rest: everything below a plane."""
+
+    shape: Literal["plate"]
+    """plate"""
+    name: Name = "plate"
+    """Name in results."""
+    height: quantity("m", -10.0, 10.0) = 0.0
+    """Height at which its surface crosses the z axis."""
+    normal: tuple[Component, Component, Component] = (0.0, 0.0, 1.0)
+    """Direction its surface faces, of any length."""
+
+    @field_validator("normal")
+    @classmethod
+    def _points_somewhere(cls, value):
+        if not any(value):
+            raise refused("it has no direction", "write [0, 0, 1]")
+        return value
+
+    def build(self) -> tuple[HalfSpace, RigidBody, RigidState]:
+        normal = np.array(self.normal)
+        pose = of_plane(self.height, normal / np.linalg.norm(normal))
+        return HalfSpace(), RigidBody(1.0, np.ones(3), locked=True), RigidState(pose.centre, pose.quaternion)
+
+
+class SuperEllipsoid(ObstacleTable):
+    """Rigid super-ellipsoid |x/a|^n + |y/b|^n + |z/c|^n = 1 above the bag, locked or free."""
+
+    shape: Literal["super-ellipsoid"]
+    """super-ellipsoid"""
+    name: Name = "impactor"
+    """Name in results."""
+    radii: Radius | tuple[Radius, Radius, Radius] = 0.15
+    """Radii a, b, c along its own axes; one number for all three."""
+    degree: quantity("-", 2.0, 10.0) = 2.0
+    """Degree n: 2 is an ellipsoid, larger is boxier."""
+    clearance: quantity("m", 0.0, 5.0) = 0.15
+    """Height of its centre minus its third radius above the plane z = 0: the gap to the flat bag."""
+    offset: tuple[quantity("m", -5.0, 5.0), quantity("m", -5.0, 5.0)] = (0.0, 0.0)
+    """Position of its centre across the bag's axis (x, y)."""
+    angle_about_x: quantity("deg", -180.0, 180.0) = 0.0
+    """Orientation: rotation about the x axis."""
+    locked: bool = True
+    """Locked in place, or free to move with six degrees of freedom."""
+    mass: quantity("kg", 1e-3, 1000.0) = 4.5
+    """Mass; inertia is that of a solid of uniform density."""
+    velocity: tuple[Speed, Speed, Speed] = (0.0, 0.0, 0.0)
+    """Velocity at the start, if free."""
+    spin: tuple[Spin, Spin, Spin] = (0.0, 0.0, 0.0)
+    """Angular velocity at the start about the axes of space, if free."""
+
+    def build(self) -> tuple[shapes.SuperEllipsoid, RigidBody, RigidState]:
+        radii = np.array([self.radii] * 3 if isinstance(self.radii, float) else self.radii)
+        shape = shapes.SuperEllipsoid(radii, self.degree)
+        rigid = RigidBody(self.mass, shape.inertia(self.mass), self.locked)
+        pose = above_bag(radii[2], self.clearance, np.array(self.offset), float(np.radians(self.angle_about_x)))
+        return shape, rigid, moving(rigid, pose, np.array(self.velocity), np.array(self.spin))
+
 
 OBSTACLES: dict[str, type[ObstacleTable]] = {"plate": Plate, "super-ellipsoid": SuperEllipsoid}
 """Table of each shape."""
 
-
-def _known_shape(value: Any) -> Any:
-    if isinstance(value, dict) and value.get("shape") not in tuple(OBSTACLES):
-        given = value.get("shape")
-        reason = f"there is no shape {given[:40]!r}" if isinstance(given, str) else "it has no shape"
-        remedy = f"write {' or '.join(f'shape = {shape!r}' for shape in OBSTACLES)}"
-        raise refused(reason, remedy)
-    return value
-
-
-Obstacle = Annotated[reduce(or_, OBSTACLES.values()), Field(discriminator="shape"), BeforeValidator(_known_shape)]
+Obstacle = chosen_by_shape(OBSTACLES)
 
 
 def build_body(obstacle: ObstacleTable) -> Body:
