@@ -129,9 +129,11 @@ def check_trace(trace: Trace, start_pressure: float, loses_heat: bool, where: st
     if gas is not None and gas.min() <= 0.0:
         what, remedy = "the gas temperature is not above 0 K", "give it in kelvin"
         raise BELOW_ZERO(what=what, where=where, smallest=gas.min(), unit="K", remedy=remedy)
-    start, share = _start(trace)
+    # Pressure at ignition, and the factor by which its noise is smaller than that of one row.
+    start, share = (trace.pressure[0], 1.0) if trace.rest is None else (trace.rest, 0.5)
+    recorded = trace.rest is not None or trace.times[0] <= 0.005 * trace.times[-1]
     allowed = max(6.0 * noise * share, 0.02 * abs(peak - start), 0.01 * start_pressure)
-    if start is not None and abs(start - start_pressure) > allowed:
+    if recorded and abs(start - start_pressure) > allowed:
         raise OTHER_START(where=where, start=start, said=start_pressure)
     rise = peak - start_pressure
     if rise < 10.0 * noise:
@@ -148,15 +150,6 @@ def noise_of(values: np.ndarray) -> float:
     1986), with a floor of rounding."""
     rough = np.diff(values, 2)
     return float(max(np.sqrt(np.mean(rough**2) / 6.0), 1e-12 * np.abs(values).max()))
-
-
-def _start(trace: Trace) -> tuple[float | None, float]:
-    """Pressure [Pa] at ignition (None if it was not recorded), and the factor by which its noise is smaller than that
-    of one row."""
-    if trace.rest is not None:
-        return trace.rest, 0.5
-    soon = trace.times[0] <= 0.005 * trace.times[-1]
-    return (float(trace.pressure[0]) if soon else None), 1.0
 
 
 def _table(path: Path) -> tuple[list[str], np.ndarray]:
