@@ -159,21 +159,22 @@ def _table(path: Path) -> tuple[list[str], np.ndarray]:
             raise ValueError(f"it has more than {LARGEST_FILE} bytes")
         with open(path, newline="", encoding="utf-8-sig") as file:
             header, *rows = [row for row in csv.reader(file) if row]
+        values = [_numbers(row, len(header), number) for number, row in enumerate(rows, start=2)]
     except (OSError, ValueError, csv.Error) as error:
         raise NOT_A_TRACE(name=path.name, path=path, why=error) from None
-    values = np.empty((len(rows), len(header)))
-    for k, row in enumerate(rows):
-        if len(row) != len(header):
-            why = f"row {k + 2} has {len(row)} values, the header {len(header)}"
-            raise NOT_A_TRACE(name=path.name, path=path, why=why)
-        try:
-            values[k] = [float(text) for text in row]
-        except ValueError as error:
-            raise NOT_A_TRACE(name=path.name, path=path, why=f"row {k + 2}: {error}") from None
-        if not np.isfinite(values[k]).all():
-            why = f"row {k + 2} holds a value that is not a finite number"
-            raise NOT_A_TRACE(name=path.name, path=path, why=why)
-    return header, values
+    return header, np.array(values).reshape(len(rows), len(header))
+
+
+def _numbers(row: list[str], width: int, number: int) -> list[float]:
+    if len(row) != width:
+        raise ValueError(f"row {number} has {len(row)} values, the header {width}")
+    try:
+        values = [float(text) for text in row]
+    except ValueError as error:
+        raise ValueError(f"row {number}: {error}") from None
+    if not np.isfinite(values).all():
+        raise ValueError(f"row {number} holds a value that is not a finite number")
+    return values
 
 
 def _columns(path: Path, header: list[str], values: np.ndarray) -> dict[str, np.ndarray]:
