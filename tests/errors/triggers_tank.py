@@ -7,8 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from here import Here
 
-from billow.apps.tank.evaluate import evaluate, measured, warnings
-from billow.apps.tank.forward import predict_case
+from billow.apps.tank.evaluate import evaluate, measured, predict_case, warnings
 from billow.apps.tank.tank_case import TankCase
 
 SOUND = {

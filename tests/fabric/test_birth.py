@@ -8,8 +8,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from billow.apps.verification.meshes import disc
-from billow.apps.verification.scenes import Observer, fabric_model, isotropic
+from billow.apps.verification.scenes import Observer, disc, fabric_model, isotropic
 from billow.parts.fabric.birth import Birth, strain_energy
 from billow.solver.run import Schedule, run
 

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from billow.apps.coupon.specimen import sheet
-from billow.apps.verification.meshes import disc
-from billow.apps.verification.scenes import fabric_model, isotropic
+from billow.apps.verification.scenes import disc, fabric_model, isotropic
 from billow.geometry.bag_shapes import BagShape
 from billow.geometry.surface import Surface
 from billow.parts.part import GRAVITY_WORK, Booking

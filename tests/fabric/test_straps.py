@@ -9,8 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from billow.apps.verification.meshes import disc
-from billow.apps.verification.scenes import fabric_model, isotropic
+from billow.apps.verification.scenes import disc, fabric_model, isotropic
 from billow.case.bag.build_bag import build_straps, strap_line
 from billow.case.bag.schema_bag import StrapCloth
 from billow.parts.straps import ENERGY, LOST, TENSION, TORN, Straps, add_strap_forces

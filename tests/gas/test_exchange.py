@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from billow.apps.verification.chambers import AIR, GAMMA, boxes_in_a_row, joined_rooms, orifice, run
+from billow.apps.verification.gas import AIR, GAMMA, boxes_in_a_row, joined_rooms, orifice, run
 from billow.geometry.chambers import OUTSIDE
 from billow.parts.gas.supply.outflow import GRAEFE, ORIFICE, PERMEABILITY, POROUS_MEDIUM, VELOCITY, orifice_flux
 from billow.parts.gas.supply.passages import FABRIC, OPENING, VENT, Passage

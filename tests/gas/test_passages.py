@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from billow.apps.verification.chambers import AIR, boxes_in_a_row, joined_rooms, run
+from billow.apps.verification.gas import AIR, boxes_in_a_row, joined_rooms, run
 from billow.geometry.chambers import OUTSIDE
 from billow.geometry.surface import area_vectors
 from billow.parts.gas.supply.curve import Curve, CurveTable, curve_value

@@ -7,9 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from billow.apps.tank.filling import fill, make_tank, pressure_response
-from billow.apps.tank.forward import predict
-from billow.apps.tank.inflow_temperature import InflowTemperature
+from billow.apps.tank.filling import InflowTemperature, fill, make_tank, predict, pressure_response
 from billow.apps.verification import tank as cases
 from billow.parts.gas.supply.species import AIR
 

@@ -6,11 +6,8 @@ import numpy as np
 import pytest
 
 from billow.apps.tank.evaluate import evaluate
-from billow.apps.tank.filling import make_tank
-from billow.apps.tank.forward import predict
-from billow.apps.tank.inflow_temperature import InflowTemperature
-from billow.apps.tank.inverse import flow_of_temperature
-from billow.apps.tank.smoothing import fit
+from billow.apps.tank.filling import InflowTemperature, make_tank, predict
+from billow.apps.tank.inverse import fit, flow_of_temperature
 from billow.apps.tank.tank_case import TankCase
 from billow.apps.tank.trace import Trace
 from billow.apps.verification import tank as cases

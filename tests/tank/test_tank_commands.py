@@ -10,7 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 from billow.apps.tank.tank_case import TankCase
-from billow.apps.tank.trace import MOST_ROWS, load_trace
+from billow.apps.tank.trace import MOST_ROWS, Trace, check_trace, load_trace
 from billow.base.errors import InputError
 from billow.case.schema import Case
 from billow.cli.tank import app
@@ -92,6 +92,12 @@ def test_a_long_trace_is_averaged_over_blocks(tmp_path):
     assert np.ptp(np.diff(trace.times)) < 1e-12
     left = trace.pressure - 1e5 - 1e6 * trace.times
     assert left.std() == pytest.approx(1000.0 / np.sqrt(6.0), rel=0.05)
+
+
+def test_a_trace_may_begin_after_ignition():
+    """Without a row at ignition nothing tells whether the start pressure is right: the trace is taken as it is."""
+    times = np.linspace(0.002, 0.1, 200)
+    check_trace(Trace(times, 101325.0 + 2e5 * (1.0 - np.exp(-times / 0.01))), 101325.0, False, "a trace")
 
 
 def test_a_delay_moves_flow_and_temperature():

@@ -35,8 +35,8 @@ def forward(case_file: CaseFile, out: Out) -> None:
 
     Writes trace.csv, summary.toml and tank.png. Without loss to the wall the result is exact thermodynamics.
     """
+    from billow.apps.tank.evaluate import predict_case
     from billow.apps.tank.folder import write_prediction
-    from billow.apps.tank.forward import predict_case
     from billow.apps.tank.tank_case import TankCase
 
     case = TankCase.load(case_file)

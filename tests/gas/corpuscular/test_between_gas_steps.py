@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from billow.apps.verification.gas import GAMMA, IDEAL, bag_of_height
+from billow.apps.verification.gas import GAMMA, IDEAL
 from billow.apps.verification.particles import LID, in_a_box
+from billow.apps.verification.scenes import bag_of_height
 
 PRESSURE = 1.5e5
 FLAT = 0.03

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from flights import box
 
-from billow.apps.verification.gas import GAMMA, GAS_CONSTANT, HEIGHT, IDEAL, VOLUME, bag_of_height, inflow
-from billow.apps.verification.particles import LID, in_a_box, over_walls, steps
+from billow.apps.verification.gas import GAMMA, GAS_CONSTANT, IDEAL, inflow, steps
+from billow.apps.verification.particles import LID, in_a_box, over_walls
+from billow.apps.verification.scenes import HEIGHT, VOLUME, bag_of_height
 from billow.base.errors import NumericalStop
 from billow.case.bag.build_bag import build_shape
 from billow.case.gas.build_gas import build_gas

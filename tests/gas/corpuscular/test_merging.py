@@ -9,8 +9,9 @@ from gas_in_a_box import SIDE, Box
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from billow.apps.verification.gas import GAMMA, HEIGHT, IDEAL, VOLUME, bag_of_height, inflow
-from billow.apps.verification.particles import LID, in_a_box, steps
+from billow.apps.verification.gas import GAMMA, IDEAL, inflow, steps
+from billow.apps.verification.particles import LID, in_a_box
+from billow.apps.verification.scenes import HEIGHT, VOLUME, bag_of_height
 from billow.base import compiled
 from billow.parts.gas.corpuscular import corpuscular
 from billow.parts.gas.corpuscular.cells import Cells, sort_into_cells

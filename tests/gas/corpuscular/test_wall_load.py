@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from billow.apps.verification.meshes import sphere
+from billow.apps.verification.scenes import sphere
 from billow.geometry.surface import area_vectors
 from billow.parts.gas.corpuscular.wall_load import PARTICLES_PER_PATCH, Patches, Squares, WallLoad, wall_speed
 

@@ -1,4 +1,5 @@
-"""Evaluation of a tank test as its case describes it: which temperature is known, and which values are uncertain."""
+"""Prediction and evaluation of a tank test as its case describes it: which temperature is known, and which values are
+uncertain."""
 
 from __future__ import annotations
 
@@ -7,13 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
-from billow.apps.tank.inverse import (
-    Solution,
-    flow_of_gas_temperature,
-    flow_of_temperature,
-    flow_of_total_mass,
-    with_uncertainty,
-)
+from billow.apps.tank import inverse
+from billow.apps.tank.filling import Trajectory, predict
+from billow.apps.tank.inverse import Solution
 from billow.apps.tank.tank_case import NOT_GIVEN, TankCase
 from billow.apps.tank.trace import Trace, check_trace, load_trace
 from billow.base.errors import Concern
@@ -36,6 +33,18 @@ OTHER_MASS = Concern.declare(
 
 PATTERN = 0.3
 """Correlation of neighbouring residuals that white noise of a hundred rows exceeds once in a thousand traces."""
+
+
+def predict_case(case: TankCase) -> Trajectory:
+    """The test a case describes, from ignition. Raises InputError E-TANK-012 without mass flow or temperature."""
+    temperature, curve = case.inflow_temperature, case.inflator.mass_flow
+    if temperature is None or curve is None:
+        lacks = f"the {'temperature' if temperature is None else 'mass flow'} of the inflow"
+        raise NOT_GIVEN(quantity=lacks, table="inflator", why="a prediction needs mass_flow and temperature")
+    count = max(round(case.forward.end_time / case.forward.step), 1)
+    times = np.linspace(0.0, case.forward.end_time, count + 1)
+    flow_times = np.array(curve.time) + case.inflator.delay
+    return predict(case.make_tank(), times, flow_times, np.array(curve.value), temperature)
 
 
 def measured(case: TankCase, path: str | Path) -> Trace:
@@ -62,36 +71,34 @@ def evaluate(case: TankCase, trace: Trace) -> Solution:
     the trace. Raises InputError E-TANK-012 if none of these is given, E-TANK-013 if total_mass is impossible.
     """
     temperature, total, how = case.inflow_temperature, case.inflator.total_mass, case.measurement
-    tank, smaller = case.make_tank(), case.make_tank(-how.volume_uncertainty)
-    changes = []  # what is uncertain moves the flow as a whole: one solution for each tells by how much
-    if temperature is not None:
-        best = flow_of_temperature(tank, trace, temperature)
-        if how.temperature_uncertainty:
-            warmer = temperature.raised(how.temperature_uncertainty)
-            changes.append(flow_of_temperature(tank, trace, warmer, best.smoothing))
-        if how.volume_uncertainty:
-            changes.append(flow_of_temperature(smaller, trace, temperature, best.smoothing))
-    elif total is not None:
-        best = flow_of_total_mass(tank, trace, total)
-        # The weighed mass is known; the precision with which the pressure determines a mass is that of the temperature.
-        heavier = total + float(np.hypot(best.mass_half_width, how.mass_uncertainty))
-        changes.append(flow_of_total_mass(tank, trace, heavier, best.smoothing))
-        if how.volume_uncertainty:
-            changes.append(flow_of_total_mass(smaller, trace, total, best.smoothing))
-        best = replace(best, mass_half_width=how.mass_uncertainty)
-        changes = [replace(change, mass=total) for change in changes]
-    elif trace.gas_temperature is not None:
-        best = flow_of_gas_temperature(tank, trace)
-        if how.volume_uncertainty:
-            changes.append(flow_of_gas_temperature(smaller, trace))
-    else:
+    weighed = temperature is None and total is not None
+    known, solve = (total, inverse.flow_of_total_mass) if weighed else (temperature, inverse.flow_of_temperature)
+    if known is None and trace.gas_temperature is None:
         raise NOT_GIVEN(
             quantity="the temperature of the inflow, or what it can be found from,",
             table="inflator",
             why="pressure alone tells the enthalpy that flows in, not how much gas carries it",
             remedy="add temperature or total_mass to [inflator], or a column gas temperature [K] to the trace",
         )
-    return with_uncertainty(best, changes)
+
+    def solved(tank, known, smoothing=None) -> Solution:
+        return inverse.flow_of_gas_temperature(tank, trace) if known is None else solve(tank, trace, known, smoothing)
+
+    tank, others = case.make_tank(), []
+    best = solved(tank, known)
+    # What is uncertain moves the flow as a whole: one solution for each tells by how much.
+    if weighed:
+        # The weighed mass is known; the precision with which the pressure determines a mass is that of the temperature.
+        others.append(total + float(np.hypot(best.mass_half_width, how.mass_uncertainty)))
+    elif known is not None and how.temperature_uncertainty:
+        others.append(replace(temperature, values=temperature.values + how.temperature_uncertainty))
+    changes = [solved(tank, other, best.smoothing) for other in others]
+    if how.volume_uncertainty:
+        changes.append(solved(case.make_tank(-how.volume_uncertainty), known, best.smoothing))
+    if weighed:
+        best = replace(best, mass_half_width=how.mass_uncertainty)
+        changes = [replace(change, mass=total) for change in changes]
+    return inverse.with_uncertainty(best, changes)
 
 
 def warnings(case: TankCase, trace: Trace, found: Solution) -> list[Concern]:

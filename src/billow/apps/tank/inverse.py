@@ -1,9 +1,5 @@
-"""Mass flow and temperature of an inflator from the pressure in a closed tank.
-
-The measured pressure and the temperature of the inflow give the mass flow (`flow_of_temperature`). If that temperature
-is unknown, the weighed total mass gives a constant temperature (`flow_of_total_mass`), and a measured gas temperature
-gives a varying one (`flow_of_gas_temperature`). Differentiation is regularised in `smoothing`.
-"""
+"""Mass flow and temperature of an inflator from the pressure in a closed tank, and the regularised regression behind it
+(docs/tank.md, From pressure to mass flow)."""
 
 from __future__ import annotations
 
@@ -11,11 +7,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.integrate import cumulative_trapezoid
-from scipy.optimize import brentq
+from scipy.linalg import cho_solve, solve_triangular
+from scipy.optimize import brentq, nnls
 
-from billow.apps.tank.filling import Tank, Trajectory, fill, pressure_response
-from billow.apps.tank.inflow_temperature import InflowTemperature
-from billow.apps.tank.smoothing import Fit, fit
+from billow.apps.tank.filling import InflowTemperature, Tank, Trajectory, fill, pressure_response
 from billow.apps.tank.trace import Trace, noise_of
 from billow.base.errors import InputError
 from billow.parts.gas.supply.species import COLDEST, HOTTEST
@@ -35,6 +30,7 @@ MOST_KNOTS = 300
 MOST_ITERATIONS = 20
 SETTLED = 1e-6
 """Change of the flow, of its peak, at which iterations end."""
+_STRENGTHS = np.logspace(-14.0, 4.0, 361)
 
 
 @dataclass(frozen=True)
@@ -82,7 +78,9 @@ def flow_of_temperature(
     times, knots = _from_start(trace.times), _knots(trace)
     rows = slice(len(times) - len(trace.times), None)
     mass, enthalpy = temperature.integrals(tank, times, knots)
-    flow = np.full(len(knots), _first_flow(tank, trace, enthalpy[-1]))
+    # A constant flow that gives about the final energy, with cv about that of air.
+    rise = _level(trace.pressure) - tank.start_constant * tank.start_temperature / tank.volume
+    flow = np.full(len(knots), 2.5 * max(rise, 0.0) * tank.volume / enthalpy[-1].sum())
     for _ in range(MOST_ITERATIONS):
         before = flow
         state = fill(tank, times, mass @ flow, enthalpy @ flow)
@@ -98,8 +96,8 @@ def flow_of_temperature(
 def flow_of_total_mass(tank: Tank, trace: Trace, total: float, smoothing: float | None = None) -> Solution:
     """Mass flow and constant temperature of the inflow [K] that deliver this mass [kg].
 
-    The temperature follows from the end state, h(T_in) M = U_end - U_0 + Q, iterated with the heat Q that follows from
-    the flow. Raises InputError E-TANK-013 if no temperature of 200 to 3000 K does.
+    The temperature follows from the end state, iterated with the heat that follows from the flow. Raises InputError
+    E-TANK-013 if no temperature of 200 to 3000 K does.
     """
     temperature, heat = 0.0, 0.0
     end = _level(trace.pressure)
@@ -121,8 +119,8 @@ def flow_of_total_mass(tank: Tank, trace: Trace, total: float, smoothing: float 
 def flow_of_gas_temperature(tank: Tank, trace: Trace) -> Solution:
     """Mass flow and temperature of the inflow from pressure [Pa] and temperature [K] of the gas in the tank.
 
-    p V = m R T gives the mass that has entered, U(m, T) and the loss to the wall the enthalpy; each is differentiated
-    separately, and T_in(t) = h^-1(enthalpy flow / mass flow) wherever the flow exceeds its band.
+    Mass and enthalpy that have entered are differentiated separately; there is a temperature wherever the flow exceeds
+    its band.
     """
     p, t, v = trace.pressure, trace.gas_temperature, tank.volume
     mass = (p * v / t - tank.start_constant) / tank.inflow_constant
@@ -158,22 +156,18 @@ def with_uncertainty(best: Solution, shifted: list[Solution]) -> Solution:
     """The best solution with its band widened by the change each shifted one shows, as independent 95 % half-widths."""
     half = np.hypot.reduce([best.half_width, *(s.flow - best.flow for s in shifted)])
     mass = np.hypot.reduce([best.mass_half_width, *(s.mass - best.mass for s in shifted)])
-    at = best.temperature.times
-    moved = [np.interp(at, s.temperature.times, s.temperature.values) - best.temperature.values for s in shifted]
-    return replace(
-        best,
-        half_width=half,
-        mass_half_width=float(mass),
-        temperature_half_width=np.hypot.reduce([best.temperature_half_width, *moved]),
-    )
+    moved = [s.temperature.at(best.temperature.times) - best.temperature.values for s in shifted]
+    warm = np.hypot.reduce([best.temperature_half_width, *moved])
+    return replace(best, half_width=half, mass_half_width=float(mass), temperature_half_width=warm)
 
 
 def _solution(
     knots: np.ndarray, found: Fit, temperature: InflowTemperature, state: Trajectory, trace: Trace
 ) -> Solution:
-    weights = np.zeros(len(knots))
-    weights[:-1] += 0.5 * np.diff(knots)
-    weights[1:] += 0.5 * np.diff(knots)
+    half = 0.5 * np.diff(knots)
+    weights = np.append(half, 0.0) + np.append(0.0, half)
+    residual = trace.pressure - state.pressure
+    power = np.sum(residual**2)
     return Solution(
         knots=knots,
         flow=found.flow,
@@ -185,7 +179,7 @@ def _solution(
         state=state,
         noise=found.noise,
         resolution=float((knots[-1] - knots[0]) / found.freedom),
-        pattern=_correlation(trace.pressure - state.pressure),
+        pattern=float(np.sum(residual[1:] * residual[:-1]) / power) if power > 0.0 else 0.0,
         smoothing=found.smoothing,
     )
 
@@ -198,12 +192,6 @@ def _knots(trace: Trace) -> np.ndarray:
 def _from_start(times: np.ndarray) -> np.ndarray:
     """The times [s] with ignition (t = 0) before them."""
     return times if times[0] == 0.0 else np.concatenate([[0.0], times])
-
-
-def _first_flow(tank: Tank, trace: Trace, enthalpy: np.ndarray) -> float:
-    """Constant flow [kg/s] that gives about the final energy, with cv about that of air."""
-    rise = _level(trace.pressure) - tank.start_constant * tank.start_temperature / tank.volume
-    return 2.5 * max(rise, 0.0) * tank.volume / enthalpy.sum()
 
 
 def _temperature_of(tank: Tank, specific_enthalpy: float) -> float:
@@ -219,7 +207,62 @@ def _level(values: np.ndarray) -> float:
     return float(values[-max(len(values) // 20, 1) :].mean())
 
 
-def _correlation(residual: np.ndarray) -> float:
-    """Of each residual with the next, -1 to 1."""
-    power = np.sum(residual**2)
-    return float(np.sum(residual[1:] * residual[:-1]) / power) if power > 0.0 else 0.0
+@dataclass(frozen=True)
+class Fit:
+    """flow (knots,): non-negative estimate; covariance (knots, knots): of the posterior without that constraint; noise:
+    standard deviation of a datum of weight one; smoothing: ratio of noise to prior variance; freedom: effective number
+    of parameters."""
+
+    flow: np.ndarray
+    covariance: np.ndarray
+    noise: float
+    smoothing: float
+    freedom: float
+
+    @property
+    def deviation(self) -> np.ndarray:
+        """Posterior standard deviation at the knots, (knots,)."""
+        return np.sqrt(np.diag(self.covariance))
+
+
+def fit(design: np.ndarray, data: np.ndarray, knots: np.ndarray, smoothing: float | None = None) -> Fit:
+    """Flow at the knots [s] from data = design @ flow + noise.
+
+    design: (n, knots), data: (n,), divided by the relative standard deviation of each datum; smoothing: used if given,
+    else found.
+    """
+    step = np.diff(knots)
+    slopes = np.diff(np.eye(len(knots)), axis=0) / np.sqrt(step)[:, None]
+    if smoothing is None:
+        smoothing = _likeliest(design, data, step)
+    normal = design.T @ design
+    factor = np.linalg.cholesky(normal + smoothing * slopes.T @ slopes)
+    towards = solve_triangular(factor, design.T @ data, lower=True)
+    free = solve_triangular(factor, towards, lower=True, trans="T")
+    misfit = np.sum((data - design @ free) ** 2) + smoothing * np.sum((slopes @ free) ** 2)
+    variance = misfit / (len(data) - 1)
+    inverse = cho_solve((factor, True), np.eye(len(knots)))
+    flow, _ = nnls(factor.T, towards, maxiter=30 * len(knots))
+    return Fit(flow, variance * inverse, float(np.sqrt(variance)), smoothing, float(np.sum(normal * inverse)))
+
+
+def _likeliest(design: np.ndarray, data: np.ndarray, step: np.ndarray) -> float:
+    """Ratio of noise variance to the prior's (per second) with the greatest restricted likelihood.
+
+    In the coordinates (level, steps / sqrt(dt)) the prior is white; without what the level explains, the singular
+    values s of the design give -2 log L = (n - 1) log(sum(z^2 l / (s^2 + l)) + rest) + sum log(1 + s^2 / l).
+    """
+    level = design.sum(axis=1)
+    level /= np.linalg.norm(level)
+    walk = np.cumsum(design[:, ::-1], axis=1)[:, -2::-1] * np.sqrt(step)  # flow after each step
+    walk = walk - np.outer(level, level @ walk)
+    seen = data - level * (level @ data)
+    left, values, _ = np.linalg.svd(walk, full_matrices=False)
+    projected = left.T @ seen
+    rest = np.sum((seen - left @ projected) ** 2)
+    ratio = values[0] ** 2 * _STRENGTHS[:, None]
+    explained = np.sum(projected**2 * ratio / (values**2 + ratio), axis=1)
+    # Data without noise would give log(0).
+    power = np.maximum(explained + rest, 1e-28 * np.sum(data**2))
+    criterion = (len(data) - 1) * np.log(power) + np.sum(np.log1p(values**2 / ratio), axis=1)
+    return float(ratio[np.argmin(criterion), 0])

@@ -1,7 +1,4 @@
-"""The case of a tank test: one TOML file for prediction and evaluation.
-
-docs/tank.md shows the file; `[inflator]` takes the same curves as that of a simulation.
-"""
+"""The case of a tank test: one TOML file for prediction and evaluation (docs/tank.md, The file)."""
 
 from __future__ import annotations
 
@@ -12,10 +9,10 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Field, ValidationError
 
-from billow.apps.tank.filling import Tank, make_tank
-from billow.apps.tank.inflow_temperature import InflowTemperature
+from billow.apps.tank.filling import InflowTemperature, Tank, make_tank
 from billow.base.errors import InputError, shown
 from billow.base.units import to_si
+from billow.case.case_file import LARGEST_FILE
 from billow.case.quantity import Strict, Text, curve, quantity, refused
 from billow.parts.gas.supply.species import AIR, SPECIES
 
@@ -53,15 +50,11 @@ NOT_GIVEN = InputError.declare(
     remedy="add the key; docs/tank.md shows the file",
 )
 
-LARGEST_FILE = 1_000_000  # bytes
-
 
 def _cubic_metres(value: Any) -> Any:
     """A text such as "60 l" in cubic metres."""
-    if not isinstance(value, str):
-        return value
     for unit, factor in (("m^3", 1.0), ("l", 1e-3)):
-        if value.rstrip().endswith(unit):
+        if isinstance(value, str) and value.rstrip().endswith(unit):
             try:
                 return factor * to_si(value.rstrip().removesuffix(unit), "-")
             except ValueError as error:
@@ -159,8 +152,13 @@ class TankCase(Strict):
             case = cls.model_validate(data)
         except ValidationError as error:
             raise _explain(error, where) from None
-        _check_gas(case.tank.gas, f"{where}, key tank.gas")
-        _check_gas(case.inflator.gas, f"{where}, key inflator.gas")
+        for key, shares in (("tank.gas", case.tank.gas), ("inflator.gas", case.inflator.gas)):
+            place, total = f"{where}, key {key}", sum(shares.values())
+            unknown = [name for name in shares if name not in SPECIES]
+            if unknown:
+                raise UNKNOWN_GAS(where=place, name=shown(unknown[0]), known=", ".join(SPECIES))
+            if abs(total - 1.0) > 1e-6:
+                raise SHARES_OTHER_THAN_ONE(where=place, total=total)
         return case
 
     def make_tank(self, volume_change: float = 0.0) -> Tank:
@@ -180,15 +178,6 @@ class TankCase(Strict):
         if given is None or isinstance(given, float):
             return None if given is None else InflowTemperature.constant(given)
         return InflowTemperature(np.array(given.time) + self.inflator.delay, np.array(given.value))
-
-
-def _check_gas(shares: dict[str, float], where: str) -> None:
-    unknown = [name for name in shares if name not in SPECIES]
-    if unknown:
-        raise UNKNOWN_GAS(where=where, name=shown(unknown[0]), known=", ".join(SPECIES))
-    total = sum(shares.values())
-    if abs(total - 1.0) > 1e-6:
-        raise SHARES_OTHER_THAN_ONE(where=where, total=total)
 
 
 def _explain(error: ValidationError, where: str) -> InputError:

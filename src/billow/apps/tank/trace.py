@@ -129,9 +129,11 @@ def check_trace(trace: Trace, start_pressure: float, loses_heat: bool, where: st
     if gas is not None and gas.min() <= 0.0:
         what, remedy = "the gas temperature is not above 0 K", "give it in kelvin"
         raise BELOW_ZERO(what=what, where=where, smallest=gas.min(), unit="K", remedy=remedy)
-    start, share = _start(trace)
+    # Pressure at ignition, and the factor by which its noise is smaller than that of one row.
+    start, share = (trace.pressure[0], 1.0) if trace.rest is None else (trace.rest, 0.5)
+    recorded = trace.rest is not None or trace.times[0] <= 0.005 * trace.times[-1]
     allowed = max(6.0 * noise * share, 0.02 * abs(peak - start), 0.01 * start_pressure)
-    if start is not None and abs(start - start_pressure) > allowed:
+    if recorded and abs(start - start_pressure) > allowed:
         raise OTHER_START(where=where, start=start, said=start_pressure)
     rise = peak - start_pressure
     if rise < 10.0 * noise:
@@ -150,15 +152,6 @@ def noise_of(values: np.ndarray) -> float:
     return float(max(np.sqrt(np.mean(rough**2) / 6.0), 1e-12 * np.abs(values).max()))
 
 
-def _start(trace: Trace) -> tuple[float | None, float]:
-    """Pressure [Pa] at ignition (None if it was not recorded), and the factor by which its noise is smaller than that
-    of one row."""
-    if trace.rest is not None:
-        return trace.rest, 0.5
-    soon = trace.times[0] <= 0.005 * trace.times[-1]
-    return (float(trace.pressure[0]) if soon else None), 1.0
-
-
 def _table(path: Path) -> tuple[list[str], np.ndarray]:
     """Header and rows, (n, columns)."""
     try:
@@ -166,21 +159,22 @@ def _table(path: Path) -> tuple[list[str], np.ndarray]:
             raise ValueError(f"it has more than {LARGEST_FILE} bytes")
         with open(path, newline="", encoding="utf-8-sig") as file:
             header, *rows = [row for row in csv.reader(file) if row]
+        values = [_numbers(row, len(header), number) for number, row in enumerate(rows, start=2)]
     except (OSError, ValueError, csv.Error) as error:
         raise NOT_A_TRACE(name=path.name, path=path, why=error) from None
-    values = np.empty((len(rows), len(header)))
-    for k, row in enumerate(rows):
-        if len(row) != len(header):
-            why = f"row {k + 2} has {len(row)} values, the header {len(header)}"
-            raise NOT_A_TRACE(name=path.name, path=path, why=why)
-        try:
-            values[k] = [float(text) for text in row]
-        except ValueError as error:
-            raise NOT_A_TRACE(name=path.name, path=path, why=f"row {k + 2}: {error}") from None
-        if not np.isfinite(values[k]).all():
-            why = f"row {k + 2} holds a value that is not a finite number"
-            raise NOT_A_TRACE(name=path.name, path=path, why=why)
-    return header, values
+    return header, np.array(values).reshape(len(rows), len(header))
+
+
+def _numbers(row: list[str], width: int, number: int) -> list[float]:
+    if len(row) != width:
+        raise ValueError(f"row {number} has {len(row)} values, the header {width}")
+    try:
+        values = [float(text) for text in row]
+    except ValueError as error:
+        raise ValueError(f"row {number}: {error}") from None
+    if not np.isfinite(values).all():
+        raise ValueError(f"row {number} holds a value that is not a finite number")
+    return values
 
 
 def _columns(path: Path, header: list[str], values: np.ndarray) -> dict[str, np.ndarray]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
@@ -27,21 +27,14 @@ class Measurement:
 
 
 @dataclass(frozen=True)
-class Check:
-    """A measurement with the id of its case (docs/theory.md, Verification cases) and what it cost: seconds of wall
-    time."""
+class Check(Measurement):
+    """id: of its case (docs/theory.md, Verification cases); seconds: of wall time that it cost."""
 
     id: str
-    title: str
-    measured: float
-    expected: float
-    tolerance: float
-    passed: bool
     seconds: float
 
     def record(self) -> dict[str, str | float | bool | None]:
         """Plain values for JSON, which has no nan: such numbers become None."""
-        return {
-            key: None if isinstance(value, float) and not math.isfinite(value) else value
-            for key, value in asdict(self).items()
-        }
+        names = ("id", "title", "measured", "expected", "tolerance", "passed", "seconds")
+        values = {name: getattr(self, name) for name in names}
+        return {name: None if isinstance(v, float) and not math.isfinite(v) else v for name, v in values.items()}

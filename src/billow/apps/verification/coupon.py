@@ -1,4 +1,4 @@
-"""Fabric on the test bench: the simulated test must return the curves."""
+"""S9, S10: fabric on the test bench must return its curves (docs/theory.md, Verification cases)."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ NYLON = Case.from_dict({"fabric": {"law": "curves-shear"}}).fabric
 
 
 def picture_frame() -> Iterator[Measurement]:
-    """S9: force F = T L / sin(pi/4 - gamma/2) with T from the shear curve, no ripple on unloading; the law that
-    switches by the sign of the shear rate ripples."""
+    """S9: T is from the shear curve; no ripple on unloading, unlike the law that switches by the sign of the shear
+    rate."""
     angle = float(np.radians(40.0))
     test = run_test(PictureFrame(0.2, 0.02), build_fabric(NYLON), angle)
     yield Measurement("furthest from the curves, of peak stress (absolute)", _furthest(test, angle, 0), 0.0, 0.01)
@@ -28,10 +28,10 @@ def picture_frame() -> Iterator[Measurement]:
     lever = np.sin(0.25 * np.pi - 0.5 * angle) * PictureFrame.mounted
     yield Measurement("force of the machine at 40 deg [N]", peak, tension * 0.2 / lever, 0.01)
     # Turning back before the curves end, where the unloading curve as it is lies below the loading curve.
-    ripples = [
-        _ripple(run_test(PictureFrame(0.2, 0.01), build_fabric(with_law(NYLON, law)), 0.875 * angle))
-        for law in ("curves-shear", "curves")
-    ]
+    ripples = []
+    for law in ("curves-shear", "curves"):
+        test = run_test(PictureFrame(0.2, 0.01), build_fabric(with_law(NYLON, law)), 0.875 * angle)
+        ripples.append(ripple(test.strain[:, 0], test.stress[:, 0])[1])
     yield Measurement("ripple on unloading from 35 deg (absolute)", ripples[0], 0.0, 0.01)
     yield Measurement("the old law ripples more than tenfold", float(ripples[1] > 10.0 * ripples[0]), 1.0, 0.0)
 
@@ -52,7 +52,3 @@ def _furthest(test: Measured, peak: float, k: int) -> float:
         found = np.interp(given[0][wanted], test.strain[measured, k][order], test.stress[measured, k][order])
         worst = max(worst, float(np.abs(found - given[1][wanted]).max()))
     return worst / float(given[1].max())
-
-
-def _ripple(test: Measured) -> float:
-    return ripple(test.strain[:, 0], test.stress[:, 0])[1]

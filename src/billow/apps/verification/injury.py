@@ -13,11 +13,9 @@ from billow.injury.filters import channel_filter
 
 
 def half_sine_hic() -> Iterator[Measurement]:
-    """I1: HIC of a half sine of height A [g] and length T [s].
-
-    A window of width u T about the middle has the mean (2 A/pi u) sin(pi u/2). Its HIC is T A^2.5 u [(2/pi u)
-    sin(pi u/2)]^2.5, largest where tan(x) = (5/3) x with x = pi u/2: u = 0.670, HIC = 0.41465 A^2.5 T.
-    """
+    """I1: HIC of a half sine of height A [g] and length T [s]. A window of width u T about the middle has the mean (2
+    A/pi u) sin(pi u/2). Its HIC is T A^2.5 u [(2/pi u) sin(pi u/2)]^2.5, largest where tan(x) = (5/3) x with x = pi
+    u/2: u = 0.670, HIC = 0.41465 A^2.5 T."""
     height, length, samples = 80.0, 12e-3, 601
     times = np.linspace(0.0, length, samples)
     found = head_injury(times, GRAVITY * height * np.sin(np.pi * times / length), 0.036)

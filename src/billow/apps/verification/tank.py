@@ -1,4 +1,4 @@
-"""Tank tests: prediction against closed forms, and evaluation of predicted tests."""
+"""V1 to V4: tank tests, prediction against closed forms and evaluation of predicted tests (docs/tank.md, Accuracy)."""
 
 from __future__ import annotations
 
@@ -6,17 +6,13 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from billow.apps.tank.filling import Tank, Trajectory, make_tank
-from billow.apps.tank.forward import predict
-from billow.apps.tank.inflow_temperature import InflowTemperature
+from billow.apps.tank.filling import InflowTemperature, Tank, Trajectory, make_tank, predict
 from billow.apps.tank.inverse import Solution, flow_of_gas_temperature, flow_of_temperature, flow_of_total_mass
 from billow.apps.tank.trace import Trace
 from billow.apps.verification.check import Measurement
-from billow.parts.gas.supply.species import AIR, Species, thermo_table
+from billow.apps.verification.gas import GAMMA, GAS_CONSTANT, IDEAL, PYRO
+from billow.parts.gas.supply.species import AIR, thermo_table
 
-GAS_CONSTANT, GAMMA = 287.0, 1.4
-IDEAL = thermo_table([Species.ideal("ideal", GAS_CONSTANT, GAMMA)])
-PYRO = {"N2": 0.45, "H2O": 0.30, "CO2": 0.25}
 VOLUME = 0.060
 FLOW_TIMES, FLOW = np.array([0.0, 0.008, 0.050]), np.array([0.0, 2.0, 0.0])
 HOT = InflowTemperature.constant(650.0)
@@ -25,13 +21,12 @@ NOISE = 0.01  # of peak pressure
 
 def ideal_tank(mass: float, temperature: float, conductance: float = 0.0, wall: float = 300.0) -> Tank:
     """60 l with a gas of constant cp: this mass [kg] at the start, temperature [K], conductance [W/K] to a wall [K]."""
-    return Tank(VOLUME, IDEAL, np.array([mass]), temperature, np.ones(1), conductance, wall)
+    return Tank(VOLUME, thermo_table(IDEAL), np.array([mass]), temperature, np.ones(1), conductance, wall)
 
 
 def filling() -> Iterator[Measurement]:
-    """30 g at T_in = 600 K into 60 l. Evacuated (T1): T = g T_in, p = m R T / V. With gas in it the pressure rises by
-    as much, g R T_in m / V, because p V = (g - 1) U. The balance has no discretisation error; 1e-11 kg are left in the
-    evacuated tank."""
+    """V1: 30 g at 600 K into 60 l, evacuated as T1; with gas in it the pressure rises by as much, g R T_in m / V, as
+    p V = (g - 1) U. The balance has no discretisation error; 1e-11 kg are left in the evacuated tank."""
     times, steady = np.linspace(0.0, 0.04, 41), (np.array([0.0, 0.03]), np.ones(2), InflowTemperature.constant(600.0))
     state = predict(ideal_tank(1e-11, 300.0), times, *steady)
     rise = GAMMA * GAS_CONSTANT * 600.0 * 0.03 / VOLUME
@@ -42,8 +37,8 @@ def filling() -> Iterator[Measurement]:
 
 
 def cooling() -> Iterator[Measurement]:
-    """70 g at 900 K cool at a wall of 300 K: T - T_wall falls as exp(-hA t / (m cv)). Trapezoid rule, 20 us in a time
-    constant of 50 ms: error (dt/tau)^2 / 12 = 1e-8 for each time constant, two of them."""
+    """V2: 70 g at 900 K cool at a wall of 300 K: T - T_wall falls as exp(-hA t / (m cv)). Trapezoid rule, 20 us in a
+    time constant of 50 ms: error (dt/tau)^2 / 12 = 1e-8 for each time constant, two of them."""
     capacity = 0.07 * GAS_CONSTANT / (GAMMA - 1.0)
     tank = ideal_tank(0.07, 900.0, conductance=capacity / 0.050)
     times = np.linspace(0.0, 0.1, 11)
@@ -59,35 +54,31 @@ def driver_test(rows: int = 1001) -> tuple[Tank, Trajectory]:
     return tank, predict(tank, np.linspace(0.0, 0.1, rows), FLOW_TIMES, FLOW, HOT)
 
 
-def flow_error(found: Solution) -> float:
-    """Largest error of the flow of `driver_test` at the knots, of its peak [-]."""
-    return float(np.abs(found.flow - true_flow(found)).max() / FLOW.max())
-
-
-def true_flow(found: Solution) -> np.ndarray:
+def _true_flow(found: Solution) -> np.ndarray:
     """Flow [kg/s] of `driver_test` at the knots."""
     return np.interp(found.knots, FLOW_TIMES, FLOW)
 
 
-def inverse() -> Iterator[Measurement]:
-    """The flow found from a predicted test is the flow that made it; likewise a temperature that was left out.
+def _flow_error(found: Solution, known: str) -> Measurement:
+    error = float(np.abs(found.flow - _true_flow(found)).max() / FLOW.max())
+    return Measurement(f"flow from pressure and {known}, error of peak [-], absolute", error, 0.0, 0.01)
 
-    The estimate is straight between knots 0.33 ms apart, which may cut off the tip of the curve by an eighth of the
-    spacing times the change of slope there, 0.3 kg/s per ms: 0.6 % of the peak.
-    """
+
+def inverse() -> Iterator[Measurement]:
+    """V3: the flow found from a predicted test is the flow that made it; likewise a temperature that was left out. The
+    estimate is straight between knots 0.33 ms apart, which may cut off the tip of the curve by an eighth of the spacing
+    times the change of slope there, 0.3 kg/s per ms: 0.6 % of the peak."""
     tank, state = driver_test()
     trace = Trace(state.times, state.pressure, state.temperature)
     found = flow_of_temperature(tank, trace, HOT)
-    yield Measurement("flow from pressure and temperature, error of peak [-], absolute", flow_error(found), 0.0, 0.01)
+    yield _flow_error(found, "temperature")
     yield Measurement("mass from pressure and temperature [kg]", found.mass, 0.050, 1e-4)
     found = flow_of_total_mass(tank, trace, 0.050)
-    yield Measurement("flow from pressure and weight, error of peak [-], absolute", flow_error(found), 0.0, 0.01)
+    yield _flow_error(found, "weight")
     yield Measurement("temperature from pressure and weight [K]", found.temperature.values[0], 650.0, 1e-4)
     found = flow_of_gas_temperature(tank, trace)
-    yield Measurement(
-        "flow from pressure and gas temperature, error of peak [-], absolute", flow_error(found), 0.0, 0.01
-    )
-    middle = np.interp(0.02, found.temperature.times, found.temperature.values)
+    yield _flow_error(found, "gas temperature")
+    middle = found.temperature.at(0.02)
     yield Measurement("temperature from pressure and gas temperature [K]", middle, 650.0, 1e-3)
 
 
@@ -98,15 +89,15 @@ def coverage(draws: int) -> tuple[np.ndarray, np.ndarray]:
     inside, mass = [], []
     for drawn in noise:
         found = flow_of_temperature(tank, Trace(state.times, state.pressure + drawn), HOT)
-        true = true_flow(found)
+        true = _true_flow(found)
         inside.append((found.low <= true) & (true <= found.high))
         mass.append(abs(found.mass - 0.050) <= found.mass_half_width)
     return np.array(inside), np.array(mass)
 
 
 def band() -> Iterator[Measurement]:
-    """The 95 % band holds the true flow for 90 to 100 % of the time, in the mean of 12 tests with 1 % of noise and in
-    the worst of them."""
+    """V4: the 95 % band holds the true flow for 90 to 100 % of the time, in the mean of 12 tests with 1 % of noise and
+    in the worst of them."""
     inside, _ = coverage(12)
     yield Measurement("share of time inside the band, mean [-], absolute", inside.mean(), 0.95, 0.05)
     yield Measurement("share of time inside the band, worst test [-], absolute", inside.mean(axis=1).min(), 0.95, 0.05)

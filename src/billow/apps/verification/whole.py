@@ -23,13 +23,10 @@ DRIVER = {
 
 
 def energy_balance() -> Iterator[Measurement]:
-    """P3: a driver bag with straps, vents, jets and leakage deploys for 50 ms against a free body of 4.5 kg.
-
-    Whole energy: kinetic + strain + straps + contact springs + friction + damping - work of gas and gravity stays at
-    zero within 2 % of the injected enthalpy. As the mechanical energies are a small part of that enthalpy, the same
-    residual is also held against the largest of them, by the same 2 %. Gas: mass (against the integral of the
-    inflator's curve) and energy close to 1e-12.
-    """
+    """P3: a driver bag with straps, vents, jets and leakage deploys for 50 ms against a free body of 4.5 kg. As the
+    mechanical energies are a small part of the injected enthalpy, the residual (docs/theory.md, Energy balance) is also
+    held against the largest of them, by the same 2 %. Gas: mass (against the integral of the inflator's curve) and
+    energy close to 1e-12."""
     with tempfile.TemporaryDirectory() as folder:
         books = simulate(Case.from_dict(DRIVER), Path(folder) / "run").ledger
     yield Measurement("energy residual / injected enthalpy [absolute]", books["energy_residual_of_injected"], 0.0, 2e-2)

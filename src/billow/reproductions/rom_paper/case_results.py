@@ -100,10 +100,11 @@ def case_results(
     progress: called as progress(done, total, what) before each piece
     Errors as `train` and `evaluate`; E-CPL-001 if no training run has a contact force.
     """
-    announce = Announcer(
-        progress, len(there.sizes) * (1 + 2 * len(SEEDS) + case.forces) + 3 + 2 * case.forces + (recipe is not None)
-    )
-    sizes, modes = {}, _modes(dataset, there)
+    fits = len(there.sizes) * (1 + 2 * len(SEEDS) + case.forces)
+    announce = Announcer(progress, fits + 3 + 2 * case.forces + (recipe is not None))
+    # K of the tables, or fewer if the smallest design has not so many snapshots.
+    columns = min(len(runs) for runs in there.sizes.values()) * len(dataset.times)
+    sizes, modes = {}, min(MODES, columns, len(dataset.reference))
     for size, runs in there.sizes.items():
         most = min(len(runs) * len(dataset.times), len(dataset.reference))
         counts = tuple(count for count in SWEEP_MODES if count <= most)
@@ -129,22 +130,14 @@ def case_results(
         announce("coupled model on unseen runs")
         informed = sizes[there.largest].forces[0].surrogate
         coupled_evaluation = evaluate_coupled(dataset, coupled, with_forces=informed)
-    return CaseResults(
-        case, dataset, there.notes, sizes, evaluation, inference, coupled, coupled_evaluation, recipe_fit
-    )
-
-
-def _modes(dataset, there: Available) -> int:
-    """K of the tables, or fewer if the smallest design has not so many snapshots."""
-    columns = min(len(runs) for runs in there.sizes.values()) * len(dataset.times)
-    return min(MODES, columns, len(dataset.reference))
+    models = (coupled, coupled_evaluation, recipe_fit)
+    return CaseResults(case, dataset, there.notes, sizes, evaluation, inference, *models)
 
 
 def _size(case, nested: NestedDesign, size: int, counts, modes: int, kept: Kept, announce: Announcer) -> Size:
     def fit(counts, seed, forces):
-        kind = "with" if forces else "no"
-        inside = announce(f"networks, N_DOE = {size}, K = {counts[-1]}, seed {seed}, {kind} forces")
-        return nested.fit(counts, seed, forces, kept, inside)
+        what = f"networks, N_DOE = {size}, K = {counts[-1]}, seed {seed}, {'with' if forces else 'no'} forces"
+        return nested.fit(counts, seed, forces, kept, announce(what))
 
     sweep = fit(counts, SEEDS[0], False)
     return Size(

@@ -13,7 +13,7 @@ import matplotlib
 from matplotlib.figure import Figure
 
 from billow import __version__
-from billow.base.plot_style import STYLE
+from billow.base.plot_style import STYLE, png
 from billow.reproductions.rom_paper import figures, tables
 from billow.reproductions.rom_paper.case_results import CaseResults
 from billow.reproductions.rom_paper.jets import JetComparison
@@ -44,6 +44,10 @@ class Picture:
     draw: Callable[[], Figure]
     narrow: bool = False
 
+    @property
+    def file(self) -> str:
+        return f"figures/{self.name}.png"
+
 
 def write_document(folder: Path, cases: list[CaseResults], jets: JetComparison | None, missing: list[str]) -> Path:
     """Write report.html, README.md, tables.json, metrics-CASE.json, tables/*.csv and figures/*.png into `folder`.
@@ -52,28 +56,25 @@ def write_document(folder: Path, cases: list[CaseResults], jets: JetComparison |
     """
     for part in ("tables", "figures"):
         (folder / part).mkdir(parents=True, exist_ok=True)
-    sections, pictures, made = [], {}, []
+    sections, pictures, compared = [_section(results) for results in cases], {}, None
+    made = [part for section in sections for part in section["parts"]]
     for results in cases:
-        parts = _parts(results)
-        sections.append(_section(results, parts))
-        made += parts
         record = metrics(results.evaluation) | {"paper_case": results.case.name}
         record["inference_cpu_s"] = asdict(results.inference)
         if results.coupled_evaluation is not None:
             record["coupled"] = results.coupled_evaluation.record()
         write_atomically(folder / f"metrics-{results.case.name}.json", json.dumps(record, allow_nan=False) + "\n")
-    compared = None
     if jets is not None:
         caption = "Left: over time. Right: along the radius at the moment of the dotted line."
-        parts = [Picture("jets", "Effect of the jet direction on the bag's height", caption, jets.figure), jets.table()]
-        compared = {"sentences": jets.sentences(), "parts": parts}
-        made += parts
+        shape = Picture("jets", "Effect of the jet direction on the bag's height", caption, jets.figure)
+        compared = {"sentences": jets.sentences(), "parts": [shape, jets.table()]}
+        made += compared["parts"]
     for part in made:
         if isinstance(part, Table):
-            write_atomically(folder / "tables" / f"{part.name}.csv", part.csv())
+            content = part.csv()
         else:
-            pictures[part.name], dots = _drawn(part.draw)
-            write_atomically(folder / "figures" / f"{part.name}.png", dots)
+            pictures[part.name], content = _drawn(part.draw)
+        write_atomically(folder / part.file, content)
     found = {part.name: part.record() for part in made if isinstance(part, Table)}
     write_atomically(folder / "tables.json", json.dumps(found, indent=1, allow_nan=False) + "\n")
     here = {name: str(value) for name, value in machine().items()} | {"Billow": __version__}
@@ -153,7 +154,7 @@ def _parts(results: CaseResults) -> list[Picture | Table]:
     return parts
 
 
-def _section(results: CaseResults, parts) -> dict:
+def _section(results: CaseResults) -> dict:
     surrogate, solver, asked = results.surrogate, results.evaluation.timing.simulation, results.inference.whole
     error, length = results.evaluation.summary("surrogate", Z).mean, results.reference_length
     tiles = [
@@ -169,7 +170,7 @@ def _section(results: CaseResults, parts) -> dict:
         "sizes": ", ".join(map(str, results.sizes)),
         "remark": TRUE_FORCES if results.case.forces else "",
         "tiles": tiles,
-        "parts": parts,
+        "parts": _parts(results),
         "weaknesses": weaknesses(results.evaluation),
     }
 
@@ -184,10 +185,9 @@ def _drawn(draw) -> tuple[bytes, bytes]:
         figure = draw()
         figure.draw_without_rendering()
         figure.set_layout_engine("none")  # laid out once, not again for each file
-        vector, dots = io.BytesIO(), io.BytesIO()
+        vector = io.BytesIO()
         figure.savefig(vector, format="svg", metadata={"Date": None, "Creator": "Billow"})
-        figure.savefig(dots, format="png", dpi=DOTS, metadata={"Software": "Billow"})
-    return vector.getvalue(), dots.getvalue()
+        return vector.getvalue(), png(figure, DOTS)
 
 
 def _readme(sections, missing, made, here) -> str:
@@ -202,8 +202,6 @@ def _readme(sections, missing, made, here) -> str:
         lines += [f"- {sentence}" for sentence in results.notes]
         lines += [f"- {value}: {label}" for value, label in section["tiles"]]
     lines += ["", "## Files", ""]
-    for part in made:
-        where = f"tables/{part.name}.csv" if isinstance(part, Table) else f"figures/{part.name}.png"
-        lines.append(f"- [{where}]({where}): {part.title}")
+    lines += [f"- [{part.file}]({part.file}): {part.title}" for part in made]
     lines += ["", "## Machine", "", *(f"- {name}: {value}" for name, value in here.items()), ""]
     return "\n".join(lines)

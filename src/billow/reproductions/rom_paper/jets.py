@@ -12,8 +12,10 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from billow.base.errors import InputError
+from billow.base.plot_style import GREY
 from billow.reproductions.rom_paper.tables import Table
 from billow.results.dataset_files import same_times
+from billow.rom.judge.figures import AXES, MILLI, new_figure
 from billow.rom.learn.dataset import Dataset
 from billow.rom.surrogate.basis import Z
 from billow.rom.surrogate.design_space import to_unit
@@ -26,8 +28,6 @@ NOT_COMPARABLE = InputError.declare(
     remedy="make two studies from one study file and two cases that differ in the gas model alone",
 )
 
-MILLI = 1e3
-COLOURS = ("#0072b2", "#d55e00")
 RINGS = 24
 """Rings of nodes around the axis over which a shape is averaged for the figure."""
 
@@ -70,34 +70,26 @@ class JetComparison:
         count, rows = len(self.times), []
         for step in sorted({*(np.linspace(count / 5, count, 5).round().astype(int) - 1).tolist(), self.strongest}):
             effects = zip(self.names, MILLI * self.strength[:, step], strict=True)
-            rows.append(
-                {
-                    "time [ms]": MILLI * self.times[step],
-                    **{f"{name} [mm]": effect for name, effect in effects},
-                    "likeness [-]": self.likeness[step],
-                    "between the two [mm]": MILLI * self.difference[:, step].mean(),
-                }
-            )
-        return Table(
-            "jets",
-            f"What the whole range of {self.label.lower()} does to the height",
+            cells = {"time [ms]": MILLI * self.times[step]} | {f"{name} [mm]": effect for name, effect in effects}
+            between = MILLI * self.difference[:, step].mean()
+            rows.append(cells | {"likeness [-]": self.likeness[step], "between the two [mm]": between})
+        caption = (
             f"{len(self.runs)} designs that are in both studies. Effect: root mean square over nodes. Likeness: "
-            "cosine of the two effects as fields. Last column: RMSE between the heights of one design, mean.",
-            rows,
+            "cosine of the two effects as fields. Last column: RMSE between the heights of one design, mean."
         )
+        return Table("jets", f"What the whole range of {self.label.lower()} does to the height", caption, rows)
 
     def figure(self) -> Figure:
         """Strength over time, and the effect along the radius at its strongest."""
-        figure = Figure(figsize=(9.0, 3.7), layout="constrained")
-        left, right = figure.subplots(1, 2)
+        figure, (left, right) = new_figure(9.0, 3.7, 2)
         ring = np.minimum((self.radius / self.radius.max() * RINGS).astype(int), RINGS - 1)
         count = np.bincount(ring, minlength=RINGS)
         middle = MILLI * np.bincount(ring, self.radius, RINGS)[count > 0] / count[count > 0]
-        for name, colour, strength, effect in zip(self.names, COLOURS, self.strength, self.effect, strict=True):
+        for name, colour, strength, effect in zip(self.names, AXES[:2], self.strength, self.effect, strict=True):
             left.plot(MILLI * self.times, MILLI * strength, color=colour, label=name)
             profile = np.bincount(ring, effect[self.strongest], RINGS)[count > 0] / count[count > 0]
             right.plot(middle, MILLI * profile, color=colour)
-        left.axvline(MILLI * self.times[self.strongest], color="#7b8794", lw=1, ls=":")
+        left.axvline(MILLI * self.times[self.strongest], color=GREY, lw=1, ls=":")
         left.set(xlabel="time [ms]", ylabel="effect on height, RMS over nodes [mm]", ylim=(0, None))
         right.set(xlabel="radius in the flat bag [mm]", ylabel="mean change of height [mm]")
         right.set_title(f"at {MILLI * self.times[self.strongest]:.0f} ms")
@@ -107,9 +99,8 @@ class JetComparison:
     def sentences(self) -> list[str]:
         """A summary in words."""
         step = self.strongest
-        first, second = (
-            f"{MILLI * size:.2g} mm with {name}" for size, name in zip(self.strength[:, step], self.names, strict=True)
-        )
+        sizes = zip(self.strength[:, step], self.names, strict=True)
+        first, second = (f"{MILLI * size:.2g} mm with {name}" for size, name in sizes)
         return [
             f"At {MILLI * self.times[step]:.3g} ms, where it matters most, the range of {self.label.lower()} "
             f"moves the fabric's height by {first} and by {second} "

@@ -46,10 +46,8 @@ class Kept:
 def shared_settings() -> dict:
     """What the default recipe is at present, as plain JSON: models of other settings are not reused."""
     network = import_network()
-    return {
-        "layers": [network.MEMBERS, *network.HIDDEN_SHARED],
-        "steps": [network.BATCH_SHARED, *network.EPOCHS_SHARED, network.STEPS_SHARED],
-    }
+    steps = [network.BATCH_SHARED, *network.EPOCHS_SHARED, network.STEPS_SHARED]
+    return {"layers": [network.MEMBERS, *network.HIDDEN_SHARED], "steps": steps}
 
 
 def fingerprint(dataset: Dataset, runs) -> str:

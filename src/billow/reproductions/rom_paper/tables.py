@@ -26,7 +26,6 @@ OTHER_ANSWERS = (
     f"reach. {MEAN_MOTION.capitalize()}: that of the training runs, which ignores the design."
 )
 
-
 Cell = str | float | int | None
 
 
@@ -41,26 +40,26 @@ class Table:
     rows: Sequence[dict[str, Cell]]
 
     @property
-    def columns(self) -> tuple[str, ...]:
-        return tuple(self.rows[0])
+    def columns(self) -> list[str]:
+        return list(self.rows[0])
+
+    @property
+    def file(self) -> str:
+        return f"tables/{self.name}.csv"
 
     def csv(self) -> str:
         """As a file for other programs, every number with six digits."""
         text = io.StringIO()
-        writer = csv.writer(text, lineterminator="\n")
-        writer.writerows([self.columns, *self._plain()])
+        csv.writer(text, lineterminator="\n").writerows([self.columns, *self._plain()])
         return text.getvalue()
 
     def record(self) -> dict:
         """For tables.json."""
-        return {"title": self.title, "caption": self.caption, "columns": list(self.columns), "rows": self._plain()}
+        return {"title": self.title, "caption": self.caption, "columns": self.columns, "rows": self._plain()}
 
     def _plain(self) -> list[list]:
-        return [["" if cell is None else _six_digits(cell) for cell in row.values()] for row in self.rows]
-
-
-def _six_digits(cell: Cell):
-    return float(f"{cell:.6g}") if isinstance(cell, float) else cell
+        six_digits = [[float(f"{c:.6g}") if isinstance(c, float) else c for c in row.values()] for row in self.rows]
+        return [["" if cell is None else cell for cell in row] for row in six_digits]
 
 
 def parameter_table(results: CaseResults) -> Table:
@@ -77,15 +76,12 @@ def accuracy_table(results: CaseResults) -> Table:
             summary = evaluation.summary(name, c)
             reached = {"accuracy [%]": 100.0 * accuracy(summary.mean, results.reference_length)}
             rows.append({"": axis, "answer": name} | _millimetres(summary) | _of_length(results, summary) | reached)
-    return _table(
-        results,
-        "accuracy",
-        f"Error on {len(evaluation.test)} unseen runs",
+    caption = (
         f"RMSE of paper equation 5 with N_DOE = {results.largest}, K = {results.surrogate.modes}. Truncation: the best "
         "any coefficients could do. Regression: what wrong coefficients add; in every snapshot the squares of the two "
-        "add up to that of the surrogate. The last column is the accuracy as the paper counts it.",
-        rows,
+        "add up to that of the surrogate. The last column is the accuracy as the paper counts it."
     )
+    return _table(results, "accuracy", f"Error on {len(evaluation.test)} unseen runs", caption, rows)
 
 
 def against_size(results: CaseResults) -> Table:
@@ -102,13 +98,8 @@ def against_size(results: CaseResults) -> Table:
         if curve is not None:
             more = f"{2 * results.largest} runs would bring {1e3 * curve.doubled:.2g} mm"
             expected.append(f"{axis} falls as N_DOE^-{curve.rate:.2f}: {more}")
-    return _table(
-        results,
-        "learning-curve",
-        "Error against the number of training runs",
-        f"K = {results.surrogate.modes}, no forces, mean over {len(SEEDS)} seeds. " + "; ".join(expected) + ".",
-        rows,
-    )
+    caption = f"K = {results.surrogate.modes}, no forces, mean over {len(SEEDS)} seeds. " + "; ".join(expected) + "."
+    return _table(results, "learning-curve", "Error against the number of training runs", caption, rows)
 
 
 def against_modes(results: CaseResults) -> Table:
@@ -117,19 +108,15 @@ def against_modes(results: CaseResults) -> Table:
     for size, made in results.sizes.items():
         for row, count in enumerate(made.sweep.counts):
             summary = made.sweep.summary(Z, row)
-            parts = {n: 1e3 * getattr(made.sweep, n)[row, :, :, Z].mean() for n in ("truncation", "regression")}
-            cells = {"N_DOE": size, "K": count} | _millimetres(summary)
-            cells |= {f"{name} [mm]": value for name, value in parts.items()} | _of_length(results, summary)
+            names = ("truncation", "regression")
+            parts = {f"{name} [mm]": 1e3 * getattr(made.sweep, name)[row, :, :, Z].mean() for name in names}
+            cells = {"N_DOE": size, "K": count} | _millimetres(summary) | parts | _of_length(results, summary)
             if made.sweep_forces is not None:
                 cells["mean with true forces [mm]"] = 1e3 * made.sweep_forces.summary(Z, row).mean
             rows.append(cells)
-    return _table(
-        results,
-        "modes",
-        f"z-displacement against modes (Figures {results.case.figures[0]} and {results.case.figures[1]})",
-        "One model with the most modes, cut: fewer modes are the first of more.",
-        rows,
-    )
+    title = f"z-displacement against modes (Figures {results.case.figures[0]} and {results.case.figures[1]})"
+    caption = "One model with the most modes, cut: fewer modes are the first of more."
+    return _table(results, "modes", title, caption, rows)
 
 
 def force_table(results: CaseResults) -> Table:
@@ -139,25 +126,15 @@ def force_table(results: CaseResults) -> Table:
         for c, axis in enumerate(COMPONENTS):
             plain, true = (np.array([f.summary(c).mean for f in fits]) for fits in (made.plain, made.forces))
             gains = 100.0 * (1.0 - true / plain)
-            rows.append(
-                {
-                    "N_DOE": size,
-                    "": axis,
-                    "without [mm]": 1e3 * plain.mean(),
-                    "with true forces [mm]": 1e3 * true.mean(),
-                    "gain [%]": gains.mean(),
-                    "scatter of the gain between seeds [%]": gains.std(ddof=1) if len(gains) > 1 else 0.0,
-                }
-            )
-    return _table(
-        results,
-        "force-inputs",
-        "True contact forces as inputs (Figure 7)",
+            cells = {"N_DOE": size, "": axis, "without [mm]": 1e3 * plain.mean()}
+            cells |= {"with true forces [mm]": 1e3 * true.mean(), "gain [%]": gains.mean()}
+            rows.append(cells | {"scatter of the gain between seeds [%]": gains.std(ddof=1)})
+    caption = (
         f"Mean RMSE over {len(SEEDS)} seeds; K = {results.surrogate.modes}, M = {FORCE_MODES} modes of the force in "
         f"{FORCE_COMPONENTS}. The forces are those of the unseen run itself, which are not known before it is "
-        "made. A gain smaller than its scatter between seeds is none.",
-        rows,
+        "made. A gain smaller than its scatter between seeds is none."
     )
+    return _table(results, "force-inputs", "True contact forces as inputs (Figure 7)", caption, rows)
 
 
 def inference_table(results: CaseResults) -> Table:
@@ -177,15 +154,11 @@ def inference_table(results: CaseResults) -> Table:
     ]
     ratio = "one deployment / copying its answer [-]"
     rows.append({"task": ratio, "paper [ms]": None, "here [ms]": ours.whole / ours.copy})
-    surrogate = results.surrogate
-    return _table(
-        results,
-        f"table-{case.tables[0]}",
-        f"Table {case.tables[0]}: inference",
-        f"Processor time, median of many, one thread: {len(surrogate.times)} times x {surrogate.nodes:,} nodes x 3 "
-        "components; the paper's on its own laptop.",
-        rows,
+    caption = (
+        f"Processor time, median of many, one thread: {len(results.surrogate.times)} times x "
+        f"{results.surrogate.nodes:,} nodes x 3 components; the paper's on its own laptop."
     )
+    return _table(results, f"table-{case.tables[0]}", f"Table {case.tables[0]}: inference", caption, rows)
 
 
 def offline_table(results: CaseResults) -> Table:
@@ -196,25 +169,14 @@ def offline_table(results: CaseResults) -> Table:
         if size in case.offline:
             seconds["paper"] = case.offline[size]
         for whose, (generation, pod, networks) in seconds.items():
-            rows.append(
-                {
-                    "N_DOE": size,
-                    "": whose,
-                    "generation [s]": generation,
-                    "POD [s]": pod,
-                    "training of networks [s]": networks,
-                    "POD and training [s]": pod + networks,
-                }
-            )
-    return _table(
-        results,
-        f"table-{case.tables[1]}",
-        f"Table {case.tables[1]}: offline times",
+            cells = {"N_DOE": size, "": whose, "generation [s]": generation, "POD [s]": pod}
+            rows.append(cells | {"training of networks [s]": networks, "POD and training [s]": pod + networks})
+    caption = (
         f"K = {MODES} in the paper, {results.surrogate.modes} here. Generation here: wall times of the runs added up, "
         "made side by side on a machine that had other work. POD (with more modes, from which all K are cut) and "
-        "training: processor time of one core.",
-        rows,
+        "training: processor time of one core."
     )
+    return _table(results, f"table-{case.tables[1]}", f"Table {case.tables[1]}: offline times", caption, rows)
 
 
 def speed_table(results: CaseResults) -> Table:
@@ -232,13 +194,8 @@ def speed_table(results: CaseResults) -> Table:
     ]
     point = break_even(made.generation + made.training, here, asked)
     pays = "never pays" if point is None else f"pays from {point} deployments on"
-    return _table(
-        results,
-        "speed",
-        "Speed-up",
-        f"One deployment. Making it counted, {made.runs} training runs included, our surrogate {pays}.",
-        rows,
-    )
+    caption = f"One deployment. Making it counted, {made.runs} training runs included, our surrogate {pays}."
+    return _table(results, "speed", "Speed-up", caption, rows)
 
 
 def interval_table(results: CaseResults) -> Table:
@@ -250,13 +207,9 @@ def interval_table(results: CaseResults) -> Table:
             cells[f"{axis} inside [%]"] = 100.0 * check.covered[c]
             cells[f"{axis} half width [mm]"] = 1e3 * check.half_width[c]
         rows.append(cells | {"worst run, z [%]": 100.0 * check.worst_run[Z]})
-    return _table(
-        results,
-        "intervals",
-        "Intervals on unseen runs",
-        f"Part of the values of {len(results.evaluation.test)} unseen runs inside their intervals and mean half width.",
-        rows,
-    )
+    unseen = len(results.evaluation.test)
+    caption = f"Part of the values of {unseen} unseen runs inside their intervals and mean half width."
+    return _table(results, "intervals", "Intervals on unseen runs", caption, rows)
 
 
 def recipe_table(results: CaseResults) -> Table:
@@ -267,26 +220,20 @@ def recipe_table(results: CaseResults) -> Table:
         f"paper: {paper.networks} networks, {paper.epochs:,} epochs": (paper.component, paper.summary, paper),
         f"ours: one shared ensemble, {ours.surrogate.training['epochs']} epochs": ("x, y and z", summary, ours),
     }
-    rows = [
-        {"recipe": name, "trained": trained}
-        | _millimetres(errors)
-        | _of_length(results, errors)
-        | {"training [CPU s]": fit.cpu_seconds}
-        for name, (trained, errors, fit) in fits.items()
-    ]
+    rows = []
+    for name, (trained, errors, fit) in fits.items():
+        cells = {"recipe": name, "trained": trained} | _millimetres(errors) | _of_length(results, errors)
+        rows.append(cells | {"training [CPU s]": fit.cpu_seconds})
     theirs, mine = rows
     ratios = {column: mine[column] / theirs[column] for column in (*_millimetres(summary), "training [CPU s]")}
     rows.append(dict.fromkeys(mine) | {"recipe": "ours / paper [-]"} | ratios)
     short = f" The paper trains {EPOCHS:,} epochs: this training was cut short." * (paper.epochs < EPOCHS)
-    return _table(
-        results,
-        "recipes",
-        "Both recipes side by side",
+    caption = (
         f"N_DOE = {results.largest}, K = {results.surrogate.modes}, the same bases, RMSE of {paper.component}. The "
         f"paper's networks learn {paper.component} alone; all three components would take them three times as long, "
-        f"{3 * paper.cpu_seconds / ours.cpu_seconds:,.0f} times ours.{short}",
-        rows,
+        f"{3 * paper.cpu_seconds / ours.cpu_seconds:,.0f} times ours.{short}"
     )
+    return _table(results, "recipes", "Both recipes side by side", caption, rows)
 
 
 def rating_table(results: CaseResults) -> Table:
@@ -299,14 +246,11 @@ def rating_table(results: CaseResults) -> Table:
             cells[f"{named}median"] = found.median(quantity, answer)
             cells[f"{named}worst"] = found.worst(quantity, answer)
         rows.append(cells)
-    return _table(
-        results,
-        "coupled",
-        "The coupled model's impactor",
+    caption = (
         f"ISO/TS 18571 rating against the solver, {len(found.runs)} unseen runs, along z. First pair: the coupled "
-        f"model, to which nothing of the deployment is known in advance. {OTHER_ANSWERS}",
-        rows,
+        f"model, to which nothing of the deployment is known in advance. {OTHER_ANSWERS}"
     )
+    return _table(results, "coupled", "The coupled model's impactor", caption, rows)
 
 
 def rating_by_run(results: CaseResults) -> Table:
@@ -318,13 +262,9 @@ def rating_by_run(results: CaseResults) -> Table:
         if quantity.startswith("acceleration")
         for answer in found.ratings
     }
-    return _table(
-        results,
-        "coupled-runs",
-        "The impactor's acceleration, run by run",
-        f"ISO/TS 18571 rating against the solver, along z. {OTHER_ANSWERS}",
-        [{"run": run} | {name: of[k] for name, of in scores.items()} for k, run in enumerate(found.runs)],
-    )
+    rows = [{"run": run} | {name: of[k] for name, of in scores.items()} for k, run in enumerate(found.runs)]
+    caption = f"ISO/TS 18571 rating against the solver, along z. {OTHER_ANSWERS}"
+    return _table(results, "coupled-runs", "The impactor's acceleration, run by run", caption, rows)
 
 
 def _table(results: CaseResults, name: str, title: str, caption: str, rows) -> Table:
