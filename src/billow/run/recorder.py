@@ -7,19 +7,16 @@ import json
 import math
 import time
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
 import numba
 import numpy as np
 
 import billow
-from billow.base.errors import NumericalStop
+from billow.base.errors import Concern, NumericalStop
 from billow.base.quality import Criterion, criterion, overall
-from billow.case.build import build_schedule
-from billow.case.concerns import concerns_of
-from billow.case.schema import Case
 from billow.parts.part import LOST, MOTION, STORED, Quantity
 from billow.results import journal as journals
 from billow.results.atomic import write_atomically
@@ -31,12 +28,18 @@ from billow.results.run_file import write_run_file
 from billow.run.checkpoint_file import SLOTS, write_checkpoint
 from billow.run.interrupts import Interrupts, RunInterrupted
 from billow.solver.model import Model, State
-from billow.solver.run import Recorder
+from billow.solver.run import Recorder, Schedule
 
-CHECKPOINT_SECONDS = 30.0  # wall time between two checkpoints
+CHECKPOINT_SECONDS = 30.0
+"""Wall time [s] between two checkpoints."""
+
 JOURNAL = "journal.bin"
-LAST_GOOD = "last_good.safetensors"  # state at the last frame before a run was stopped, beside its post-mortem
-LAST_STEPS = 100  # whose energies go into a post-mortem
+LAST_GOOD = "last_good.safetensors"
+"""State at the last frame before a run was stopped, beside its post-mortem."""
+
+LAST_STEPS = 100
+"""Steps whose energies go into a post-mortem."""
+
 LOG_HEADER = (
     "    step    time[ms]   dt[us]  p_gauge[kPa]    T[K]     V[l]    m[g]"
     "   E_kin[J]   E_int[J] E_diss[J]   W_gas[J]  error[%]   ETA[s]"
@@ -52,21 +55,37 @@ class Progress:
     line: str
 
 
+@dataclass(frozen=True)
+class Told:
+    """What a run's record says besides what was computed, and what is wanted of it.
+
+    digest: SHA-256 of whatever the model was made from. concerns: what looked unintended. sensors: places [m] where the
+    gas is read, by name. particle_times: [s], when particles are recorded. gas_frames: whether the gas is, in boxes.
+    """
+
+    title: str
+    digest: str
+    schedule: Schedule
+    concerns: Sequence[Concern] = ()
+    ambient_pressure: float = 101325.0
+    sensors: Mapping[str, Sequence[float]] = field(default_factory=dict)
+    particle_times: Sequence[float] = ()
+    gas_frames: bool = True
+
+
 class RunRecorder(Recorder):
     """Listens to one run and keeps its folder."""
 
     def __init__(
         self,
-        case: Case,
+        told: Told,
         model: Model,
         folder: Path,
         interrupts: Interrupts,
         progress: Callable[[Progress], None] | None = None,
         journal_offset: int = 0,
     ):
-        self.case, self.model, self.folder, self.progress = case, model, folder, progress
-        self.digest, self.schedule, self.concerns = case.digest(), build_schedule(case.run), concerns_of(case, model)
-        self.sensors = {sensor.name: sensor.position for sensor in case.run.sensors}
+        self.told, self.model, self.folder, self.progress = told, model, folder, progress
         self.interrupts = interrupts
         self.journal = Journal(folder / JOURNAL, journal_offset)
         self.log = open(folder / "solver.log", "a", encoding="utf-8")  # noqa: SIM115 - lives as long as the run
@@ -76,20 +95,23 @@ class RunRecorder(Recorder):
         self.last_good: tuple[State, int] | None = None
         self.last_steps: deque[tuple[float, ...]] = deque(maxlen=LAST_STEPS)
 
+    # --- while the run goes on -------------------------------------------------------------------------------------
+
     def greet(self, state: State | None = None) -> None:
         """First lines of the log; `state`: where a resumed run continues."""
-        surface, element = self.model.surface, self.model.fabric.smallest_element
+        surface, told = self.model.surface, self.told
+        element = self.model.fabric.smallest_element
         part = surface.part_names[surface.part[element]]
-        self.say(f"Billow {billow.__version__}: {self.case.title}")
+        self.say(f"Billow {billow.__version__}: {told.title}")
         if state is not None:
             self.say(f"resumed at {1e3 * state.time:.4f} ms, step {state.step}")
         self.say(
             f"{surface.triangle_count} triangles, {surface.node_count} nodes, fabric {self.model.mass.sum():.3f} kg; "
             f"triangle {element} ({part}) limits the step"
         )
-        for concern in self.concerns:
+        for concern in told.concerns:
             self.say(str(concern))
-        if (self.sensors or self.case.run.particle_times) and self.model.gas.model.view() is None:
+        if (told.sensors or told.particle_times) and self.model.gas.model.view() is None:
             self.say("sensors and particles are not written: this gas is the same everywhere")
         self.say(LOG_HEADER)
 
@@ -99,11 +121,11 @@ class RunRecorder(Recorder):
         self.log.flush()
         if self.progress is not None:
             now = self.state.time if self.state is not None else 0.0
-            self.progress(Progress(now, self.schedule.end, line))
+            self.progress(Progress(now, self.told.schedule.end, line))
 
     def history(self, model: Model, state: State) -> None:
         self.state = state
-        row = columns(self.quantities(state))
+        row = columns(quantities(model, state, self.told.sensors))
         if self.journal.offset == 0:
             self.journal.columns(list(row))
         self.journal.row(np.array(list(row.values())))
@@ -120,7 +142,7 @@ class RunRecorder(Recorder):
         for name, part in model.parts:
             frame = part.frame(state.of(name))
             arrays |= named("point", frame.point, np.float32) | named("cell", frame.cell, np.float32)
-        if self.case.run.gas_frames:
+        if self.told.gas_frames:
             arrays |= named("cloud", model.gas.boxes(state.gas), np.float32)
         self.journal.frame(arrays)
         self.last_good = copy.deepcopy(state), self.journal.offset
@@ -140,18 +162,20 @@ class RunRecorder(Recorder):
     def save(self, state: State) -> None:
         """Write a checkpoint into the older of the two slots."""
         self.journal.sync()
-        write_checkpoint(self.folder / SLOTS[self.slot], state, self.digest, self.journal.offset)
+        write_checkpoint(self.folder / SLOTS[self.slot], state, self.told.digest, self.journal.offset)
         self.slot = 1 - self.slot
         self.saved = time.perf_counter()
 
-    def finish(self, status: str, reason: str | None) -> None:
+    # --- when it ends ----------------------------------------------------------------------------------------------
+
+    def finish(self, status: str, reason: str | None) -> list[Criterion]:
         """Write result files from the journal, and the run's record with its verdict."""
         self.journal.sync()
         self.journal.close()
         write_frames(self.folder, self.folder / JOURNAL, self.model.start, self.model.surface)
         history = journals.read_history(self.folder / JOURNAL)
         write_histories(self.folder / "histories.csv", history)
-        books, criteria = self.judge(history)
+        books, criteria = judge(self.model, self.state, history, self.told.schedule.end, len(self.told.concerns))
         self.say(
             f"{status}: mass error {books['gas_mass_error']:.1e}, gas energy error {books['gas_energy_error']:.1e}, "
             f"whole energy residual {100 * books['energy_residual_of_injected']:.4f} % of injected "
@@ -173,85 +197,65 @@ class RunRecorder(Recorder):
             {
                 "status": status,
                 "reason": reason,
-                "title": self.case.title,
+                "title": self.told.title,
                 "billow_version": billow.__version__,
-                "case_digest": self.digest,
+                "case_digest": self.told.digest,
                 "wall_seconds": time.perf_counter() - self.begun,
                 "steps": self.state.step,
                 "threads": numba.get_num_threads(),
                 "simulated_time": self.state.time,
                 "ledger": books,
                 "quality": {"verdict": overall(criteria), "criteria": [c.record() for c in criteria]},
-                "warnings": [asdict(concern) for concern in self.concerns],
+                "warnings": [asdict(concern) for concern in self.told.concerns],
                 "obstacles": [shape for body in self.model.bodies.bodies for shape in body.describe()],
                 "environment": environment(),
             },
         )
-
-    def quantities(self, state: State) -> Iterator[Quantity]:
-        """A row of the histories: what solver, ledger, sensors and parts say now."""
-        moment = state.moment
-        yield Quantity("", "time", "s", state.time)
-        yield Quantity("", "dt", "s", state.dt)
-        for name, part in self.model.parts:
-            yield from part.quantities(state.of(name), moment)
-        yield from state.ledger.quantities()
-        yield from self.model.gas.readings(state.gas, self.sensors)
-
-    def judge(self, history: History) -> tuple[dict[str, float], list[Criterion]]:
-        """Books of the run as far as it came, and the criteria by which it is judged."""
-        state, moment, books = self.state, self.state.moment, {}
-        for name, part in self.model.parts:
-            books |= part.books(state.of(name), moment, history)
-        books |= state.ledger.books(books["injected_enthalpy_joule"], history)
-        criteria = list(state.ledger.verdicts(books))
-        for _, part in self.model.parts:
-            criteria += part.verdicts(books, history)
-        criteria.append(criterion("plausibility warnings", len(self.concerns), 0, math.inf, "-"))
-        missing = 1e3 * max(0.0, self.schedule.end - state.time)
-        criteria.append(criterion("time asked for and not simulated", missing, 1e-9, 1e-6, "ms"))
-        return books | {"plausibility_warnings": float(len(self.concerns))}, criteria
+        return criteria
 
     def post_mortem(self, stop: NumericalStop) -> None:
         """What was known when a run was stopped: cause, energies of the last steps, the surroundings of bad nodes."""
         triangles = self.model.surface.triangles
         around = np.unique(triangles[np.isin(triangles, stop.nodes).any(axis=1)]) if stop.nodes else []
         record = {
-            **{part: getattr(stop, part) for part in ("code", "what", "where", "why")},
+            "code": stop.code,
+            "what": stop.what,
+            "where": stop.where,
+            "why": stop.why,
             "try": stop.remedy,
             "nodes": list(stop.nodes),
             "surroundings": [
                 {
                     "node": int(node),
                     "start": self.model.start[node].tolist(),
-                    "position": _digits(self.state.positions[node]),
-                    "velocity": _digits(self.state.velocities[node]),
+                    "position": [repr(float(v)) for v in self.state.positions[node]],
+                    "velocity": [repr(float(v)) for v in self.state.velocities[node]],
                 }
                 for node in around
             ],
             "last_steps": {
                 "columns": ["time [s]", "kinetic [J]", "strain [J]", "gas_work [J]", "energy_residual [J]"],
-                "rows": list(map(_digits, self.last_steps)),
+                "rows": [[repr(float(v)) for v in row] for row in self.last_steps],
             },
         }
         write_atomically(self.folder / "postmortem.json", json.dumps(record, indent=1) + "\n")
         if self.last_good is not None:
             self.journal.sync()
-            write_checkpoint(self.folder / LAST_GOOD, self.last_good[0], self.digest, self.last_good[1])
+            write_checkpoint(self.folder / LAST_GOOD, self.last_good[0], self.told.digest, self.last_good[1])
 
     def _particles_wanted(self, state: State) -> bool:
         """Whether a wanted time lies between the last row of histories and this one; a resumed run answers the same."""
-        schedule = self.schedule
+        schedule = self.told.schedule
         between = schedule.end / (schedule.frames * schedule.histories_per_frame)
-        return state.interval in {math.ceil(time / between - 1e-6) for time in self.case.run.particle_times}
+        return state.interval in {math.ceil(time / between - 1e-6) for time in self.told.particle_times}
 
     def _line(self, state: State) -> str:
         totals, ledger = self.model.gas.totals(state.gas), state.ledger
         spent = time.perf_counter() - self.begun
-        to_go = spent * (self.schedule.end / state.time - 1.0) if state.time > 0.0 else float("nan")
+        to_go = spent * (self.told.schedule.end / state.time - 1.0) if state.time > 0.0 else float("nan")
         return (
             f"{state.step:8d} {1e3 * state.time:11.3f} {1e6 * state.dt:8.3f}"
-            f" {1e-3 * (totals.pressure - self.case.ambient.pressure):13.3f} {totals.temperature:7.1f}"
+            f" {1e-3 * (totals.pressure - self.told.ambient_pressure):13.3f} {totals.temperature:7.1f}"
             f" {1e3 * totals.volume:8.3f} {1e3 * totals.mass:7.2f}"
             f" {ledger.side(MOTION):10.2f} {ledger.side(STORED):10.2f}"
             f" {ledger.side(LOST):9.2f} {ledger['gas_work']:10.2f}"
@@ -259,9 +263,35 @@ class RunRecorder(Recorder):
         )
 
 
-def _digits(numbers: Iterable[float]) -> list[str]:
-    """Every digit of numbers that JSON may be unable to hold."""
-    return [repr(float(number)) for number in numbers]
+def quantities(model: Model, state: State, sensors: Mapping[str, Sequence[float]]) -> Iterator[Quantity]:
+    """A row of the histories: what solver, ledger, sensors and parts say now."""
+    moment = state.moment
+    yield Quantity("", "time", "s", state.time)
+    yield Quantity("", "dt", "s", state.dt)
+    for name, part in model.parts:
+        yield from part.quantities(state.of(name), moment)
+    yield from state.ledger.quantities()
+    yield from model.gas.readings(state.gas, sensors)
+
+
+def judge(
+    model: Model, state: State, history: History, end: float, concerns: int
+) -> tuple[dict[str, float], list[Criterion]]:
+    """Books of a run that has reached `state`, and the criteria by which it is judged.
+
+    end: time asked for [s]; concerns: number of things that looked unintended.
+    """
+    moment, books = state.moment, {}
+    for name, part in model.parts:
+        books |= part.books(state.of(name), moment, history)
+    books |= state.ledger.books(books["injected_enthalpy_joule"], history)
+    criteria = list(state.ledger.verdicts(books))
+    for _, part in model.parts:
+        criteria += part.verdicts(books, history)
+    criteria.append(criterion("plausibility warnings", concerns, 0, math.inf, "-"))
+    missing = 1e3 * max(0.0, end - state.time)
+    criteria.append(criterion("time asked for and not simulated", missing, 1e-9, 1e-6, "ms"))
+    return books | {"plausibility_warnings": float(concerns)}, criteria
 
 
 def named(kind: str, fields: Mapping[str, np.ndarray], dtype=None) -> dict[str, np.ndarray]:

@@ -11,13 +11,14 @@ from pathlib import Path
 import numba
 
 from billow.base.errors import BillowError, InputError, IntegrityError, NumericalStop, ResourceError
-from billow.case.build import build_model, require_start_clear
+from billow.case.build import build_model, build_schedule, require_start_clear
+from billow.case.concerns import concerns_of
 from billow.case.schema import Case
 from billow.results.atomic import FOLDER_EXISTS, publish_folder, write_atomically
 from billow.results.result import Result
 from billow.run.checkpoint_file import SLOTS, newest_checkpoint
 from billow.run.interrupts import STOP_FILE, Interrupts
-from billow.run.recorder import Progress, RunRecorder
+from billow.run.recorder import Progress, RunRecorder, Told
 from billow.solver.model import Model, State
 from billow.solver.run import run
 
@@ -124,15 +125,16 @@ def _run(
     partial, (state, offset) = _partial(folder), start
     try:
         with _threads(threads), Interrupts(partial) as interrupts:
-            recorder = RunRecorder(case, model, partial, interrupts, progress, offset)
+            told = told_by(case, model)
+            recorder = RunRecorder(told, model, partial, interrupts, progress, offset)
             recorder.greet(state)
             status, failure = "completed", None
             try:
-                run(model, recorder.schedule, recorder, state)
+                run(model, told.schedule, recorder, state)
             except NumericalStop as stop:
                 status, failure = "stopped", stop
                 # What was odd about the case from the beginning is often why a run failed.
-                stop.why += "".join(f"; warned before: {c.code} {c.what} ({c.where})" for c in recorder.concerns)
+                stop.why += "".join(f"; warned before: {c.code} {c.what} ({c.where})" for c in told.concerns)
                 recorder.post_mortem(stop)
             except KeyboardInterrupt as interrupt:
                 status, failure = "interrupted", interrupt
@@ -145,6 +147,20 @@ def _run(
     except OSError as error:
         raise NOT_WRITTEN(folder=partial, why=error) from error
     return Result.open(folder)
+
+
+def told_by(case: Case, model: Model) -> Told:
+    """What the record of a run says of its case."""
+    return Told(
+        title=case.title,
+        digest=case.digest(),
+        schedule=build_schedule(case.run),
+        concerns=tuple(concerns_of(case, model)),
+        ambient_pressure=case.ambient.pressure,
+        sensors={sensor.name: sensor.position for sensor in case.run.sensors},
+        particle_times=case.run.particle_times,
+        gas_frames=case.run.gas_frames,
+    )
 
 
 def _partial(folder: Path) -> Path:
