@@ -18,7 +18,7 @@ from billow.parts.part import FRICTION, STORED, Account, Booking, Moment, Part
 SELF_CONTACT = Account("self_contact", STORED, renewed=True)
 """Energy in the springs between layers of fabric."""
 
-SECONDS_PER_NODE = 140e-9
+SECONDS_PER_NODE = 180e-9
 """Rough cost of a node in a step, searches included."""
 
 GAP_IN_EDGES = 0.2

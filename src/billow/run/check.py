@@ -12,7 +12,7 @@ from billow.solver.checkpoint import flatten
 from billow.solver.model import start_state
 from billow.solver.step import stable_dt
 
-SECONDS_PER_STEP = 120e-6  # rough cost that does not depend on the mesh, on one core of a 2020s processor
+SECONDS_PER_STEP = 220e-6  # rough cost that does not depend on the mesh, on one core of a 2020s processor
 MEGABYTES = 250.0  # of the program itself
 
 
@@ -53,7 +53,7 @@ def describe(case: Case) -> str:
         ),
         f"  fabric    {model.mass.sum():.4f} kg; start volume {1e3 * surface.volume(model.start):.3f} l, closed",
         f"  step      {1e6 * dt:.2f} us, about {steps} steps",
-        f"  run time  about {steps * seconds:.0f} s on one core",
+        f"  run time  about {max(1.0, steps * seconds):.0f} s on one core",
         f"  needs     about {memory:.0f} MB of memory and up to {2 * disk / 1e6:.0f} MB of disk",
     ]
     if model.gas.supply is not None:

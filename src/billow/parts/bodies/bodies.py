@@ -42,7 +42,7 @@ DEEPEST = 0.5
 TOUCHES = 1e-6
 """Depth [m] from which on a body touches the bag at the start."""
 
-SECONDS_PER_NODE = 15e-9
+SECONDS_PER_NODE = 18e-9
 """Rough cost of the contact of one node with one body in a step."""
 
 TOO_DEEP = NumericalStop.declare(

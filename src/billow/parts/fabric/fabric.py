@@ -32,7 +32,7 @@ LARGEST_STRETCH = 3.0
 SHOOTING = 0.5
 """Part of the smallest element altitude that a node may travel in one step."""
 
-SECONDS_PER_TRIANGLE = 50e-9
+SECONDS_PER_TRIANGLE = 60e-9
 """Rough cost of a triangle in a step, with its share of the nodes' motion."""
 
 TORN = NumericalStop.declare(

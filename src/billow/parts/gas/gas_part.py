@@ -29,7 +29,7 @@ SMALLEST_VOLUME = 1e-3
 SQUEEZED = 0.1
 """Likewise; gas that is too hot in there is hot because of it."""
 
-SECONDS_PER_TRIANGLE = 10e-9
+SECONDS_PER_TRIANGLE = 12e-9
 """Rough cost in a step of volume and pressure on a triangle."""
 
 RUN_ON = 1.2

@@ -68,7 +68,7 @@ SOUND_CROSSES = 1.0
 LARGEST_LEAD = 1.1
 """Change of a chamber's volume by which its pressure is led, at most: half a gas step does not change it more."""
 
-SECONDS_PER_PARTICLE, SECONDS_PER_TRIANGLE = 400e-9, 60e-9
+SECONDS_PER_PARTICLE, SECONDS_PER_TRIANGLE = 520e-9, 80e-9
 """Rough cost of a particle in a gas step, and of a triangle in a step of the structure."""
 
 USUAL_SPEED, IN_A_CELL = 700.0, 10
