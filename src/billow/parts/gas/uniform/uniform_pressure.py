@@ -169,19 +169,22 @@ class UniformPressure(GasModel):
     def totals(self, gas: UniformState) -> GasTotals:
         sums = dict(zip(SUMS, gas.sums.tolist(), strict=True))
         vented_by, leaked_by, passed = self.supply.outflow_by_name(gas.passed.tolist())
-        columns = (gas.pressure, gas.temperature, gas.volume, gas.masses.sum(axis=1), gas.energy)
-        several = self.supply.chambers.names if len(gas.energy) > 1 else ()
+        single = self.supply.chambers.count == 1  # asked in every step
         return GasTotals(
             **sums,
-            mass_by_species=gas.masses.sum(axis=0),
+            mass_by_species=gas.masses[0].copy() if single else gas.masses.sum(axis=0),
             ambient_work=self.supply.ambient.pressure * (sums["volume"] - gas.start_volume),
             jet_impulse_in=gas.jet_impulse_in,
             jet_impulse_out=gas.jet_impulse_out,
             vented_by=vented_by,
             leaked_by=leaked_by,
             passed=passed,
-            chambers=tuple(map(ChamberTotals, several, *(column.tolist() for column in columns))),
+            chambers=() if single else self._each(gas),
         )
+
+    def _each(self, gas: UniformState) -> tuple[ChamberTotals, ...]:
+        columns = (gas.pressure, gas.temperature, gas.volume, gas.masses.sum(axis=1), gas.energy)
+        return tuple(map(ChamberTotals, self.supply.chambers.names, *(column.tolist() for column in columns)))
 
     def fields(self, gas: UniformState) -> dict[str, np.ndarray]:
         gauge, chambers = self._gauge(gas), self.supply.chambers
