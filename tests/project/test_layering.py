@@ -1,6 +1,7 @@
 """Who may import whom. Redraw the picture in docs/architecture.md before bending a rule here."""
 
 import ast
+import graphlib
 from pathlib import Path
 
 PACKAGE = Path(__file__).parents[2] / "src" / "billow"
@@ -46,6 +47,15 @@ def room(module: str) -> str:
     """The room of a module: its first folder, in `parts` the part."""
     first, *rest = module.split(".")
     return f"{first}.{rest[0]}" if first == "parts" and rest and f"{first}.{rest[0]}" in PARTS else first
+
+
+def test_no_file_imports_itself_through_others():
+    files = {".".join(path.relative_to(PACKAGE).with_suffix("").parts): path for path in PACKAGE.rglob("*.py")}
+    graph = {
+        name: {module for found in imported(path) for module in (found, found.rpartition(".")[0]) if module in files}
+        for name, path in files.items()
+    }
+    tuple(graphlib.TopologicalSorter(graph).static_order())  # CycleError names the circle
 
 
 def test_arrows_point_downwards():

@@ -6,7 +6,6 @@ import contextlib
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from billow.base.errors import IntegrityError, ResourceError
 from billow.results.dataset import difference, why_failed
@@ -14,9 +13,6 @@ from billow.results.dataset_files import DATASET_FILE, DatasetRecord, mesh_sha25
 from billow.results.result import Result
 from billow.study.attempt import Outcome, Runner, Task, attempt_run
 from billow.study.execute import WORKER_DIED, available_cores, dask_client, run_on_dask
-
-if TYPE_CHECKING:
-    from billow.study.study import Study
 
 OTHER_RUN = IntegrityError.declare(
     "E-STU-010",
@@ -62,9 +58,9 @@ class StudySummary:
 
 
 class Drive:
-    """One call of `Study.run`."""
+    """One call of `Study.run`; study: the study itself."""
 
-    def __init__(self, study: Study, report: Callable[[ProgressEvent], None], retry_failed: bool):
+    def __init__(self, study, report: Callable[[ProgressEvent], None], retry_failed: bool):
         self.study, self.store, self.report, self.retry_failed = study, study.store, report, retry_failed
         self.started = time.perf_counter()
         self.completed: set[str] = set()
