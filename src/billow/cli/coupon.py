@@ -87,6 +87,11 @@ def coupon(
                 f"{name:<14}{curve:<7}{1e-6 * r['peak_stress']:>13.3f}{up:>13}{down:>13}"
                 f"{100 * r['ripple_loading']:>11.3f} %{100 * r['ripple_unloading']:>11.3f} %"
             )
+    for name, tested in measured.items():
+        if tested.created > 0.01 * tested.lost:
+            console.print(
+                f"{name} creates {tested.created:.3g} J in the cycle, which turns {tested.lost:.3g} J to heat"
+            )
     console.print(f"{out}: written")
 
 
