@@ -68,6 +68,10 @@ class Model:
         return np.where(free, 1.0 / np.where(free, self.mass, 1.0), 0.0)
 
     @cached_property
+    def has_gravity(self) -> bool:
+        return bool(self.gravity.any())
+
+    @cached_property
     def work(self) -> Work:
         return Work(np.zeros((self.surface.triangle_count, 3, 3)), np.zeros_like(self.start))
 

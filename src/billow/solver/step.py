@@ -47,7 +47,7 @@ def evaluate_forces(model: Model, state: State, dt: float) -> None:
     positions, velocities, ledger = state.positions, state.velocities, state.ledger
     force = model.work.corner_force
     force.fill(0.0)
-    bag = Bag(model.surface, positions, velocities, model.bodies.touched(state.bodies), model.work.before)
+    bag = Bag(model.surface, positions, velocities, state.bodies.contact.touching, model.work.before)
     ledger.book(model.gas.advance(state.gas, bag, state.time, dt, force))
     ledger.book(model.fabric.add_forces(state.fabric, positions, velocities, state.time, dt, force))
     if model.self_contact is not None:
@@ -71,7 +71,7 @@ def first_forces(model: Model, state: State) -> None:
 def gravity_and_damping(model: Model, state: State, dt: float) -> list[Booking]:
     """Work of gravity on the nodes and of mass damping over the step, from the velocities at its middle."""
     bookings = []
-    if model.gravity.any():
+    if model.has_gravity:
         momentum = model.mass @ (state.velocities * (model.inverse_mass > 0.0)[:, None])
         bookings.append(Booking(GRAVITY_WORK, float(model.gravity @ momentum) * dt))
     if model.mass_damping:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass
 from functools import cached_property
@@ -100,10 +100,31 @@ class Bodies(Part):
         return [k for k, body in enumerate(self.bodies) for _ in body.shapes]
 
     @cached_property
+    def _first_shape(self) -> list[int]:
+        """Of each body, index of its first shape."""
+        return [self.owner.index(k) for k in range(len(self.bodies))]
+
+    @cached_property
     def table(self) -> ShapeTable:
         """Shapes and laws, as kernels need them."""
         shapes = [carried.shape for body in self.bodies for carried in body.shapes]
         return ShapeTable.build(shapes, [self.bodies[k].law for k in self.owner])
+
+    @cached_property
+    def has_gravity(self) -> bool:
+        return bool(self.gravity.any())
+
+    @cached_property
+    def _rows(self) -> ShapeMotion:
+        """Where the shapes are: of locked bodies for ever, of free ones as `_motion` left them."""
+        rows = ShapeMotion.room(len(self.owner))
+        self._fill(rows, [body.start for body in self.bodies], range(len(self.bodies)))
+        return rows
+
+    @cached_property
+    def _free(self) -> list[int]:
+        """Indices of the bodies that move."""
+        return [k for k, body in enumerate(self.bodies) if not body.rigid.locked]
 
     def start(self, bag=None) -> BodiesState:
         """Bodies where they start; nothing touches."""
@@ -120,34 +141,34 @@ class Bodies(Part):
             return []
         contact = state.contact
         reaction = push(self.table, self._motion(state), self.area, inverse_mass, positions, velocities, dt, contact)
-        for motion in state.motion:
-            motion.force, motion.torque = np.zeros(3), np.zeros(3)
-        for k, received in zip(self.owner, reaction, strict=True):
-            state.motion[k].force += received[:3]
-            state.motion[k].torque += received[3:]
+        if len(self.owner) > len(self.bodies):
+            reaction = np.add.reduceat(reaction, self._first_shape)
+        for motion, received in zip(state.motion, reaction, strict=True):
+            motion.force, motion.torque = received[:3], received[3:]
         stored, lost = sum(contact.stored.tolist()), sum(contact.dissipated.tolist())
         return [Booking(CONTACT, stored), Booking(FRICTION, lost)]
 
     def _motion(self, state: BodiesState) -> ShapeMotion:
         """Where the shapes are now."""
-        rows = ShapeMotion.room(len(self.owner))
-        o = 0
-        for body, motion in zip(self.bodies, state.motion, strict=True):
+        self._fill(self._rows, state.motion, self._free)
+        return self._rows
+
+    def _fill(self, rows: ShapeMotion, motions: Sequence[RigidState], which: Iterable[int]) -> None:
+        for k in which:
+            body, motion = self.bodies[k], motions[k]
             rotation, spin = motion.rotation, rigid_body.spin(body.rigid, motion)
-            for carried in body.shapes:
+            for o, carried in enumerate(body.shapes, self._first_shape[k]):
                 row = rows.body[o]
                 row[:3], row[3:6], row[6:] = motion.centre, motion.velocity, spin
                 rows.centre[o] = rotation @ carried.centre
                 rows.pose[o] = (rotation if carried.rotation is None else rotation @ carried.rotation).ravel()
-                o += 1
-        return rows
 
     def move(self, state: BodiesState, dt: float) -> list[Booking]:
         """Bodies over a step of dt [s] under the contact forces and gravity."""
         bookings = []
         for body, motion in zip(self.bodies, state.motion, strict=True):
             rigid_body.advance(body.rigid, motion, self.gravity, dt)
-            if self.gravity.any() and not body.rigid.locked:  # the velocity is the new one already
+            if self.has_gravity and not body.rigid.locked:  # the velocity is the new one already
                 middle = motion.velocity - 0.5 * dt * (motion.force / body.rigid.mass + self.gravity)
                 bookings.append(Booking(GRAVITY_WORK, float(body.rigid.mass * self.gravity @ middle) * dt))
         return bookings + self.kinetic_energy(state)
@@ -156,10 +177,6 @@ class Bodies(Part):
         """That of all bodies now."""
         pairs = zip(self.bodies, state.motion, strict=True)
         return [Booking(BODY_KINETIC, sum(rigid_body.kinetic_energy(body.rigid, motion) for body, motion in pairs))]
-
-    def touched(self, state: BodiesState) -> np.ndarray:
-        """Nodes in contact with any body, (nodes,) bool."""
-        return state.contact.touching.any(axis=0)
 
     # --- what a run says of them -----------------------------------------------------------------------------------
 

@@ -34,8 +34,8 @@ class Bag:
     """All a gas may see.
 
     positions: [m] at the end of the step, before: at its start, velocities: [m/s] at its middle, all (nodes, 3). before
-    is positions where no step was made. touched: (nodes,) bool, nodes in contact with any body; None where nothing can
-    be touched.
+    is positions where no step was made. touched: (shapes, nodes) bool, nodes in contact with each shape of a body;
+    None where nothing can be touched.
     """
 
     surface: Surface
@@ -61,7 +61,7 @@ class ChamberTotals:
     energy: float
 
 
-@dataclass(frozen=True)
+@dataclass(slots=True)  # not frozen: one is made in every step, which costs a frozen one three times the time
 class GasTotals:
     """State of the whole gas.
 

@@ -38,6 +38,12 @@ class Jets:
     reversed: np.ndarray | None = None
     mouth_start: np.ndarray | None = None
 
+    def mouth_velocity(self, velocities: np.ndarray) -> np.ndarray:
+        """Mean velocity of the mouth [m/s], (3,); velocities: (nodes, 3)."""
+        mean = np.empty(3)
+        _mean(self.mouth_nodes, velocities, mean)
+        return mean
+
     def turn(self, positions: np.ndarray) -> np.ndarray:
         """Rotation of the mouth since the start, (3, 3): the one that fits its nodes best to their present positions
         (Kabsch, Acta Crystallographica A32, 922, 1976). positions: [m], (nodes, 3)."""
@@ -136,6 +142,16 @@ def power_of_last_force(
     return _power.serial(
         len(pattern.triangles), pattern.triangles, pattern.force, triangles, velocities, mouth_velocity
     )
+
+
+@scalar
+def _mean(nodes, vectors, mean_out):
+    mean_out[:] = 0.0
+    for node in nodes:
+        for k in range(3):
+            mean_out[k] += vectors[node, k]
+    for k in range(3):
+        mean_out[k] /= len(nodes)
 
 
 @scalar

@@ -129,13 +129,13 @@ class Passages:
     def measure(self, triangles: np.ndarray, positions: np.ndarray, touched: np.ndarray | None) -> np.ndarray:
         """Present and blocked area [m^2] of each chunk, (chunks, 2).
 
-        positions: [m], (nodes, 3). touched: (nodes,) bool, nodes in contact; each blocks a third of its triangles. None
-        if nothing can be touched.
+        positions: [m], (nodes, 3). touched: (shapes, nodes) bool, nodes in contact with a shape; each blocks a third of
+        its triangles. None if nothing can be touched.
         """
         areas = np.empty((len(self.chunk_start) - 1, 2))
         if len(areas):
-            nothing = np.zeros(len(positions), np.bool_) if touched is None else touched
-            _measure(len(self.members), triangles, self.members, self.chunk_start, positions, nothing, areas)
+            by = np.zeros((0, len(positions)), np.bool_) if touched is None else touched
+            _measure(len(self.members), triangles, self.members, self.chunk_start, positions, by, areas)
         return areas
 
     def outflow(self, kind: int, time: float, inside: float, outside: float, rt: float, gamma: float = 1.3) -> float:
@@ -185,6 +185,12 @@ def _measure(n, triangles, members, chunk_start, positions, touched, areas_out):
             nx, ny, nz = double_area_vector(positions, a, b, c)
             area = 0.5 * math.sqrt(nx * nx + ny * ny + nz * nz)
             present += area
-            blocked += area * (1.0 * touched[a] + touched[b] + touched[c]) / 3.0
+            corners = 0.0
+            for k in (a, b, c):
+                for shape in range(len(touched)):
+                    if touched[shape, k]:
+                        corners += 1.0
+                        break
+            blocked += area * corners / 3.0
         areas_out[chunk, 0] = present
         areas_out[chunk, 1] = blocked

@@ -126,7 +126,9 @@ class UniformPressure(GasModel):
 
     def _gauge(self, gas: UniformState) -> np.ndarray:
         """Pressure above ambient [Pa], (chambers + 1,); the last is that of the surroundings."""
-        return np.append(gas.pressure - self.supply.ambient.pressure, 0.0)
+        gauge = np.zeros(len(gas.pressure) + 1)
+        gauge[:-1] = gas.pressure - self.supply.ambient.pressure
+        return gauge
 
     def _blow(self, gas: UniformState, bag: Bag, time: float, dt: float, corner_force: np.ndarray) -> np.ndarray:
         """Add the jets' force; returns their work in this step [J], (chambers,): the mean force over the motion."""
@@ -147,7 +149,7 @@ class UniformPressure(GasModel):
         if not blows and not len(pattern.force):
             return 0.0
         triangles = bag.surface.triangles
-        mouth_velocity = bag.velocities[jets.mouth_nodes].mean(axis=0)
+        mouth_velocity = jets.mouth_velocity(bag.velocities)
         before = 0.0
         if not blows or after >= gas.next_aim[k]:  # what they fell on so far is about to be forgotten
             before = power_of_last_force(pattern, triangles, bag.velocities, mouth_velocity)
