@@ -72,7 +72,7 @@ def test_parallel_kernels_give_the_same_bits():
     triangles = rng.integers(0, 700, (5000, 3)).astype(np.uint32)
     behind, ahead = rng.integers(-1, 3, (2, 5000)).astype(np.int32)
     gauge = np.array([3e4, 1e4, -2e3, 0.0])
-    touched = rng.random(700) < 0.3
+    touched = rng.random((2, 700)) < 0.3
     table = Passages((Passage("hole", VENT, ORIFICE, 0, triangles=np.arange(5000), area_terms=PRESENT_AREA),))
     found = []
     for how in ("serial", "parallel"):

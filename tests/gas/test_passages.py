@@ -83,11 +83,12 @@ def test_areas_are_measured_by_the_nodes_that_touch():
     )
     passages = Passages(rows)
     assert [row.measured for row in rows] == [True, False, True, False]
-    touched = np.zeros(len(POSITIONS), bool)
-    touched[TRIANGLES[3, :2]] = True
+    touched = np.zeros((2, len(POSITIONS)), bool)
+    touched[0, TRIANGLES[3, :2]] = True
+    touched[1, TRIANGLES[3, 1]] = True  # a node that two shapes touch is blocked once
     found = passages.measure(TRIANGLES, POSITIONS, touched)
     assert passages.table.first_chunk.tolist() == [0, 1, 1, 2, 2]
-    share = touched[TRIANGLES].sum(axis=1) / 3.0
+    share = touched.any(axis=0)[TRIANGLES].sum(axis=1) / 3.0
     for line, members in zip(found, (some, np.arange(5)), strict=True):
         assert line == pytest.approx([AREAS[members].sum(), (AREAS * share)[members].sum()], rel=1e-14)
     assert (passages.measure(TRIANGLES, POSITIONS, None)[:, 1] == 0.0).all()
@@ -105,7 +106,7 @@ def test_a_touched_vent_closes_and_its_blocked_area_is_told():
         ("closed", blocked, TRIANGLES[hole[0]]),
     ):
         gas = joined_rooms(ROOM, (row,), [2e5], [300.0], [0.5])
-        ROOM.touched = np.isin(np.arange(len(POSITIONS)), touched)
+        ROOM.touched = np.isin(np.arange(len(POSITIONS)), touched)[None]
         totals = gas.totals(run(gas, ROOM, 1, 1e-6)[0])
         lost[name], seen = totals.vented, totals.blocked_area
         share = 0.0 if name == "ignored" else len(touched) / 3.0
