@@ -40,16 +40,18 @@ def test_longer_than_the_curve_and_braking_curves():
 
 @settings(max_examples=30, deadline=None)
 @given(st.lists(st.floats(0.0, 200.0), min_size=3, max_size=40), st.sampled_from([0.015, 0.036]))
-def test_against_all_windows_between_samples(values, longest):
-    times, a = np.arange(len(values)) * 1e-3, np.array(values)
-    velocity = np.concatenate([[0.0], np.cumsum(0.5e-3 * (a[1:] + a[:-1]))])
-    brute = max(
-        (times[j] - times[i]) * ((velocity[j] - velocity[i]) / (times[j] - times[i])) ** 2.5
-        for i in range(len(a))
-        for j in range(i + 1, len(a))
-        if times[j] - times[i] <= longest * (1 + 1e-12)
-    )
-    assert head_injury(times, a * GRAVITY, longest).value == pytest.approx(brute, rel=1e-9, abs=1e-12)
+def test_against_all_windows_of_a_fine_grid(values, longest):
+    times, curve = np.arange(len(values)) * 1e-3, np.array(values)
+    steps = np.arange(20 * (len(values) - 1) + 1)
+    a = np.interp(0.05 * steps, np.arange(len(values)), curve)
+    velocity = np.concatenate([[0.0], np.cumsum(0.025e-3 * (a[1:] + a[:-1]))])
+    window = 0.05e-3 * (steps - steps[:, None])
+    allowed = (window > 0.0) & (window <= longest * (1 + 1e-12))
+    mean = (velocity - velocity[:, None])[allowed] / window[allowed]
+    brute = (window[allowed] * np.maximum(mean, 0.0) ** 2.5).max()
+    found = head_injury(times, curve * GRAVITY, longest).value
+    assert brute * (1.0 - 1e-9) <= found + 1e-12
+    assert found == pytest.approx(brute, rel=2e-2, abs=1e-12)  # an end off by half of the grid loses its square
 
 
 def test_clip_of_a_half_sine():

@@ -21,6 +21,12 @@ GRAVITY = 9.80665
 """Standard gravity: [m/s^2]."""
 CLIP = 3e-3
 """[s] for which the 3 ms clip asks."""
+FITS = 1e-8
+"""Part of a window by which it may miss a length and still have it: times lose digits when they are far from zero."""
+FEWEST_SAMPLES = 200
+"""Samples between which windows are searched; curves of fewer get some in between."""
+MOST_REFINED, FINEST = 30, 1e-5
+"""Windows between samples that are refined, and the part of a sample interval at which that ends."""
 HEAD_CLASS = 1000
 """Channel frequency class of head acceleration (SAE J211-1)."""
 
@@ -56,35 +62,90 @@ def head_injury(times: np.ndarray, acceleration: np.ndarray, longest: float) -> 
     times: [s], (samples,), evenly spaced; acceleration: resultant [m/s^2], (samples,), filtered to CFC 1000; longest:
     [s], 0.015 for HIC15, 0.036 for HIC36
 
-    The mean is a difference of the cumulated velocity, so the search costs samples times window, not its square.
-    Windows begin or end at a sample; one of the longest allowed length that ends between two samples is counted too.
-    Raises InputError E-INJ-001.
+    The curve is linear between samples and windows begin and end anywhere: the best window between samples is found at
+    first, then those of the longest length in closed form, then the shorter ones that are best among their neighbours
+    are refined. So the answer is that of the curve and not of its sampling. Raises InputError E-INJ-001.
     """
-    interval = sample_interval(times, acceleration)
-    times, a = np.asarray(times, float), np.asarray(acceleration, float) / GRAVITY
-    velocity = np.concatenate([[0.0], np.cumsum(0.5 * interval * (a[1:] + a[:-1]))])
-    best = HeadInjury(0.0, float(times[0]), float(times[0]))
+    interval, a = sample_interval(times, acceleration), np.asarray(acceleration, float) / GRAVITY
+    parts = -(-FEWEST_SAMPLES // len(a))
+    a = np.interp(np.arange(parts * (len(a) - 1) + 1) / parts, np.arange(len(a)), a)
+    curve = _Velocity(a, interval / parts)
+    length = curve.interval * (curve.samples - 1)
+    starts, ends = curve.best_between_samples(longest * (1.0 + FITS))
+    first = curve.refined(starts, ends, min(longest, length))
+    last = curve.best_of_length(min(longest, length))
+    value, start, end = max(first, last)
+    return HeadInjury(value, float(times[0]) + start, float(times[0]) + end)
 
-    def consider(gain, starts, window):
-        nonlocal best
-        value = window * np.maximum(gain / window, 0.0) ** 2.5
-        if len(value) and value.max() > best.value:
-            first = int(value.argmax())
-            best = HeadInjury(float(value[first]), float(starts[first]), float(starts[first] + window))
 
-    samples = len(times)
-    within = min(samples - 1, int(longest / interval * (1.0 + 1e-12)))
-    for steps in range(1, within + 1):
-        window = steps * interval
-        consider(velocity[steps:] - velocity[:-steps], times, window)
-    rest = longest - within * interval
-    if within < samples - 1 and rest > 1e-9 * interval:
-        inside = velocity[:-1] + rest * a[:-1] + 0.5 * rest * rest / interval * (a[1:] - a[:-1])  # after each sample
-        consider(inside[within:] - velocity[: samples - 1 - within], times, longest)
-        before = velocity[1:] - (rest * a[1:] - 0.5 * rest * rest / interval * (a[1:] - a[:-1]))  # before each sample
-        ends = velocity[within + 1 :]
-        consider(ends - before[: len(ends)], times[1:] - rest, longest)
-    return best
+class _Velocity:
+    """Cumulated acceleration a [g] of evenly spaced samples; times count from the first sample."""
+
+    def __init__(self, a: np.ndarray, interval: float):
+        self.a, self.interval, self.samples = a, interval, len(a)
+        self.v = np.concatenate([[0.0], np.cumsum(0.5 * interval * (a[1:] + a[:-1]))])
+
+    def at(self, times: np.ndarray) -> np.ndarray:
+        i = np.clip((times / self.interval).astype(int), 0, self.samples - 2)
+        u = times - i * self.interval
+        return self.v[i] + u * (self.a[i] + 0.5 * u / self.interval * (self.a[i + 1] - self.a[i]))
+
+    def value(self, starts: np.ndarray, ends: np.ndarray) -> np.ndarray:
+        """HIC of windows; zero where nothing is gained."""
+        return _value(self.at(ends) - self.at(starts), ends - starts)
+
+    def best(self, starts: np.ndarray, ends: np.ndarray) -> tuple[float, float, float]:
+        """Value, start and end of the best of some windows."""
+        values = self.value(starts, ends)
+        k = int(values.argmax())
+        return float(values[k]), float(starts[k]), float(ends[k])
+
+    def best_between_samples(self, longest: float) -> tuple[np.ndarray, np.ndarray]:
+        """Windows from sample to sample that are no worse than those one sample longer, shorter, earlier or later."""
+        within = min(self.samples - 1, int(longest / self.interval))
+        rows = [np.full(self.samples + 2, -1.0) for _ in range(3)]  # one sample shorter, this length, one longer
+        found: list[tuple[float, int, int]] = []
+        for steps in range(1, within + 2):
+            if steps <= within:
+                rows[2][1 : self.samples - steps + 1] = _value(self.v[steps:] - self.v[:-steps], steps * self.interval)
+            shorter, here, longer = rows
+            peaks = here[1:-1] > 0.0
+            for other in (shorter[1:-1], shorter[2:], longer[1:-1], longer[:-2], here[:-2], here[2:]):
+                peaks &= here[1:-1] >= other
+            found += [(here[i + 1], i, i + steps - 1) for i in np.flatnonzero(peaks).tolist()]
+            rows = [here, longer, np.full(self.samples + 2, -1.0)]
+        best = sorted(found, reverse=True)[:MOST_REFINED] or [(0.0, 0, 1)]
+        windows = self.interval * np.array([window for _, *window in best])
+        return windows[:, 0], windows[:, 1]
+
+    def best_of_length(self, length: float) -> tuple[float, float, float]:
+        """The gain of a window that slides is quadratic between two moments at which an end passes a sample."""
+        end, passing = self.interval * (self.samples - 1), self.interval * np.arange(self.samples)
+        starts = np.concatenate([passing, passing - length, [end - length]])
+        starts = np.unique(starts[(starts >= 0.0) & (starts <= end - length)])
+        rate = np.interp(starts + length, passing, self.a) - np.interp(starts, passing, self.a)
+        turns = (rate[:-1] > 0.0) & (rate[1:] < 0.0)
+        drop = rate[:-1][turns] / (rate[:-1] - rate[1:])[turns]
+        starts = np.concatenate([starts, starts[:-1][turns] + drop * np.diff(starts)[turns]])
+        return self.best(starts, np.minimum(starts + length, end))
+
+    def refined(self, starts: np.ndarray, ends: np.ndarray, longest: float) -> tuple[float, float, float]:
+        """The best of these windows, each moved to the best one around it (a search on grids that get finer)."""
+        end, step = self.interval * (self.samples - 1), self.interval
+        one, other = (grid.ravel() for grid in np.meshgrid([-1.0, -0.5, 0.0, 0.5, 1.0], [-1.0, -0.5, 0.0, 0.5, 1.0]))
+        rows = np.arange(len(starts))
+        while step > FINEST * self.interval:
+            s = np.clip(starts[:, None] + step * one, 0.0, end)
+            e = np.clip(ends[:, None] + step * other, s, np.minimum(s + longest, end))
+            best = self.value(s, e).argmax(axis=1)
+            starts, ends = s[rows, best], e[rows, best]
+            step *= 0.6
+        return self.best(starts, ends)
+
+
+def _value(gain, window):
+    mean = np.divide(gain, window, out=np.zeros_like(gain), where=np.asarray(window) > 0.0)
+    return window * np.maximum(mean, 0.0) ** 2.5
 
 
 def clip(times: np.ndarray, acceleration: np.ndarray, *, contiguous: bool) -> float:
@@ -97,13 +158,13 @@ def clip(times: np.ndarray, acceleration: np.ndarray, *, contiguous: bool) -> fl
     interval = sample_interval(times, acceleration)
     a = np.asarray(acceleration, float)
     low, high = 0.0, float(a.max())
-    if interval * (len(a) - 1) < CLIP or high <= 0.0:
+    if interval * (len(a) - 1) < CLIP * (1.0 - FITS) or high <= 0.0:
         return 0.0
     while high - low > 1e-9 * high:  # time above a level never grows with the level
         middle = 0.5 * (low + high)
         above = _seconds_above(a, middle, interval)
         lasted = _longest_run(above, a > middle) if contiguous else above.sum()
-        low, high = (middle, high) if lasted >= CLIP else (low, middle)
+        low, high = (middle, high) if lasted >= CLIP * (1.0 - FITS) else (low, middle)
     return low
 
 

@@ -80,7 +80,7 @@ def channel_filter(times: np.ndarray, curve: np.ndarray, channel_class: int) -> 
             rate=1.0 / interval, channel_class=channel_class, needed=SAMPLES_PER_CLASS * channel_class
         )
     forward, backward = coefficients(channel_class, interval)
-    padding = min(len(times) - 1, math.ceil(PADDING / (2.0775 * channel_class * interval)))
+    padding = min(len(times) - 1, math.ceil(PADDING / (2.0775 * channel_class * interval) - 1e-6))
     return filtfilt(forward, backward, np.asarray(curve, float), axis=0, padtype="odd", padlen=padding)
 
 

@@ -33,6 +33,9 @@ SLOPE_WINDOW = 9
 """Parameters of the standard: half widths of the corridors over the largest reference value; shift and warping window
 over the length of the curve; errors at which a score is 0; samples over which slopes are averaged."""
 
+EQUAL = 1e-9
+"""Part of a size below which a difference is rounding: of correlations, of the values of a constant curve."""
+
 GRADES = ((0.94, "excellent"), (0.80, "good"), (0.58, "fair"))
 
 
@@ -66,7 +69,7 @@ def rate(times: np.ndarray, curve: np.ndarray, reference: np.ndarray) -> Rating:
     sample_interval(times, curve)
     sample_interval(times, reference)
     samples = round((times[-1] - times[0]) / INTERVAL) + 1
-    if samples <= 2 * SLOPE_WINDOW or np.ptp(reference) == 0.0:
+    if samples <= 2 * SLOPE_WINDOW or _is_constant(reference):
         raise UNUSABLE_REFERENCE(duration=times[-1] - times[0], variation=np.ptp(reference))
     grid = times[0] + INTERVAL * np.arange(samples)
     curve, reference = np.interp(grid, times, curve), np.interp(grid, times, reference)
@@ -97,25 +100,31 @@ def _overlap(curve, reference, shift):
 def _best_shift(curve, reference):
     """Shift [samples] of the best correlation, the smallest if several are equal."""
     best, found = _correlation(curve, reference), 0
-    for size in range(1, int(LARGEST_SHIFT * len(curve)) + 1):
+    for size in range(1, int(LARGEST_SHIFT * len(curve) + EQUAL) + 1):
         for shift in (size, -size):
             correlation = _correlation(*_overlap(curve, reference, shift))
-            if correlation > best:
+            if correlation > best + EQUAL:
                 best, found = correlation, shift
     return found
 
 
 def _correlation(one, other):
+    if _is_constant(one) or _is_constant(other):
+        return -1.0
     one, other = one - one.mean(), other - other.mean()
     size = np.sqrt((one @ one) * (other @ other))
-    return one @ other / size if size > 0.0 else -1.0
+    return one @ other / size
+
+
+def _is_constant(curve):
+    return np.ptp(curve) <= EQUAL * np.abs(curve).max()
 
 
 def _magnitude(curve, reference):
     """Of samples matched by dynamic time warping: steps (1, 1), (1, 0), (0, 1) of equal weight, squared differences, no
     farther from the diagonal than a tenth of the length."""
     samples = len(curve)
-    band = max(int(np.ceil(WARPING_WINDOW * samples)) - 1, 1)
+    band = max(int(np.ceil(WARPING_WINDOW * samples - EQUAL)) - 1, 1)
     pairs, length = np.empty((2 * samples, 2), np.int64), np.zeros(1, np.int64)
     _warp(samples, np.ascontiguousarray(curve), np.ascontiguousarray(reference), band, pairs, length)
     return _score(curve[pairs[: length[0], 0]], reference[pairs[: length[0], 1]], MAGNITUDE_LIMIT)
