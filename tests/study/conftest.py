@@ -9,6 +9,7 @@ from billow.study.study import Study
 def definition(tmp_path, monkeypatch):
     """A study.toml around the fake case."""
     monkeypatch.setattr(study_module, "_load_case", fake_solver.FakeCase.load)
+    monkeypatch.setattr(study_module, "_outline", fake_solver.outline)
     (tmp_path / "square.toml").write_text(fake_solver.CASE)
     path = tmp_path / "definition.toml"
     path.write_text(fake_solver.STUDY)

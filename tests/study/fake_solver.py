@@ -16,9 +16,11 @@ import tomli_w
 
 from billow.base.errors import InputError, NumericalStop
 from billow.results.atomic import publish_folder
+from billow.results.dataset_files import mesh_sha256
 from billow.results.histories import write_histories
 from billow.results.run_file import write_run_file
 from billow.results.vtkhdf import FabricWriter
+from billow.run.check import Outline
 
 POINTS = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
 TRIANGLES = np.array([[0, 1, 2], [0, 2, 3]])
@@ -80,6 +82,11 @@ class FakeCase:
 
     def digest(self):
         return hashlib.sha256(self.to_toml().encode()).hexdigest()
+
+
+def outline(case):
+    size = case.content["square"]["size"]
+    return Outline(len(POINTS), len(TRIANGLES), mesh_sha256(size * POINTS, TRIANGLES), tuple(TIMES))
 
 
 def simulate(case, folder, *, progress=None, threads=None, status="completed"):

@@ -28,6 +28,7 @@ def slowly(case, folder, *, threads):
     fake_solver.simulate(case, folder, threads=threads)
 
 study._load_case = fake_solver.FakeCase.load
+study._outline = fake_solver.outline
 study.Study.create(sys.argv[2], sys.argv[3]).run(workers=1, runner=slowly)
 """
 

@@ -3,17 +3,40 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 from billow.case.build import build_model, build_schedule, require_start_clear
 from billow.case.concerns import concerns_of, start_panels
 from billow.case.gas.models import GAS_MODELS
 from billow.case.schema import Case
+from billow.results.dataset_files import mesh_sha256
 from billow.solver.checkpoint import flatten
 from billow.solver.model import start_state
 from billow.solver.step import stable_dt
 
 SECONDS_PER_STEP = 220e-6  # rough cost that does not depend on the mesh, on one core of a 2020s processor
 MEGABYTES = 250.0  # of the program itself
+
+
+class Outline(NamedTuple):
+    """What all runs of a study have in common. nodes, triangles: how many; mesh: fingerprint of the start shape; times:
+    of the frames [s]."""
+
+    nodes: int
+    triangles: int
+    mesh: str
+    times: tuple[float, ...]
+
+
+def outline(case: Case) -> Outline:
+    """Build the model of a case and say what its run has in common with others. InputError as `describe`."""
+    model = build_model(case)
+    require_start_clear(model)
+    schedule, surface = build_schedule(case.run), model.surface
+    times = tuple(schedule.end * frame / schedule.frames for frame in range(schedule.frames + 1))
+    return Outline(
+        surface.node_count, surface.triangle_count, mesh_sha256(model.start, surface.triangles), times
+    )
 
 
 def describe(case: Case) -> str:

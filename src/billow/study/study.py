@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Callable
 from pathlib import Path
 
@@ -11,19 +10,13 @@ from billow.results.atomic import whole_folder, write_atomically
 from billow.results.dataset import Dataset
 from billow.results.dataset_files import read_design, read_split, write_design, write_split
 from billow.study.attempt import Runner, cannot_write
+from billow.study.corners import build_corners, check_values, vary
 from billow.study.definition import StudyDefinition
 from billow.study.design import Design, Values, draw
 from billow.study.drive import Drive, ProgressEvent, StudySummary
 from billow.study.grow import ANOTHER_STUDY, added_designs_text, grown, merged, read_added_designs
 from billow.study.store import RunStore
 
-CASE_REFUSES = InputError.declare(
-    "E-STU-007",
-    "the case does not accept a design: {refusal}",
-    why="{reason}; tried: {entries}",
-    cause="a misspelt key, or a range that goes beyond what is plausible",
-    remedy="correct the parameter; docs/case.md gives keys and ranges",
-)
 NO_STUDY = InputError.declare(
     "E-STU-009",
     "the folder holds no study",
@@ -73,15 +66,17 @@ class Study:
         """Draw the designs of a study and write them to `folder`; if it holds this study already, open it.
 
         A study that asks for more training runs than `folder` has, by `train` or `added_designs`, adds them to those
-        there; its test runs never change. Every design is tried on the case before anything is written.
-        InputError E-STU-001 to -006: the definition; -024: its added designs; -007: the case does not accept a value;
+        there; its test runs never change. Every design is tried on the case, and the models of
+        some corners of the design space are built, before anything is written.
+        InputError E-STU-001 to -006: the definition; -024: its added designs; -007: the case does not accept a value; -026: a parameter
+        changes mesh or times;
         -008: `folder` holds something else; -025: `train` cannot grow to this number; -013: another process runs the
         study that is to grow. ResourceError E-STU-012, -023: it cannot be written.
         """
         definition_file, folder = Path(definition_file), Path(folder).absolute()  # "." has a name only in full
         definition = StudyDefinition.load(definition_file)
         case = _load_case(definition_file.parent / definition.case)
-        _try_ranges(definition_file, definition, case)
+        check_values(definition_file, definition, case)
         table = definition.added_designs
         added = read_added_designs(definition_file.parent / table, definition.axes) if table else []
         # Inside the study's folder its files have names of their own.
@@ -89,12 +84,14 @@ class Study:
         try:
             there = folder.exists() and (not folder.is_dir() or any(folder.iterdir()))
             study = _open_for(definition, case, folder) if there else None
+            if study is None:
+                build_corners(definition_file, definition, case, _outline)
             if study is not None:
                 definition = merged(study.definition, definition, folder)
             existing = study.design if study else draw(definition)
             design = grown(existing, definition, added, folder)
             for run in design.runs.keys() - (study.runs.keys() if study else ()):
-                _vary(case, definition, design.runs[run], f"{definition_file}: run {run} of its design")
+                vary(case, definition, design.runs[run], f"{definition_file}: run {run} of its design")
             if study is None:
                 with whole_folder(folder) as partial:
                     _write(partial, case, definition, added, design)
@@ -126,7 +123,7 @@ class Study:
 
     def case(self, run: str):
         """The `billow.Case` of one run."""
-        return _vary(self._case, self.definition, self.runs[run], f"{self.folder}: run {run}")
+        return vary(self._case, self.definition, self.runs[run], f"{self.folder}: run {run}")
 
     def dataset(self) -> Dataset:
         """The runs made so far, as what a surrogate learns from; errors as `Dataset.open`."""
@@ -167,24 +164,10 @@ def _load_case(path: Path):
     return Case.load(path)
 
 
-def _vary(case, definition: StudyDefinition, values: tuple[float, ...], where: str):
-    """The case with a value for each parameter. InputError E-STU-007 if it does not accept them."""
-    entries = {key: v for p, v in zip(definition.parameters, values, strict=True) for key in p.keys}
-    try:
-        return case.vary(entries)
-    except InputError as error:
-        what, why, tried = error.what, error.why, ", ".join(f"{key} = {value:g}" for key, value in entries.items())
-        raise CASE_REFUSES(refusal=what, where=where, reason=why, entries=tried, remedy=error.remedy) from error
+def _outline(case):
+    from billow.run.check import outline
 
-
-def _try_ranges(path: Path, definition: StudyDefinition, case) -> None:
-    """Try each end of each range by itself, so that an error names the one parameter that is wrong."""
-    for number, parameter in enumerate(definition.parameters, start=1):
-        one = definition.model_copy(update={"parameters": (parameter,)})
-        for value in (parameter.low, parameter.high):
-            _vary(case, one, (value,), f"{path}: [[parameters]] number {number} ({parameter.name})")
-    for corner in itertools.islice(itertools.product(*((p.low, p.high) for p in definition.parameters)), 256):
-        _vary(case, definition, corner, f"{path}: a corner of the design space")
+    return outline(case)
 
 
 def _open_for(definition: StudyDefinition, case, folder: Path) -> Study:
