@@ -89,7 +89,7 @@ def outline(case):
     return Outline(len(POINTS), len(TRIANGLES), mesh_sha256(size * POINTS, TRIANGLES), tuple(TIMES))
 
 
-def simulate(case, folder, *, progress=None, threads=None, status="completed"):
+def simulate(case, folder, *, progress=None, threads=None, status="completed", quality=None):
     assert threads == 1
     folder = Path(folder)
     partial = folder.with_name(folder.name + ".partial")
@@ -102,6 +102,8 @@ def simulate(case, folder, *, progress=None, threads=None, status="completed"):
             fabric.append(t, points + moved, {"displacement": moved, "contact_force": 0 * moved}, {"pressure": [t, t]})
     write_histories(partial / "histories.csv", {"time [s]": TIMES, "pressure [Pa]": TIMES})
     record = {"status": status, "reason": "too fast" if status == "stopped" else None, "case_digest": case.digest()}
+    if quality:
+        record["quality"] = quality
     write_run_file(partial, {**record, "wall_seconds": 0.001, "ledger": {}})
     publish_folder(partial, folder)
 

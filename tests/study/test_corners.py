@@ -1,4 +1,4 @@
-"""What a study finds out before the hours are spent: parameters that change mesh or times, designs that do not build."""
+"""What a study finds before the hours are spent: a parameter that changes the mesh, a design that does not build."""
 
 import pytest
 from fake_solver import STUDY
@@ -19,7 +19,7 @@ def refused(definition, text, folder):
 
 def test_a_parameter_that_changes_the_start_shape_is_named(definition, tmp_path):
     error = refused(definition, STUDY.replace("square.lift", "square.size"), tmp_path / "study")
-    assert (error.code, "number 1 (lift)" in error.where) == ("E-STU-026", True)
+    assert (error.code, "number 1 (lift)" in error.where) == ("E-STU-040", True)
     assert "'lift' changes the start shape" in error.what
     assert "square.size = 1: " in error.why
     assert "square.size = 2: " in error.why
@@ -69,7 +69,7 @@ def driver(key, low, high, unit="m"):
 def test_of_a_real_case_too(tmp_path, key, low, high, what, told):
     (tmp_path / "driver.toml").write_text(CASE)
     error = refused(tmp_path / "definition.toml", driver(key, low, high), tmp_path / "study")
-    assert (error.code, "number 2 (size)" in error.where) == ("E-STU-026", True), error
+    assert (error.code, "number 2 (size)" in error.where) == ("E-STU-040", True), error
     assert f"'size' changes {what}" in error.what
     assert told in error.why
 

@@ -19,7 +19,7 @@ def test_plain_lines_tell_done_total_elapsed_eta(study):
     assert lines[0] == "study started: 6 of 6 runs to make, by 1 worker"
     assert re.fullmatch(r"\[1/6\] run 0000 completed in \d+\.\d s; elapsed 0:0\d, ETA 0:0\d", lines[1])
     assert lines[2].startswith("[2/6] run 0001 failed: E-STU-016: the simulation ended with ZeroDivisionError; a bug")
-    assert lines[-1].startswith("study finished: 5 runs completed, 1 failed in 0:0")
+    assert lines[-1].startswith("study finished: 5 runs completed; 1 failed in 0:0")
     assert len(lines) == 8
 
 

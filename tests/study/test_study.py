@@ -30,6 +30,28 @@ def test_a_study_becomes_a_dataset(study):
     assert os.listdir(study.folder / "work") == []
 
 
+def test_a_study_ends_with_the_verdicts_of_its_runs(study):
+    doubted = {"verdict": "REVIEW", "criteria": [{"name": "energy residual", "verdict": "REVIEW"}]}
+    failed = {"verdict": "FAIL", "criteria": [{"name": "energy residual", "verdict": "FAIL"}]}
+    passed = {"verdict": "PASS", "criteria": [{"name": "energy residual", "verdict": "PASS"}]}
+    qualities = dict(zip(study.runs, (doubted, passed, failed, doubted, passed, None), strict=True))
+
+    def judged(case, folder, *, threads):
+        run = next(run for run in study.runs if study.case(run).digest() == case.digest())
+        simulate(case, folder, threads=threads, quality=qualities[run])
+
+    events = []
+    summary = study.run(workers=1, runner=judged, progress=events.append)
+    assert events[-1].message == summary.counts == "6 runs completed: 2 PASS, 2 REVIEW, 1 FAIL; 0 failed"
+    runs = list(study.runs)
+    assert summary.reasons == [
+        f"FAIL by energy residual: run {runs[2]}",
+        f"REVIEW by energy residual: runs {runs[0]}, {runs[3]}",
+    ]
+    again = study.run(workers=1, runner=None)
+    assert (again.counts, again.reasons) == (summary.counts, summary.reasons)
+
+
 def test_creating_again_continues_and_another_study_is_refused(study, definition, tmp_path):
     study.run(workers=1, runner=simulate)
     again = Study.create(definition, study.folder)

@@ -188,8 +188,8 @@ def study(
     made = Study.create(study_file, out)
     with study_progress(console) as report:
         summary = made.run(workers, scheduler, report, retry_failed=retry_failed)
-    for name, reason in summary.failed.items():
-        console.print(f"run {name} failed: {reason}")
+    for line in (*summary.reasons, *(f"run {name} failed: {reason}" for name, reason in summary.failed.items())):
+        console.print(line, markup=False, soft_wrap=True)
     raise typer.Exit(1 if summary.failed else 0)
 
 

@@ -34,9 +34,7 @@ def outline(case: Case) -> Outline:
     require_start_clear(model)
     schedule, surface = build_schedule(case.run), model.surface
     times = tuple(schedule.end * frame / schedule.frames for frame in range(schedule.frames + 1))
-    return Outline(
-        surface.node_count, surface.triangle_count, mesh_sha256(model.start, surface.triangles), times
-    )
+    return Outline(surface.node_count, surface.triangle_count, mesh_sha256(model.start, surface.triangles), times)
 
 
 def describe(case: Case) -> str:

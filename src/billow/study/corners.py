@@ -1,4 +1,4 @@
-"""Trying a design space before the hours are spent: the case accepts its values, and all runs have one mesh and the same
+"""Trying a design space before the hours are spent: the case accepts its values, all runs have one mesh and the same
 times."""
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ CASE_REFUSES = InputError.declare(
     remedy="correct the parameter; docs/case.md gives keys and ranges",
 )
 NOT_COMPARABLE = InputError.declare(
-    "E-STU-026",
+    "E-STU-040",
     "the parameter {name} changes the {field}",
     why="{difference}; a surrogate needs all runs on one mesh at the same times",
     remedy="vary parameters that change neither, and make a study for each value of this one",
@@ -54,7 +54,7 @@ def check_values(path: Path, definition: StudyDefinition, case) -> None:
 def build_corners(path: Path, definition: StudyDefinition, case, outline: Callable[..., Outline]) -> None:
     """Build the models of both ends of each range and of some corners; nothing is run.
 
-    outline: what the model of a case has in common with others. InputError E-STU-007: a model cannot be built; -026:
+    outline: what the model of a case has in common with others. InputError E-STU-007: a model cannot be built; -040:
     mesh or times differ.
     """
 
@@ -83,7 +83,9 @@ def _compare(at_one: tuple[Outline, str], at_other: tuple[Outline, str], name: s
     else:
         return
     first, second = values
-    raise NOT_COMPARABLE(name=name, field=what, difference=f"{entries}: {first}; {other_entries}: {second}", where=where)
+    raise NOT_COMPARABLE(
+        name=name, field=what, difference=f"{entries}: {first}; {other_entries}: {second}", where=where
+    )
 
 
 @contextlib.contextmanager
@@ -93,8 +95,8 @@ def _told(definition: StudyDefinition, values: tuple[float, ...], where: str) ->
     try:
         yield entries
     except InputError as error:
-        told = {"refusal": error.what, "reason": error.why, "entries": _listed(entries), "remedy": error.remedy}
-        raise CASE_REFUSES(where=where, **told) from error
+        what, why, remedy = error.what, error.why, error.remedy
+        raise CASE_REFUSES(refusal=what, where=where, reason=why, entries=_listed(entries), remedy=remedy) from error
 
 
 def _listed(entries: dict[str, float]) -> str:

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import contextlib
 import time
+from collections import Counter
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from billow.base.errors import IntegrityError, ResourceError
+from billow.base.quality import VERDICTS, doubts
 from billow.results.dataset import difference, why_failed
 from billow.results.dataset_files import DATASET_FILE, DatasetRecord, mesh_sha256, read_dataset_file, write_dataset_file
 from billow.results.result import Result
@@ -31,6 +33,10 @@ OTHER_MESH = IntegrityError.declare(
 )
 
 
+MOST_NAMED = 8
+"""Runs that a line names."""
+
+
 @dataclass(frozen=True)
 class ProgressEvent:
     """Something that happened in `Study.run`.
@@ -50,11 +56,37 @@ class ProgressEvent:
 
 @dataclass(frozen=True)
 class StudySummary:
-    """Where a study stands. completed: runs; failed: run -> reason; seconds: [s] the call took."""
+    """Where a study stands. completed: runs; failed: run -> reason; seconds: [s] the call took. verdicts: run -> PASS,
+    REVIEW or FAIL, of those that carry one; doubts: run -> criteria it did not pass."""
 
     completed: tuple[str, ...]
     failed: dict[str, str]
     seconds: float
+    verdicts: dict[str, str] = field(default_factory=dict)
+    doubts: dict[str, tuple[str, ...]] = field(default_factory=dict)
+
+    @property
+    def counts(self) -> str:
+        """How many runs there are of each verdict, such as "12 runs completed: 10 PASS, 2 REVIEW; 1 failed"."""
+        found = Counter(self.verdicts.values())
+        verdicts = ", ".join(f"{found[verdict]} {verdict}" for verdict in VERDICTS if found[verdict])
+        runs = f"{len(self.completed)} run{'' if len(self.completed) == 1 else 's'} completed"
+        return f"{runs}{': ' + verdicts if verdicts else ''}; {len(self.failed)} failed"
+
+    @property
+    def reasons(self) -> list[str]:
+        """One line for each verdict and criterion that was not passed, with its runs."""
+        runs: dict[tuple[str, str], list[str]] = {}
+        for run, names in self.doubts.items():
+            for name in names:
+                runs.setdefault((self.verdicts[run], name), []).append(run)
+        ordered = sorted(runs.items(), key=lambda item: (-VERDICTS.index(item[0][0]), -len(item[1])))
+        return [f"{verdict} by {name}: {_some(names)}" for (verdict, name), names in ordered]
+
+
+def _some(runs: list[str]) -> str:
+    rest = f" and {len(runs) - MOST_NAMED} more" if len(runs) > MOST_NAMED else ""
+    return f"run{'' if len(runs) == 1 else 's'} {', '.join(runs[:MOST_NAMED])}{rest}"
 
 
 class Drive:
@@ -64,6 +96,7 @@ class Drive:
         self.study, self.store, self.report, self.retry_failed = study, study.store, report, retry_failed
         self.started = time.perf_counter()
         self.completed: set[str] = set()
+        self.quality: dict[str, dict] = {}
         self.failed: dict[str, str] = {}
 
     def go(self, workers: int | None, scheduler: str | None, runner: Runner | None) -> StudySummary:
@@ -77,9 +110,15 @@ class Drive:
             for outcome in outcomes:
                 self._take(outcome)
         seconds = time.perf_counter() - self.started
-        self._tell("finished", "", seconds, f"{len(self.completed)} runs completed, {len(self.failed)} failed")
         completed = tuple(run for run in runs if run in self.completed)
-        return StudySummary(completed, dict(sorted(self.failed.items())), seconds)
+        judged = {run: self.quality[run] for run in completed if self.quality[run].get("verdict") in VERDICTS}
+        summary = StudySummary(
+            completed, dict(sorted(self.failed.items())), seconds,
+            {run: quality["verdict"] for run, quality in judged.items()},
+            {run: doubts(quality) for run, quality in judged.items()},
+        )  # fmt: skip
+        self._tell("finished", "", seconds, summary.counts)
+        return summary
 
     def _outcomes(self, tasks, workers, scheduler, runner) -> Iterator[Outcome]:
         if scheduler is None and workers == 1:
@@ -124,6 +163,7 @@ class Drive:
         elif other := difference(read_dataset_file(folder), result):
             raise OTHER_MESH(run=run, folder=result.folder, difference=other)
         self.completed.add(run)
+        self.quality[run] = result.record.get("quality", {})
         self.store.forget_failure(run)
         return True
 

@@ -66,12 +66,12 @@ class Study:
         """Draw the designs of a study and write them to `folder`; if it holds this study already, open it.
 
         A study that asks for more training runs than `folder` has, by `train` or `added_designs`, adds them to those
-        there; its test runs never change. Every design is tried on the case, and the models of
-        some corners of the design space are built, before anything is written.
-        InputError E-STU-001 to -006: the definition; -024: its added designs; -007: the case does not accept a value; -026: a parameter
-        changes mesh or times;
-        -008: `folder` holds something else; -025: `train` cannot grow to this number; -013: another process runs the
-        study that is to grow. ResourceError E-STU-012, -023: it cannot be written.
+        there; its test runs never change. Before anything is written, every design is tried on the case, and models are
+        built at the ends of each range and at some corners of the design space.
+        InputError E-STU-001 to -006: the definition; -024: its added designs; -007: the case does not accept a value;
+        -040: a parameter changes mesh or times; -008: `folder` holds something else; -025: `train` cannot grow to this
+        number; -013: another process runs the study that is to grow. ResourceError E-STU-012, -023: it cannot be
+        written.
         """
         definition_file, folder = Path(definition_file), Path(folder).absolute()  # "." has a name only in full
         definition = StudyDefinition.load(definition_file)
