@@ -49,7 +49,7 @@ def two_sheets(apart, faced=True, kinds=("fabric", "fabric")):
         surface=surface, start=positions, mass=mass, fixed=np.zeros(len(mass), bool), gravity=gravity,
         gas=GasPart(NoGas(), surface, positions), fabric=Fabric(surface, (membrane,)), straps=NO_STRAPS,
         bodies=Bodies((), np.zeros(len(mass)), gravity),
-        self_contact=SelfContact.build(surface, positions, mass, membrane.stable_dt()),
+        self_contact=SelfContact.build(surface, positions, mass, membrane.crossing_time),
     )  # fmt: skip
 
 
@@ -67,7 +67,7 @@ def thrown(model, speed, roughness=0.1):
 
 def run(model, state, steps):
     for _ in range(steps):
-        advance(model, state, 0.75 * model.fabric.membranes[0].stable_dt())
+        advance(model, state, 0.75 * model.fabric.membranes[0].crossing_time)
 
 
 def forces(model, pairs, positions):
@@ -132,10 +132,10 @@ def test_layers_do_not_cross(faced, apart):
             model.surface.triangles[:, ::-1], model.surface.part, model.surface.part_names, 2 * SHEET,
             model.surface.part_kinds,
         )  # fmt: skip
-        contact = SelfContact.build(turned, model.start, model.mass, model.fabric.membranes[0].stable_dt())
+        contact = SelfContact.build(turned, model.start, model.mass, model.fabric.membranes[0].crossing_time)
         fabric = dataclasses.replace(model.fabric, surface=turned)
         model = dataclasses.replace(model, surface=turned, fabric=fabric, self_contact=contact)
-    dt = 0.75 * model.fabric.membranes[0].stable_dt()
+    dt = 0.75 * model.fabric.membranes[0].crossing_time
     state = thrown(model, 0.15 * model.self_contact.gap / dt, roughness=0.05)
     inner = np.abs(model.start[:SHEET, :2] - model.start[:SHEET, :2].mean(axis=0)).max(axis=1) < 0.3 * EDGE * NODES
     run(model, state, 80)
@@ -146,7 +146,7 @@ def test_layers_do_not_cross(faced, apart):
 def test_without_contact_they_cross():
     model = two_sheets(0.004)
     model = dataclasses.replace(model, self_contact=None)
-    dt = 0.75 * model.fabric.membranes[0].stable_dt()
+    dt = 0.75 * model.fabric.membranes[0].crossing_time
     state = thrown(model, 0.15 * 0.25 * EDGE / dt)
     run(model, state, 80)
     assert state.positions[SHEET:, 2].mean() < state.positions[:SHEET, 2].mean()

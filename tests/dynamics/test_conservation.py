@@ -53,7 +53,7 @@ def test_the_energy_residual_shrinks_with_the_step(damping):
     """Undamped and frictionless as well as with both; what is dissipated is booked."""
     model = free_model(damping=damping, friction=3.0 * damping)
     errors = []
-    for scale in (1.0, 0.5, 0.25):
+    for scale in (0.8, 0.4, 0.2):
         ledger = collide(model, scale).ledger
         errors.append(ledger.relative_error)
         assert (ledger["damping"] > 0.0) == (damping > 0.0)

@@ -104,7 +104,7 @@ def test_a_collapsing_step_stops_the_run():
     """When the next interval is planned, a fabric stretched beyond all bounds leaves no step to take."""
 
     def step(model, state):
-        state.fabric.largest_stretch = 1e6
+        state.fabric.largest_stretch, state.fabric.squared_rate = 1e6, 1e40
 
     with pytest.raises(NumericalStop) as caught:
         run(free_model(), Schedule(0.002, 2, 1), EachStep(step))

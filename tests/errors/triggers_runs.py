@@ -31,7 +31,7 @@ def spoilt(spoil: Callable, **changes) -> Callable[[Here], object]:
 
 
 def collapsing():
-    return inject.at_every_step(lambda state: setattr(state.fabric, "largest_stretch", 1e6))
+    return inject.at_every_step(lambda state: setattr(state.fabric, "squared_rate", 1e40))
 
 
 def tearing():

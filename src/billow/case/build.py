@@ -63,7 +63,7 @@ def build_model(case: schema.Case) -> Model:
     apart = case.fabric.self_contact
     if apart == "auto":
         apart = GAS_MODELS[case.gas.model].is_local
-    self_contact = SelfContact.build(shape.surface, shape.positions, mass, membrane.stable_dt()) if apart else None
+    self_contact = SelfContact.build(shape.surface, shape.positions, mass, membrane.crossing_time) if apart else None
     return Model(
         surface=shape.surface,
         start=np.ascontiguousarray(shape.positions),

@@ -25,7 +25,7 @@ GAP_IN_EDGES = 0.2
 """Gap in mean edges of the mesh."""
 
 STIFFNESS = 0.4
-"""Of a pair, in node masses over the square of the fabric's stable step; it stops a node that moves 0.6 gaps a step."""
+"""Of a pair, in node masses over the square of the time a membrane wave takes across the smallest altitude."""
 
 DAMPING = 0.4
 """Of a pair whose gap has closed, in critical damping of its node: layers of fabric hardly bounce off each other."""
@@ -97,9 +97,9 @@ class SelfContact(Part):
     gap: float
 
     @classmethod
-    def build(cls, surface: Surface, start: np.ndarray, mass: np.ndarray, fabric_dt: float) -> SelfContact:
-        """start: positions at time zero [m], (nodes, 3), which say how long edges are. mass: [kg], (nodes,). fabric_dt:
-        stable step of the membrane at rest [s]."""
+    def build(cls, surface: Surface, start: np.ndarray, mass: np.ndarray, crossing_time: float) -> SelfContact:
+        """start: positions at time zero [m], (nodes, 3), which say how long edges are. mass: [kg], (nodes,). crossing_time:
+        of the fastest membrane wave, over the smallest altitude [s]."""
         solid = np.flatnonzero(np.isin(surface.part, [k for k, kind in enumerate(surface.part_kinds) if kind in SOLID]))
         corners = start[surface.triangles[solid]]
         edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
@@ -107,7 +107,7 @@ class SelfContact(Part):
         touchable = np.zeros(surface.node_count, np.bool_)
         touchable[surface.triangles[solid]] = True
         own = np.where(touchable, surface.corners[np.minimum(surface.corner_start[:-1], len(surface.corners) - 1)], -1)
-        stiffness = STIFFNESS * mass / fabric_dt**2
+        stiffness = STIFFNESS * mass / crossing_time**2
         return cls(surface.triangles, solid, own, stiffness, 2.0 * DAMPING * np.sqrt(stiffness * mass), gap)
 
     @property

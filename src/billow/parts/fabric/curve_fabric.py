@@ -24,6 +24,9 @@ WARP, WEFT, SHEAR, SHEAR_BACK = range(4)
 """Springs of a fabric. Where the yarns are not at right angles, shear differs between its two senses and has a spring
 for either; otherwise there is no SHEAR_BACK."""
 
+CRITICAL = 1.2
+"""Time a wave takes across an element, over the largest stable step that is taken for that of curves."""
+
 HEAT, LAST_Z, LAST_STRESS, LAST_STORED, OWED = 0, 5, 6, 7, 8
 """Columns of the history. HEAT: energy turned to heat so far [J/m^3]. Two columns per spring follow (`SpringTable`),
 from 2 spring + 1 on. Shear that switches has the other four instead: z [-], H [Pa] and recoverable energy [J/m^3] at
@@ -143,6 +146,10 @@ class CurveFabric:
     def history_width(self) -> int:
         return OWED + 1 if self.switches_shear else 1 + 2 * len(self.springs)
 
+    def squared_rate(self, membrane: Membrane) -> np.ndarray:
+        """(1.2 c/h)^2: the exact bound of a triangle with a wave speed c in all directions is at least 1/1.28 h/c."""
+        return (CRITICAL * self.wave_speed / membrane.altitude) ** 2
+
     def add_forces(
         self, membrane: Membrane, triangles: np.ndarray, positions: np.ndarray, velocities: np.ndarray,
         history: np.ndarray, corner_force: np.ndarray, partial: np.ndarray,
@@ -219,11 +226,11 @@ def shear_measure(c0, aa, bb, ab):
 def _curve_forces(n, switches_shear, table, constants, mesh, history, corner_force, partial_out):
     rows, scale, share = table
     below_a, below_b, c0, cot, csc = constants
-    elements, inverse, volume, viscosity, triangles, positions, velocities = mesh
+    elements, inverse, volume, viscosity, squared_rate, triangles, positions, velocities = mesh
     remember = 2 if switches_shear else 3
     chunks = (n + CHUNK - 1) // CHUNK
     for chunk in prange(chunks):
-        energy, power, largest, heat = 0.0, 0.0, 0.0, 0.0
+        energy, power, largest, heat, rate = 0.0, 0.0, 0.0, 0.0, 0.0
         for item in range(chunk * CHUNK, min(n, (chunk + 1) * CHUNK)):
             i = np.uint64(item)
             t = np.uint64(elements[i])
@@ -289,10 +296,12 @@ def _curve_forces(n, switches_shear, table, constants, mesh, history, corner_for
             energy += v * stored
             heat += v * history[i, HEAT]
             power += v * mu * (raa * raa + rbb * rbb + 2.0 * rab * rab)
-            largest = max(largest, stretch_bound(aa, bb, ab, cot, csc))
+            squared = stretch_bound(aa, bb, ab, cot, csc)
+            largest, rate = max(largest, squared), max(rate, squared_rate[i] * max(1.0, squared))
             saa, sbb, sab = saa + h * zaa + mu * raa, sbb + h * zbb + mu * rbb, h * zab + mu * rab
             add_corner_forces(corner_force, t, v, f, saa, sbb, sab, d11, d12, d21, d22)
         partial_out[chunk, 0] = energy
         partial_out[chunk, 1] = power
         partial_out[chunk, 2] = largest
         partial_out[chunk, 3] = heat
+        partial_out[chunk, 4] = rate

@@ -14,7 +14,7 @@ from billow.base.quality import Criterion, criterion
 from billow.geometry.surface import Surface, area_vectors
 from billow.geometry.triangulation import sorted_edges
 from billow.parts.fabric.birth import Birth
-from billow.parts.fabric.membrane import ENERGY, HYSTERESIS, POWER, STRETCH, SUMS, Membrane
+from billow.parts.fabric.membrane import ENERGY, HYSTERESIS, POWER, SQUARED_RATE, STRETCH, SUMS, Membrane
 from billow.parts.part import DAMPING, RECEIVED, STORED, Account, Booking, Moment, Part, Quantity, Setting
 from billow.parts.part import HYSTERESIS as HEAT_OF_HYSTERESIS
 
@@ -23,8 +23,8 @@ STRAIN = Account("strain", STORED, renewed=True)
 BIRTH_WORK = Account("birth_work", RECEIVED, renewed=False)
 """Work of a reference that moves from the start shape to the flat cut."""
 
-STEP_FACTOR = 0.75
-"""Of h/c; the exact bound of an undamped triangle with lumped mass is 0.827 h/c if it is equilateral, more if not."""
+STEP_FACTOR = 0.9
+"""Of the exact stable step of the fastest element (docs/theory.md, Membrane step)."""
 
 LARGEST_STRETCH = 3.0
 """Stretch at which a run is stopped; nylon tears at 1.3."""
@@ -63,10 +63,12 @@ ODD_WEIGHT = Concern.declare(
 @dataclass
 class FabricState:
     """history: what each membrane's fabric remembers, (elements, width). largest_stretch: bound of the stretch [-].
+    squared_rate: 1/dt^2 of the fastest element as it is strained [1/s^2].
     birth_slope: rate of the strain energy with the moving reference [J per whole way]."""
 
     history: tuple[np.ndarray, ...]
     largest_stretch: float = 1.0
+    squared_rate: float = 0.0
     birth_slope: float = 0.0
 
 
@@ -94,9 +96,9 @@ class Fabric(Part):
 
     @property
     def smallest_element(self) -> int:
-        """Triangle of smallest altitude in its flat cut, which limits the step."""
-        membrane = min(self.membranes, key=lambda m: m.altitude.min())
-        return int(membrane.elements[membrane.altitude.argmin()])
+        """Triangle of the smallest stable step in its flat cut."""
+        membrane = max(self.membranes, key=lambda m: m.squared_rate.max())
+        return int(membrane.elements[membrane.squared_rate.argmax()])
 
     def start(self, bag) -> FabricState:
         """Fabric that has never been strained."""
@@ -114,7 +116,7 @@ class Fabric(Part):
         membranes: Sequence[Membrane] = self.membranes
         if self.birth is not None:
             membranes = self._reference(state, positions, time, dt, bookings)
-        largest, strain, heat = 0.0, 0.0, 0.0
+        largest, rate, strain, heat = 0.0, 0.0, 0.0, 0.0
         for membrane, history in zip(membranes, state.history, strict=True):
             sums = np.empty((-(-len(membrane.elements) // CHUNK), SUMS))
             membrane.fabric.add_forces(
@@ -125,7 +127,8 @@ class Fabric(Part):
             heat += sum(columns[HYSTERESIS])
             bookings.append(Booking(DAMPING, sum(columns[POWER]) * dt))
             largest = max([largest, *columns[STRETCH]])
-        state.largest_stretch = math.sqrt(largest)
+            rate = max([rate, *columns[SQUARED_RATE]])
+        state.largest_stretch, state.squared_rate = math.sqrt(largest), rate
         return [*bookings, Booking(STRAIN, strain), Booking(HEAT_OF_HYSTERESIS, heat)]
 
     def _reference(
@@ -140,9 +143,9 @@ class Fabric(Part):
         return self.birth.membranes(self.membranes, now)
 
     def squared_rate(self, state: FabricState) -> float:
-        """1 / dt^2 [1/s^2] of the largest stable step at the present stretch; zero without fabric."""
-        dt = min((STEP_FACTOR * m.stable_dt(state.largest_stretch) for m in self.membranes), default=math.inf)
-        return 1.0 / dt**2
+        """1 / dt^2 [1/s^2] of the largest stable step as the fabric is strained now; zero without fabric."""
+        at_rest = max((float(m.squared_rate.max()) for m in self.membranes), default=0.0)
+        return max(state.squared_rate, at_rest) / STEP_FACTOR**2
 
     # --- what a run says of it -------------------------------------------------------------------------------------
 

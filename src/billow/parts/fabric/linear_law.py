@@ -110,6 +110,16 @@ class LinearFabric:
         """As it is: the yarns lie along the axes of the flat cut."""
         return reference_inverse
 
+    def squared_rate(self, membrane: Membrane) -> np.ndarray:
+        """omega^2/4 from the largest eigenvalue of 3/rho C B B^T, where B gives the strain of nodal displacements and C
+        the moduli of taut fabric, which are never below those of wrinkled or slack fabric."""
+        c11, c22, c12, c66 = self.stiffness + self.liner.stiffness
+        root = np.linalg.cholesky([[c11, c12, 0.0], [c12, c22, 0.0], [0.0, 0.0, c66]])
+        gxx, gyy, gxy = membrane.gradients
+        none = np.zeros_like(gxx)
+        products = np.array([[gxx, none, gxy], [none, gyy, gxy], [gxy, gxy, gxx + gyy]]).transpose(2, 0, 1)
+        return 0.75 / self.density * np.linalg.eigvalsh(root.T @ products @ root)[:, -1]
+
     def add_forces(
         self, membrane: Membrane, triangles: np.ndarray, positions: np.ndarray, velocities: np.ndarray,
         history: np.ndarray, corner_force: np.ndarray, partial: np.ndarray,
@@ -153,11 +163,11 @@ def linear_stress(rule, c11, c22, c12, c66, e11, e22, e12):
 
 @kernel
 def _linear_forces(n, rule, moduli, liner, mesh, corner_force, partial_out):
-    elements, inverse, volume, viscosity, triangles, positions, velocities = mesh
+    elements, inverse, volume, viscosity, squared_rate, triangles, positions, velocities = mesh
     (c11, c22, c12, c66), (l11, l22, l12, l66) = moduli, liner
     chunks = (n + CHUNK - 1) // CHUNK
     for chunk in prange(chunks):
-        energy, power, largest = 0.0, 0.0, 0.0
+        energy, power, largest, rate = 0.0, 0.0, 0.0, 0.0
         for item in range(chunk * CHUNK, min(n, (chunk + 1) * CHUNK)):
             i = np.uint64(item)
             t = np.uint64(elements[i])
@@ -172,10 +182,12 @@ def _linear_forces(n, rule, moduli, liner, mesh, corner_force, partial_out):
             v, mu = volume[i], viscosity[i]
             energy += 0.5 * v * (s11 * e11 + s22 * e22 + 2.0 * s12 * e12)
             power += v * mu * (r11 * r11 + r22 * r22 + 2.0 * r12 * r12)
-            largest = max(largest, stretch_bound(aa, bb, ab, 0.0, 1.0))
+            squared = stretch_bound(aa, bb, ab, 0.0, 1.0)
+            largest, rate = max(largest, squared), max(rate, squared_rate[i] * max(1.0, 1.5 * squared - 0.5))
             s11, s22, s12 = s11 + mu * r11, s22 + mu * r22, s12 + mu * r12
             add_corner_forces(corner_force, t, v, f, s11, s22, s12, d11, d12, d21, d22)
         partial_out[chunk, 0] = energy
         partial_out[chunk, 1] = power
         partial_out[chunk, 2] = largest
         partial_out[chunk, 3] = 0.0
+        partial_out[chunk, 4] = rate

@@ -4,7 +4,7 @@ fabric law promises."""
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -12,11 +12,11 @@ import numpy as np
 from billow.base.errors import Concern, InputError
 from billow.parts.part import Setting
 
-SUMS = 4
-ENERGY, POWER, STRETCH, HYSTERESIS = range(SUMS)
+SUMS = 5
+ENERGY, POWER, STRETCH, HYSTERESIS, SQUARED_RATE = range(SUMS)
 """Columns of `partial`, what a law sums up per chunk of elements."""
 
-UNDAMPED, SLACKENING = 1e-3, 0.4
+UNDAMPED, SLACKENING = 1e-3, 0.3
 """Fabric that goes slack gains energy if its damping fraction lies below UNDAMPED, unless its step is shorter: without
 any damping SLACKENING times the usual one (docs/theory.md, Membrane step)."""
 NO_AREA = InputError.declare(
@@ -43,7 +43,8 @@ class FabricLaw(Protocol):
        velocity that is not finite makes the sums not finite.
     6. Stress follows from strain and history, so that a second evaluation changes nothing. (The law "curves" keeps
        this only while no shear rate changes its sign.)
-    7. `wave_speed` bounds the speed of every wave, so that `Membrane.stable_dt` is stable.
+    7. `squared_rate` bounds what an element at rest vibrates with, and `add_forces` how that grows as it is strained, so
+       that the step is stable.
 
     density: [kg/m^3]. thickness: [m], on which the stress acts. compression: whether the fabric carries compression or
     goes slack. damping: fraction of critical damping of an element's highest mode [-]. history_width: numbers stored
@@ -63,6 +64,10 @@ class FabricLaw(Protocol):
         """Inverse flat edges Dm^-1, row by row, [1/m], (4, n), with its columns along the law's two yarn directions
         instead of the axes of the flat cut."""
 
+    def squared_rate(self, membrane: Membrane) -> np.ndarray:
+        """1/dt^2 [1/s^2], (n,), of the largest step with which an unstrained element alone is stable: omega^2/4 of its
+        highest mode with its own lumped mass. No mode of a mesh is faster than that of its fastest element."""
+
     def add_forces(
         self, membrane: Membrane, triangles: np.ndarray, positions: np.ndarray, velocities: np.ndarray,
         history: np.ndarray, corner_force: np.ndarray, partial: np.ndarray,
@@ -70,9 +75,9 @@ class FabricLaw(Protocol):
         """Add membrane forces [N] to corner_force (triangles, 3, 3), and bring history up to date.
 
         triangles: (triangles, 3). positions [m] and velocities [m/s]: (nodes, 3). history: (elements, history_width).
-        partial: (chunks, 4), receives per chunk of elements the recoverable strain energy [J], the power turned to
-        heat [W], a bound on the largest squared stretch [-] (for the stable step), and the energy turned to heat so far
-        that follows from the history [J].
+        partial: (chunks, SUMS), receives per chunk of elements the recoverable strain energy [J], the power turned to
+        heat [W], a bound on the largest squared stretch [-], the energy turned to heat so far that follows from the
+        history [J], and the largest 1/dt^2 [1/s^2] of any element as it is strained now.
         """
 
     def concerns(self, altitude: float, setting: Setting) -> Iterator[Concern]:
@@ -85,7 +90,8 @@ class Membrane:
 
     elements: (n,) int64, indices of their triangles in the surface. reference_inverse: Dm^-1 row by row, [1/m], (4, n).
     yarn_inverse: the same with its columns along the yarns. volume: reference area times thickness, [m^3], (n,).
-    viscosity: damping modulus, [Pa s], (n,). altitude: smallest reference altitude, [m], (n,).
+    viscosity: damping modulus, [Pa s], (n,). altitude: smallest reference altitude, [m], (n,). squared_rate: 1/dt^2 of
+    each element's own stable step at rest, damping included, [1/s^2], (n,).
     """
 
     fabric: FabricLaw
@@ -95,6 +101,7 @@ class Membrane:
     volume: np.ndarray
     viscosity: np.ndarray
     altitude: np.ndarray
+    squared_rate: np.ndarray
 
     @classmethod
     def build(
@@ -116,20 +123,44 @@ class Membrane:
         altitude = 2.0 * area / np.sqrt(longest)
         viscosity = fabric.damping * fabric.density * fabric.wave_speed * altitude
         volume = area * (fabric.thickness if thickness is None else thickness)
-        return cls(
-            fabric, np.asarray(elements, np.int64), inverse, fabric.along_yarns(inverse), volume, viscosity, altitude
-        )
+        membrane = cls(
+            fabric, np.asarray(elements, np.int64), inverse, fabric.along_yarns(inverse), volume, viscosity, altitude,
+            np.empty(0),
+        )  # fmt: skip
+        return replace(membrane, squared_rate=membrane._with_damping(fabric.squared_rate(membrane)))
+
+    def _with_damping(self, squared_rate: np.ndarray) -> np.ndarray:
+        """1/dt^2 [1/s^2] with damping taken from the last half step, dt = 2/omega (sqrt(1 + xi^2) - xi) for each mode
+        (docs/theory.md, Membrane step, says also why fabric without compression and next to no damping needs less)."""
+        omega = 2.0 * np.sqrt(squared_rate)
+        gxx, gyy, gxy = self.gradients
+        widest = 0.5 * (gxx + gyy) + np.sqrt(0.25 * (gxx - gyy) ** 2 + gxy**2)
+        xi = 1.5 * self.viscosity * widest / (self.fabric.density * omega)
+        factor = np.sqrt(1.0 + xi**2) - xi
+        if not self.fabric.compression:
+            factor = factor * min(1.0, SLACKENING + (1.0 - SLACKENING) * self.fabric.damping / UNDAMPED)
+        return squared_rate / factor**2
 
     @property
     def mass(self) -> np.ndarray:
         """Mass of each element [kg], (n,)."""
         return self.fabric.density * self.volume
 
+    @property
+    def gradients(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Sums over the corners of the products xx, yy, xy of the gradients of their shape functions [1/m^2], (n,)."""
+        d11, d12, d21, d22 = self.reference_inverse
+        along, across = np.stack([d11, d21, -d11 - d21]), np.stack([d12, d22, -d12 - d22])
+        return (along**2).sum(axis=0), (across**2).sum(axis=0), (along * across).sum(axis=0)
+
     def for_kernels(
         self, triangles: np.ndarray, positions: np.ndarray, velocities: np.ndarray
     ) -> tuple[np.ndarray, ...]:
         """What the kernels of all laws read. positions [m] and velocities [m/s]: (nodes, 3)."""
-        return self.elements, self.yarn_inverse, self.volume, self.viscosity, triangles, positions, velocities
+        return (
+            self.elements, self.yarn_inverse, self.volume, self.viscosity, self.squared_rate, triangles, positions,
+            velocities,
+        )  # fmt: skip
 
     def fresh_history(self) -> np.ndarray:
         """History of fabric that has never been strained, (n, history_width)."""
@@ -143,14 +174,7 @@ class Membrane:
         f1, f2 = u * d[0] + w * d[2], u * d[1] + w * d[3]
         return tuple(np.einsum("ij,ij->i", a, b) for a, b in ((f1, f1), (f2, f2), (f1, f2)))
 
-    def stable_dt(self, largest_stretch: float = 1.0) -> float:
-        """Stable step [s] of the most critical element: h/c (sqrt(1 + xi^2) - xi) / stretch, without a safety factor.
-
-        h is the smallest altitude, c the wave speed and xi the damping fraction (docs/theory.md, Membrane step, says
-        also why fabric without compression and next to no damping needs a shorter step).
-        """
-        xi = self.fabric.damping
-        factor = (np.sqrt(1.0 + xi**2) - xi) / max(1.0, largest_stretch)
-        if not self.fabric.compression:
-            factor *= min(1.0, SLACKENING + (1.0 - SLACKENING) * xi / UNDAMPED)
-        return float(self.altitude.min() / self.fabric.wave_speed * factor)
+    @property
+    def crossing_time(self) -> float:
+        """Time [s] that the fastest wave takes across the smallest altitude."""
+        return float(self.altitude.min() / self.fabric.wave_speed)
