@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from billow.parts.fabric.linear_law import KEEP, PRINCIPAL, YARN, LinearFabric
-from billow.parts.fabric.membrane import SUMS, Membrane
+from billow.parts.fabric.membrane import Membrane
 
 COMMON = {"density": 800.0, "thickness": 3e-4, "young_warp": 0.4e9}
 WOVEN = {**COMMON, "young_weft": 0.3e9, "poisson": 0.25, "shear": 2e7}
@@ -29,11 +29,11 @@ def patch(rule: int) -> Membrane:
 
 def forces(membrane: Membrane, positions, velocities=None):
     """Corner forces [N] (4, 3, 3), energy [J], damping power [W] of the patch."""
-    corner_force, sums = np.zeros((4, 3, 3)), np.zeros((1, SUMS))
+    loads, sums = (np.zeros((4, 3, 3)), np.zeros((4, 3))), membrane.sums()
     velocities = np.zeros_like(positions) if velocities is None else velocities
     history = membrane.fresh_history()
-    membrane.fabric.add_forces(membrane, TRIANGLES, positions, velocities, history, corner_force, sums)
-    return corner_force, sums[0, 0], sums[0, 1]
+    membrane.fabric.add_forces(membrane, TRIANGLES, positions, velocities, history, loads, sums)
+    return loads[0], sums[0, 0], sums[0, 1]
 
 
 def nodal(corner_force):

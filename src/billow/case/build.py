@@ -51,7 +51,8 @@ def build_model(case: schema.Case) -> Model:
     check_closed(shape.surface, shape.positions, "bag")
     law = build_fabric(case.fabric)
     cloth = shape.surface.triangles_of_kind("fabric")  # vents are holes, and the mouth is the inflator
-    membrane = Membrane.build(law, cloth, shape.reference[cloth], law.thickness * shape.layers[cloth])
+    thickness = law.thickness * shape.layers[cloth]
+    membrane = Membrane.build(law, cloth, shape.reference[cloth], thickness, shape.surface.chambers)
     straps = build_straps(shape, law)
     area = flat_area(shape.reference)
     mass = nodal_mass(shape, membrane, straps)

@@ -90,6 +90,23 @@ class Moment(NamedTuple):
 
 
 @dataclass(frozen=True)
+class Loads:
+    """What acts on the triangles of a bag in a step; fabric sets it, and the parts after it add forces.
+
+    corner_force: [N], (triangles, 3, 3). thirds: a third of each area vector [m^2], (triangles, 3), the force of a unit
+    of pressure on each corner. volumes: of the chambers [m^3], (chambers,).
+    """
+
+    corner_force: np.ndarray
+    thirds: np.ndarray
+    volumes: np.ndarray
+
+    @classmethod
+    def room(cls, triangles: int, chambers: int) -> Loads:
+        return cls(np.empty((triangles, 3, 3)), np.empty((triangles, 3)), np.empty(chambers))
+
+
+@dataclass(frozen=True)
 class Setting:
     """What a part may see when it looks for what is probably not meant.
 

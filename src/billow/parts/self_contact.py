@@ -98,8 +98,8 @@ class SelfContact(Part):
 
     @classmethod
     def build(cls, surface: Surface, start: np.ndarray, mass: np.ndarray, crossing_time: float) -> SelfContact:
-        """start: positions at time zero [m], (nodes, 3), which say how long edges are. mass: [kg], (nodes,). crossing_time:
-        of the fastest membrane wave, over the smallest altitude [s]."""
+        """start: positions at time zero [m], (nodes, 3), which say how long edges are. mass: [kg], (nodes,).
+        crossing_time: of the fastest membrane wave, over the smallest altitude [s]."""
         solid = np.flatnonzero(np.isin(surface.part, [k for k, kind in enumerate(surface.part_kinds) if kind in SOLID]))
         corners = start[surface.triangles[solid]]
         edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)

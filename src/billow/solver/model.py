@@ -16,7 +16,7 @@ from billow.parts.driven_nodes import DrivenNodes, DrivenState
 from billow.parts.fabric.fabric import Fabric, FabricState
 from billow.parts.gas.gas_model import Bag
 from billow.parts.gas.gas_part import GasPart, GasState
-from billow.parts.part import DAMPING, GRAVITY_WORK, MOTION, VARYING, Account, Moment, Part, Setting
+from billow.parts.part import DAMPING, GRAVITY_WORK, MOTION, VARYING, Account, Loads, Moment, Part, Setting
 from billow.parts.self_contact import Pairs, SelfContact
 from billow.parts.straps import Straps
 from billow.solver.ledger import Ledger
@@ -73,7 +73,8 @@ class Model:
 
     @cached_property
     def work(self) -> Work:
-        return Work(np.zeros((self.surface.triangle_count, 3, 3)), np.zeros_like(self.start))
+        surface = self.surface
+        return Work(Loads.room(surface.triangle_count, surface.chambers.count), np.zeros_like(self.start))
 
     def setting(self, end_time: float) -> Setting:
         """What parts see when they look for what is probably not meant."""
@@ -82,10 +83,9 @@ class Model:
 
 @dataclass(frozen=True)
 class Work:
-    """Arrays a step works in; nothing in them outlives it. corner_force: [N], (triangles, 3, 3); before: positions at
-    its start [m], (nodes, 3)."""
+    """Arrays a step works in; nothing in them outlives it. before: positions at its start [m], (nodes, 3)."""
 
-    corner_force: np.ndarray
+    loads: Loads
     before: np.ndarray
 
 

@@ -45,11 +45,10 @@ def advance(model: Model, state: State, dt: float) -> None:
 def evaluate_forces(model: Model, state: State, dt: float) -> None:
     """All forces at the end of a step of dt [s] from `state.time`; velocities are those of its middle."""
     positions, velocities, ledger = state.positions, state.velocities, state.ledger
-    force = model.work.corner_force
-    force.fill(0.0)
-    bag = Bag(model.surface, positions, velocities, state.bodies.contact.touching, model.work.before)
+    loads, force = model.work.loads, model.work.loads.corner_force
+    ledger.book(model.fabric.add_forces(state.fabric, positions, velocities, state.time, dt, loads))
+    bag = Bag(model.surface, positions, velocities, state.bodies.contact.touching, model.work.before, loads)
     ledger.book(model.gas.advance(state.gas, bag, state.time, dt, force))
-    ledger.book(model.fabric.add_forces(state.fabric, positions, velocities, state.time, dt, force))
     if model.self_contact is not None:
         ledger.book(model.self_contact.add_forces(state.self_contact, positions, velocities, dt, force))
     gather(

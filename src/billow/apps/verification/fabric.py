@@ -12,6 +12,7 @@ from billow.apps.verification.scenes import Observer, PrescribedPressure, disc, 
 from billow.geometry.bag_shapes import BagShape, round_bag, square_bag
 from billow.geometry.flat_cut import flat_area
 from billow.parts.fabric.linear_law import LinearFabric
+from billow.parts.part import Loads
 from billow.solver.model import Model, State, start_state
 from billow.solver.run import Schedule, run
 from billow.solver.step import first_forces
@@ -170,7 +171,7 @@ def _first_piola(model: Model, shape: BagShape, thickness: float) -> np.ndarray:
     """[Pa], (triangles, 3, 2), from corner forces f and flat corners X: sum f (x) X = -V P."""
     flat = shape.reference - shape.reference.mean(axis=1, keepdims=True)
     volume = thickness * flat_area(flat)
-    return -np.einsum("tci,tcj->tij", model.work.corner_force, flat) / volume[:, None, None]
+    return -np.einsum("tci,tcj->tij", model.work.loads.corner_force, flat) / volume[:, None, None]
 
 
 def _tension(model: Model, state: State) -> np.ndarray:
@@ -179,12 +180,12 @@ def _tension(model: Model, state: State) -> np.ndarray:
     The forces f of a triangle in uniform tension N on its corners x obey sum f (x) x = -A N (divergence theorem), with
     A its present area.
     """
-    force = np.zeros_like(model.work.corner_force)
-    model.fabric.add_forces(state.fabric, state.positions, state.velocities, state.time, 0.0, force)
+    loads = Loads.room(model.surface.triangle_count, model.surface.chambers.count)
+    model.fabric.add_forces(state.fabric, state.positions, state.velocities, state.time, 0.0, loads)
     corners = state.positions[model.surface.triangles]
     area = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
     arm = corners - corners.mean(axis=1, keepdims=True)
-    return -np.einsum("tci,tcj->tij", force, arm) / area[:, None, None]
+    return -np.einsum("tci,tcj->tij", loads.corner_force, arm) / area[:, None, None]
 
 
 def _rotation(axis: np.ndarray, angle: float) -> np.ndarray:

@@ -22,7 +22,7 @@ from billow.parts.fabric.membrane import Membrane
 from billow.parts.gas.gas_model import Bag, GasModel, GasTotals
 from billow.parts.gas.gas_part import GasPart
 from billow.parts.gas.no_gas import NoGas
-from billow.parts.gas.uniform.pressure_load import add_pressure
+from billow.parts.gas.uniform.pressure_load import add_pressures
 from billow.parts.straps import NO_STRAPS
 from billow.solver.model import Model, State
 from billow.solver.run import Recorder
@@ -123,7 +123,8 @@ class PrescribedPressure(GasModel):
 
     def advance(self, gas: np.ndarray, bag: Bag, time: float, dt: float, corner_force: np.ndarray) -> None:
         gas[1] = bag.surface.volume(bag.positions)
-        add_pressure(bag.surface.triangles, bag.positions, self.gauge, corner_force)
+        sides = bag.surface.chambers.behind, bag.surface.chambers.ahead
+        add_pressures(bag.thirds, *sides, np.array([self.gauge, 0.0]), corner_force)
 
     def totals(self, gas: np.ndarray) -> GasTotals:
         start, volume = gas.tolist()
@@ -150,7 +151,7 @@ def fabric_model(
 ) -> Model:  # fmt: skip
     """Model of a shape made of one fabric all over; start: [m], (nodes, 3), where not the shape's own positions."""
     surface, down = shape.surface, np.array(gravity)
-    membrane = Membrane.build(fabric, np.arange(surface.triangle_count), shape.reference)
+    membrane = Membrane.build(fabric, np.arange(surface.triangle_count), shape.reference, chambers=surface.chambers)
     start = shape.positions if start is None else np.ascontiguousarray(start)
     area = nodal_share(surface.triangles.astype(np.int64), flat_area(shape.reference), surface.node_count)
     filled, contact = GasPart(gas or NoGas(), surface, start), Bodies(bodies, area, down)

@@ -9,8 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from billow.base.compiled import CHUNK
-from billow.parts.fabric.membrane import ENERGY, SUMS, Membrane
+from billow.parts.fabric.membrane import ENERGY, Membrane
 
 NUDGE = 1e-4
 """Step of s in the central difference for dE/ds."""
@@ -56,10 +55,10 @@ def strain_energy(
 ) -> float:
     """Recoverable energy [J] of membranes; their history stays as it is."""
     total = 0.0
-    at_rest, force = np.zeros_like(positions), np.zeros((len(triangles), 3, 3))
+    at_rest, loads = np.zeros_like(positions), (np.empty((len(triangles), 3, 3)), np.empty((len(triangles), 3)))
     for membrane, history in zip(membranes, histories, strict=True):
-        sums = np.zeros((-(-len(membrane.elements) // CHUNK), SUMS))
-        membrane.fabric.add_forces(membrane, triangles, positions, at_rest, history.copy(), force, sums)
+        sums = membrane.sums(1 + int(max(membrane.behind.max(), membrane.ahead.max())))
+        membrane.fabric.add_forces(membrane, triangles, positions, at_rest, history.copy(), loads, sums)
         total += float(sums[:, ENERGY].sum())
     return total
 

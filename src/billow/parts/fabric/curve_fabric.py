@@ -14,10 +14,28 @@ from numba import prange
 
 from billow.base.compiled import CHUNK, kernel, scalar
 from billow.base.errors import Concern
+from billow.parts.fabric.block import (
+    AA,
+    AB,
+    BB,
+    BLOCK,
+    ENERGY,
+    R11,
+    R12,
+    R22,
+    ROWS,
+    S11,
+    S12,
+    S22,
+    V,
+    fetch,
+    load,
+    strain_of,
+    total,
+)  # fmt: skip
 from billow.parts.fabric.curve import Curve, TestedCurve, green_strain, shear_of_angle, shear_stress, yarn_stress
 from billow.parts.fabric.curve_table import INTERVALS, VIRGIN, Spring, SpringTable, place, read
-from billow.parts.fabric.membrane import Membrane
-from billow.parts.fabric.triangle import add_corner_forces, along, products, stretch_bound
+from billow.parts.fabric.membrane import HYSTERESIS, Membrane
 from billow.parts.part import Setting
 
 WARP, WEFT, SHEAR, SHEAR_BACK = range(4)
@@ -152,12 +170,12 @@ class CurveFabric:
 
     def add_forces(
         self, membrane: Membrane, triangles: np.ndarray, positions: np.ndarray, velocities: np.ndarray,
-        history: np.ndarray, corner_force: np.ndarray, partial: np.ndarray,
+        history: np.ndarray, loads: tuple[np.ndarray, np.ndarray], partial: np.ndarray,
     ) -> None:  # fmt: skip
         """As `billow.parts.fabric.membrane.FabricLaw` promises."""
         mesh = membrane.for_kernels(triangles, positions, velocities)
         _curve_forces(
-            len(membrane.elements), self.switches_shear, self.table, self._constants, mesh, history, corner_force,
+            len(membrane.elements), self.switches_shear, self.table, self._constants, mesh, history, loads,
             partial,
         )  # fmt: skip
 
@@ -223,85 +241,81 @@ def shear_measure(c0, aa, bb, ab):
 
 
 @kernel
-def _curve_forces(n, switches_shear, table, constants, mesh, history, corner_force, partial_out):
+def _curve_forces(n, switches_shear, table, constants, mesh, history, loads, partial_out):
     rows, scale, share = table
     below_a, below_b, c0, cot, csc = constants
-    elements, inverse, volume, viscosity, squared_rate, triangles, positions, velocities = mesh
+    corner_force, thirds = loads
     remember = 2 if switches_shear else 3
-    chunks = (n + CHUNK - 1) // CHUNK
-    for chunk in prange(chunks):
-        energy, power, largest, heat, rate = 0.0, 0.0, 0.0, 0.0, 0.0
-        for item in range(chunk * CHUNK, min(n, (chunk + 1) * CHUNK)):
-            i = np.uint64(item)
-            t = np.uint64(elements[i])
-            a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
-            d11, d12, d21, d22 = inverse[0, i], inverse[1, i], inverse[2, i], inverse[3, i]
-            f = along(positions, a, b, c, d11, d12, d21, d22)
-            aa, bb, ab, raa, rbb, rab = products(f, along(velocities, a, b, c, d11, d12, d21, d22))
-
-            z, zaa, zbb, zab = shear_measure(c0, aa, bb, ab)
-            shear, sense = SHEAR, math.copysign(1.0, z)
-            if c0 != 0.0 and z < 0.0:
-                shear = SHEAR_BACK
-            ea, eb = 0.5 * (aa - 1.0), 0.5 * (bb - 1.0)
-            size = (ea, eb, sense * z)
-            saa, sbb, h, stored = 0.0, 0.0, 0.0, 0.0
-            for k in range(remember):
-                spring = shear if k == SHEAR else k
-                x = size[k] if size[k] > 0.0 else 0.0  # slack, or not a number: damping shows that
-                per_x, full = history[i, 2 * spring + 1], history[i, 2 * spring + 2]
-                at = x * (per_x if per_x > 0.0 else VIRGIN)
-                if at <= INTERVALS:
-                    row, part = place((2 * spring + 1) * INTERVALS, at)
-                    value, area = read(rows[row, 0], rows[row, 1], rows[row, 2], part, per_x)
-                    stress, held = full * value, full * area
-                else:
-                    row, part = place(2 * spring * INTERVALS, x * scale[spring])
-                    stress, held = read(rows[row, 0], rows[row, 1], rows[row, 2], part, scale[spring])
-                    kept = share[spring]
-                    if kept > 0.0:
-                        most = INTERVALS / per_x if per_x > 0.0 else 0.0
-                        row, part = place(2 * spring * INTERVALS, most * scale[spring])
-                        _, before = read(rows[row, 0], rows[row, 1], rows[row, 2], part, scale[spring])
-                        history[i, HEAT] += held - before - kept * (x * stress - full)
-                        history[i, 2 * spring + 1] = INTERVALS / x
-                        history[i, 2 * spring + 2] = x * stress
-                        held = kept * x * stress
-                stored += held
-                if k == WARP:
-                    saa = stress
-                elif k == WEFT:
-                    sbb = stress
-                else:
-                    h = sense * stress
-            if switches_shear:
-                at = (sense * z if sense * z > 0.0 else 0.0) * scale[shear]
-                row, part = place(2 * shear * INTERVALS, at)
-                upper, _ = read(rows[row, 0], rows[row, 1], rows[row, 2], part, scale[shear])
-                row, part = place((2 * shear + 1) * INTERVALS, at)
-                lower, held = read(rows[row, 0], rows[row, 1], rows[row, 2], part, scale[shear])
-                h = sense * (upper if sense * (zaa * raa + zbb * rbb + 2.0 * zab * rab) >= 0.0 else lower)
-                # Work as the time integration does it, with the mean of both stresses, less what is recoverable.
-                lost = 0.5 * (h + history[i, LAST_STRESS]) * (z - history[i, LAST_Z]) - (held - history[i, LAST_STORED])
-                owed = history[i, OWED]
-                history[i, HEAT] += max(0.0, lost - owed)  # heat never falls: what comes back is owed
-                history[i, OWED] = max(0.0, owed - lost)
-                history[i, LAST_Z], history[i, LAST_STRESS], history[i, LAST_STORED] = z, h, held
-                stored += held
-            pressed_a, stored_a = shortened(below_a, ea)
-            pressed_b, stored_b = shortened(below_b, eb)
-            saa, sbb, stored = saa + pressed_a, sbb + pressed_b, stored + stored_a + stored_b
-
-            v, mu = volume[i], viscosity[i]
-            energy += v * stored
-            heat += v * history[i, HEAT]
-            power += v * mu * (raa * raa + rbb * rbb + 2.0 * rab * rab)
-            squared = stretch_bound(aa, bb, ab, cot, csc)
-            largest, rate = max(largest, squared), max(rate, squared_rate[i] * max(1.0, squared))
-            saa, sbb, sab = saa + h * zaa + mu * raa, sbb + h * zbb + mu * rbb, h * zab + mu * rab
-            add_corner_forces(corner_force, t, v, f, saa, sbb, sab, d11, d12, d21, d22)
-        partial_out[chunk, 0] = energy
-        partial_out[chunk, 1] = power
-        partial_out[chunk, 2] = largest
-        partial_out[chunk, 3] = heat
-        partial_out[chunk, 4] = rate
+    for chunk in prange((n + CHUNK - 1) // CHUNK):
+        block = np.zeros(ROWS * BLOCK)
+        partial_out[chunk] = 0.0
+        end = min(n, (chunk + 1) * CHUNK)
+        heat = 0.0
+        for first in range(chunk * CHUNK, end, BLOCK):
+            count = min(BLOCK, end - first)
+            fetch(block, first, count, mesh)
+            strain_of(block)
+            for j in range(count):
+                i = np.uint64(first + j)
+                aa, bb, ab = block[AA + j], block[BB + j], block[AB + j]
+                z, zaa, zbb, zab = shear_measure(c0, aa, bb, ab)
+                shear, sense = SHEAR, math.copysign(1.0, z)
+                if c0 != 0.0 and z < 0.0:
+                    shear = SHEAR_BACK
+                ea, eb = 0.5 * (aa - 1.0), 0.5 * (bb - 1.0)
+                size = (ea, eb, sense * z)
+                saa, sbb, h, stored = 0.0, 0.0, 0.0, 0.0
+                for k in range(remember):
+                    spring = shear if k == SHEAR else k
+                    x = size[k] if size[k] > 0.0 else 0.0  # slack, or not a number: damping shows that
+                    per_x, full = history[i, 2 * spring + 1], history[i, 2 * spring + 2]
+                    at = x * (per_x if per_x > 0.0 else VIRGIN)
+                    if at <= INTERVALS:
+                        row, part = place((2 * spring + 1) * INTERVALS, at)
+                        value, area = read(rows[row, 0], rows[row, 1], rows[row, 2], part, per_x)
+                        stress, held = full * value, full * area
+                    else:
+                        row, part = place(2 * spring * INTERVALS, x * scale[spring])
+                        stress, held = read(rows[row, 0], rows[row, 1], rows[row, 2], part, scale[spring])
+                        kept = share[spring]
+                        if kept > 0.0:
+                            most = INTERVALS / per_x if per_x > 0.0 else 0.0
+                            row, part = place(2 * spring * INTERVALS, most * scale[spring])
+                            _, before = read(rows[row, 0], rows[row, 1], rows[row, 2], part, scale[spring])
+                            history[i, HEAT] += held - before - kept * (x * stress - full)
+                            history[i, 2 * spring + 1] = INTERVALS / x
+                            history[i, 2 * spring + 2] = x * stress
+                            held = kept * x * stress
+                    stored += held
+                    if k == WARP:
+                        saa = stress
+                    elif k == WEFT:
+                        sbb = stress
+                    else:
+                        h = sense * stress
+                if switches_shear:
+                    at = (sense * z if sense * z > 0.0 else 0.0) * scale[shear]
+                    row, part = place(2 * shear * INTERVALS, at)
+                    upper, _ = read(rows[row, 0], rows[row, 1], rows[row, 2], part, scale[shear])
+                    row, part = place((2 * shear + 1) * INTERVALS, at)
+                    lower, held = read(rows[row, 0], rows[row, 1], rows[row, 2], part, scale[shear])
+                    faster = zaa * block[R11 + j] + zbb * block[R22 + j] + 2.0 * zab * block[R12 + j]
+                    h = sense * (upper if sense * faster >= 0.0 else lower)
+                    # Work as the time integration does it, with the mean of both stresses, less what is recoverable.
+                    lost = 0.5 * (h + history[i, LAST_STRESS]) * (z - history[i, LAST_Z]) - (
+                        held - history[i, LAST_STORED]
+                    )
+                    owed = history[i, OWED]
+                    history[i, HEAT] += max(0.0, lost - owed)  # heat never falls: what comes back is owed
+                    history[i, OWED] = max(0.0, owed - lost)
+                    history[i, LAST_Z], history[i, LAST_STRESS], history[i, LAST_STORED] = z, h, held
+                    stored += held
+                pressed_a, stored_a = shortened(below_a, ea)
+                pressed_b, stored_b = shortened(below_b, eb)
+                saa, sbb, stored = saa + pressed_a, sbb + pressed_b, stored + stored_a + stored_b
+                block[S11 + j], block[S22 + j], block[S12 + j] = saa + h * zaa, sbb + h * zbb, h * zab
+                block[ENERGY + j] = block[V + j] * stored
+                heat += block[V + j] * history[i, HEAT]
+            load(block, first, count, mesh, corner_force, thirds)
+            total(block, first, count, mesh, cot, csc, 0.0, chunk, partial_out)
+        partial_out[chunk, HYSTERESIS] = heat

@@ -5,17 +5,20 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from billow.base.compiled import CHUNK
+from billow.base.compiled import scalar
 from billow.base.errors import Concern, NumericalStop
 from billow.base.quality import Criterion, criterion
 from billow.geometry.surface import Surface, area_vectors
+from billow.geometry.triangle import double_area_vector
 from billow.geometry.triangulation import sorted_edges
 from billow.parts.fabric.birth import Birth
-from billow.parts.fabric.membrane import ENERGY, HYSTERESIS, POWER, SQUARED_RATE, STRETCH, SUMS, Membrane
-from billow.parts.part import DAMPING, RECEIVED, STORED, Account, Booking, Moment, Part, Quantity, Setting
+from billow.parts.fabric.block import VOLUMES
+from billow.parts.fabric.membrane import ENERGY, HYSTERESIS, POWER, SQUARED_RATE, STRETCH, Membrane
+from billow.parts.part import DAMPING, RECEIVED, STORED, Account, Booking, Loads, Moment, Part, Quantity, Setting
 from billow.parts.part import HYSTERESIS as HEAT_OF_HYSTERESIS
 
 STRAIN = Account("strain", STORED, renewed=True)
@@ -108,20 +111,21 @@ class Fabric(Part):
 
     def add_forces(
         self, state: FabricState, positions: np.ndarray, velocities: np.ndarray, time: float, dt: float,
-        corner_force: np.ndarray,
+        loads: Loads,
     ) -> list[Booking]:  # fmt: skip
-        """Add the membrane forces [N] at the end of a step from `time` to `time + dt` [s] to corner_force (triangles,
-        3, 3); positions [m] then, velocities [m/s] in its middle: (nodes, 3)."""
+        """Set the loads of all triangles at the end of a step from `time` to `time + dt` [s]: membrane forces, area
+        vectors, volumes. positions [m] then, velocities [m/s] in its middle: (nodes, 3)."""
         bookings: list[Booking] = []
         membranes: Sequence[Membrane] = self.membranes
         if self.birth is not None:
             membranes = self._reference(state, positions, time, dt, bookings)
         largest, rate, strain, heat = 0.0, 0.0, 0.0, 0.0
+        triangles, on_triangles = self.surface.triangles, (loads.corner_force, loads.thirds)
+        loads.volumes[:] = self._holes(positions, loads)
         for membrane, history in zip(membranes, state.history, strict=True):
-            sums = np.empty((-(-len(membrane.elements) // CHUNK), SUMS))
-            membrane.fabric.add_forces(
-                membrane, self.surface.triangles, positions, velocities, history, corner_force, sums
-            )
+            sums = membrane.sums(len(loads.volumes))
+            membrane.fabric.add_forces(membrane, triangles, positions, velocities, history, on_triangles, sums)
+            loads.volumes[:] += sums[:, VOLUMES + 1 :].sum(axis=0)
             columns = sums.T.tolist()
             strain += sum(columns[ENERGY])
             heat += sum(columns[HYSTERESIS])
@@ -130,6 +134,23 @@ class Fabric(Part):
             rate = max([rate, *columns[SQUARED_RATE]])
         state.largest_stretch, state.squared_rate = math.sqrt(largest), rate
         return [*bookings, Booking(STRAIN, strain), Booking(HEAT_OF_HYSTERESIS, heat)]
+
+    @cached_property
+    def _bare(self) -> np.ndarray:
+        """Triangles that no membrane covers: vents, and the mouth."""
+        return np.setdiff1d(
+            np.arange(self.surface.triangle_count), np.concatenate([m.elements for m in self.membranes])
+        )
+
+    def _holes(self, positions: np.ndarray, loads: Loads) -> np.ndarray:
+        """Set the loads of triangles without fabric; returns their part in the volumes [m^3], (chambers,)."""
+        chambers = self.surface.chambers
+        volumes = np.zeros(chambers.count + 1)
+        _measure_holes(
+            self._bare, self.surface.triangles, positions, chambers.behind, chambers.ahead, loads.corner_force,
+            loads.thirds, volumes,
+        )  # fmt: skip
+        return volumes[:-1]
 
     def _reference(
         self, state: FabricState, positions: np.ndarray, time: float, dt: float, bookings: list[Booking]
@@ -210,6 +231,21 @@ class Fabric(Part):
 
     def seconds_per_step(self, state: FabricState, dt: float, end: float) -> float:
         return SECONDS_PER_TRIANGLE * self.element_count
+
+
+@scalar
+def _measure_holes(which, triangles, positions, behind, ahead, corner_force, thirds, volumes_out):
+    x, y, z = positions[0, 0], positions[0, 1], positions[0, 2]
+    for t in which:
+        a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
+        nx, ny, nz = double_area_vector(positions, a, b, c)
+        nx, ny, nz = nx / 6.0, ny / 6.0, nz / 6.0
+        volume = (positions[a, 0] - x) * nx + (positions[a, 1] - y) * ny + (positions[a, 2] - z) * nz
+        volumes_out[behind[t]] += volume  # OUTSIDE, -1, is the last
+        volumes_out[ahead[t]] -= volume
+        thirds[t, 0], thirds[t, 1], thirds[t, 2] = nx, ny, nz
+        for k in range(3):
+            corner_force[t, k, 0] = corner_force[t, k, 1] = corner_force[t, k, 2] = 0.0
 
 
 def worst_stretch(membrane: Membrane, triangles: np.ndarray, positions: np.ndarray) -> tuple[int, float]:

@@ -13,10 +13,25 @@ from typing import ClassVar
 import numpy as np
 from numba import prange
 
-from billow.base.compiled import CHUNK, kernel, scalar
+from billow.base.compiled import CHUNK, inlined, kernel
 from billow.base.errors import Concern
+from billow.parts.fabric.block import (
+    AA,
+    AB,
+    BB,
+    BLOCK,
+    ENERGY,
+    ROWS,
+    S11,
+    S12,
+    S22,
+    V,
+    fetch,
+    load,
+    strain_of,
+    total,
+)  # fmt: skip
 from billow.parts.fabric.membrane import Membrane
-from billow.parts.fabric.triangle import add_corner_forces, along, products, stretch_bound
 from billow.parts.part import Setting
 
 ODD_MODULI = Concern.declare(
@@ -122,72 +137,88 @@ class LinearFabric:
 
     def add_forces(
         self, membrane: Membrane, triangles: np.ndarray, positions: np.ndarray, velocities: np.ndarray,
-        history: np.ndarray, corner_force: np.ndarray, partial: np.ndarray,
+        history: np.ndarray, loads: tuple[np.ndarray, np.ndarray], partial: np.ndarray,
     ) -> None:  # fmt: skip
         """As `billow.parts.fabric.membrane.FabricLaw` promises; there is no history."""
         rule = KEEP if self.compression else PRINCIPAL if self.is_isotropic else YARN
         mesh = membrane.for_kernels(triangles, positions, velocities)
-        _linear_forces(len(membrane.elements), rule, *self._moduli, mesh, corner_force, partial)
+        _linear_forces(len(membrane.elements), rule, *self._moduli, mesh, loads, partial)
 
 
-@scalar
-def linear_stress(rule, c11, c22, c12, c66, e11, e22, e12):
+@inlined
+def taut_stress(c11, c22, c12, c66, e11, e22, e12):
     """Stress (s11, s22, s12) [Pa] of Green strain (e11, e22, e12) [-]; e12 is half the engineering shear."""
-    s11 = c11 * e11 + c12 * e22
-    s22 = c12 * e11 + c22 * e22
-    s12 = 2.0 * c66 * e12
-    if rule == KEEP:
-        return s11, s22, s12
-    if rule == YARN:
-        if s11 < 0.0:
-            s11 = 0.0
-            s22 = (c22 - c12 * c12 / c11) * e22
-        if s22 < 0.0:
-            s22 = 0.0
-            s11 = max(0.0, (c11 - c12 * c12 / c22) * e11)
-        return s11, s22, s12
-    # Principal tension field; isotropic, so stress and strain share their axes.
-    mean = 0.5 * (e11 + e22)
-    radius = math.sqrt((0.5 * (e11 - e22)) ** 2 + e12 * e12)
+    return c11 * e11 + c12 * e22, c12 * e11 + c22 * e22, 2.0 * c66 * e12
+
+
+@inlined
+def yarn_stress(c11, c22, c12, c66, e11, e22, e12):
+    """As `taut_stress`, but yarns carry no compression; one that is pulled alone pulls with its own modulus."""
+    s11, s22 = c11 * e11 + c12 * e22, c12 * e11 + c22 * e22
+    s22 = (c22 - c12 * c12 / c11) * e22 if s11 < 0.0 else s22
+    s11 = 0.0 if s11 < 0.0 else s11
+    alone = (c11 - c12 * c12 / c22) * e11
+    alone = alone if alone > 0.0 else 0.0
+    return alone if s22 < 0.0 else s11, 0.0 if s22 < 0.0 else s22, 2.0 * c66 * e12
+
+
+@inlined
+def tension_field_stress(c11, c22, c12, c66, e11, e22, e12):
+    """As `taut_stress` of isotropic fabric, which wrinkles: no principal stress is negative."""
+    mean, half = 0.5 * (e11 + e22), 0.5 * (e11 - e22)
+    radius = math.sqrt(half * half + e12 * e12)
     largest, smallest = mean + radius, mean - radius
-    if c12 * largest + c22 * smallest >= 0.0:
-        return s11, s22, s12  # taut
-    if largest <= 0.0:
-        return 0.0, 0.0, 0.0  # slack
-    # Wrinkled: uniaxial tension along the first principal direction n, S = E e1 n (x) n.
+    taut = c12 * largest + c22 * smallest >= 0.0
+    # Wrinkled: uniaxial tension E e1 n (x) n along the first principal direction n; slack: nothing.
     tension = (c11 - c12 * c12 / c22) * largest
-    nn11 = 0.5 * (1.0 + 0.5 * (e11 - e22) / radius)
-    nn12 = 0.5 * e12 / radius
-    return tension * nn11, tension * (1.0 - nn11), tension * nn12
+    tension = 0.5 * tension if largest > 0.0 else 0.0
+    over = tension / (radius if radius > 0.0 else 1.0)
+    return (
+        c11 * e11 + c12 * e22 if taut else tension + over * half,
+        c12 * e11 + c22 * e22 if taut else tension - over * half,
+        2.0 * c66 * e12 if taut else over * e12,
+    )
+
+
+@inlined
+def _stress(block, rule, moduli, liner):
+    """Fill the rows S11, S22, S12 and ENERGY: of the fabric by its rule, then of the liner too; no loop branches."""
+    c11, c22, c12, c66 = moduli
+    if rule == KEEP:
+        for j in range(BLOCK):
+            e11, e22, e12 = 0.5 * (block[AA + j] - 1.0), 0.5 * (block[BB + j] - 1.0), 0.5 * block[AB + j]
+            s11, s22, s12 = taut_stress(c11, c22, c12, c66, e11, e22, e12)
+            block[S11 + j], block[S22 + j], block[S12 + j] = s11, s22, s12
+    elif rule == YARN:
+        for j in range(BLOCK):
+            e11, e22, e12 = 0.5 * (block[AA + j] - 1.0), 0.5 * (block[BB + j] - 1.0), 0.5 * block[AB + j]
+            s11, s22, s12 = yarn_stress(c11, c22, c12, c66, e11, e22, e12)
+            block[S11 + j], block[S22 + j], block[S12 + j] = s11, s22, s12
+    else:
+        for j in range(BLOCK):
+            e11, e22, e12 = 0.5 * (block[AA + j] - 1.0), 0.5 * (block[BB + j] - 1.0), 0.5 * block[AB + j]
+            s11, s22, s12 = tension_field_stress(c11, c22, c12, c66, e11, e22, e12)
+            block[S11 + j], block[S22 + j], block[S12 + j] = s11, s22, s12
+    l11, l22, l12, l66 = liner
+    for j in range(BLOCK):
+        e11, e22, e12 = 0.5 * (block[AA + j] - 1.0), 0.5 * (block[BB + j] - 1.0), 0.5 * block[AB + j]
+        m11, m22, m12 = taut_stress(l11, l22, l12, l66, e11, e22, e12)
+        s11, s22, s12 = block[S11 + j] + m11, block[S22 + j] + m22, block[S12 + j] + m12
+        block[S11 + j], block[S22 + j], block[S12 + j] = s11, s22, s12
+        block[ENERGY + j] = 0.5 * block[V + j] * (s11 * e11 + s22 * e22 + 2.0 * s12 * e12)
 
 
 @kernel
-def _linear_forces(n, rule, moduli, liner, mesh, corner_force, partial_out):
-    elements, inverse, volume, viscosity, squared_rate, triangles, positions, velocities = mesh
-    (c11, c22, c12, c66), (l11, l22, l12, l66) = moduli, liner
-    chunks = (n + CHUNK - 1) // CHUNK
-    for chunk in prange(chunks):
-        energy, power, largest, rate = 0.0, 0.0, 0.0, 0.0
-        for item in range(chunk * CHUNK, min(n, (chunk + 1) * CHUNK)):
-            i = np.uint64(item)
-            t = np.uint64(elements[i])
-            a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
-            d11, d12, d21, d22 = inverse[0, i], inverse[1, i], inverse[2, i], inverse[3, i]
-            f = along(positions, a, b, c, d11, d12, d21, d22)
-            aa, bb, ab, r11, r22, r12 = products(f, along(velocities, a, b, c, d11, d12, d21, d22))
-            e11, e22, e12 = 0.5 * (aa - 1.0), 0.5 * (bb - 1.0), 0.5 * ab
-            s11, s22, s12 = linear_stress(rule, c11, c22, c12, c66, e11, e22, e12)
-            m11, m22, m12 = linear_stress(KEEP, l11, l22, l12, l66, e11, e22, e12)
-            s11, s22, s12 = s11 + m11, s22 + m22, s12 + m12
-            v, mu = volume[i], viscosity[i]
-            energy += 0.5 * v * (s11 * e11 + s22 * e22 + 2.0 * s12 * e12)
-            power += v * mu * (r11 * r11 + r22 * r22 + 2.0 * r12 * r12)
-            squared = stretch_bound(aa, bb, ab, 0.0, 1.0)
-            largest, rate = max(largest, squared), max(rate, squared_rate[i] * max(1.0, 1.5 * squared - 0.5))
-            s11, s22, s12 = s11 + mu * r11, s22 + mu * r22, s12 + mu * r12
-            add_corner_forces(corner_force, t, v, f, s11, s22, s12, d11, d12, d21, d22)
-        partial_out[chunk, 0] = energy
-        partial_out[chunk, 1] = power
-        partial_out[chunk, 2] = largest
-        partial_out[chunk, 3] = 0.0
-        partial_out[chunk, 4] = rate
+def _linear_forces(n, rule, moduli, liner, mesh, loads, partial_out):
+    corner_force, thirds = loads
+    for chunk in prange((n + CHUNK - 1) // CHUNK):
+        block = np.zeros(ROWS * BLOCK)
+        partial_out[chunk] = 0.0
+        end = min(n, (chunk + 1) * CHUNK)
+        for first in range(chunk * CHUNK, end, BLOCK):
+            count = min(BLOCK, end - first)
+            fetch(block, first, count, mesh)
+            strain_of(block)
+            _stress(block, rule, moduli, liner)
+            load(block, first, count, mesh, corner_force, thirds)
+            total(block, first, count, mesh, 0.0, 1.0, 0.5, chunk, partial_out)

@@ -9,12 +9,14 @@ from typing import Protocol
 
 import numpy as np
 
+from billow.base.compiled import CHUNK
 from billow.base.errors import Concern, InputError
+from billow.geometry.chambers import Chambers
+from billow.parts.fabric.block import VOLUMES
 from billow.parts.part import Setting
 
-SUMS = 5
-ENERGY, POWER, STRETCH, HYSTERESIS, SQUARED_RATE = range(SUMS)
-"""Columns of `partial`, what a law sums up per chunk of elements."""
+ENERGY, POWER, STRETCH, HYSTERESIS, SQUARED_RATE = range(VOLUMES)
+"""Columns of `partial`, what a law sums up per chunk of elements; those of the volumes follow."""
 
 UNDAMPED, SLACKENING = 1e-3, 0.3
 """Fabric that goes slack gains energy if its damping fraction lies below UNDAMPED, unless its step is shorter: without
@@ -43,7 +45,7 @@ class FabricLaw(Protocol):
        velocity that is not finite makes the sums not finite.
     6. Stress follows from strain and history, so that a second evaluation changes nothing. (The law "curves" keeps
        this only while no shear rate changes its sign.)
-    7. `squared_rate` bounds what an element at rest vibrates with, and `add_forces` how that grows as it is strained, so
+    7. `squared_rate` bounds the frequencies of an element at rest, and `add_forces` how they grow as it is strained, so
        that the step is stable.
 
     density: [kg/m^3]. thickness: [m], on which the stress acts. compression: whether the fabric carries compression or
@@ -70,14 +72,16 @@ class FabricLaw(Protocol):
 
     def add_forces(
         self, membrane: Membrane, triangles: np.ndarray, positions: np.ndarray, velocities: np.ndarray,
-        history: np.ndarray, corner_force: np.ndarray, partial: np.ndarray,
+        history: np.ndarray, loads: tuple[np.ndarray, np.ndarray], partial: np.ndarray,
     ) -> None:  # fmt: skip
-        """Add membrane forces [N] to corner_force (triangles, 3, 3), and bring history up to date.
+        """Set `loads` of the elements' triangles, and bring history up to date.
 
         triangles: (triangles, 3). positions [m] and velocities [m/s]: (nodes, 3). history: (elements, history_width).
-        partial: (chunks, SUMS), receives per chunk of elements the recoverable strain energy [J], the power turned to
-        heat [W], a bound on the largest squared stretch [-], the energy turned to heat so far that follows from the
-        history [J], and the largest 1/dt^2 [1/s^2] of any element as it is strained now.
+        loads: membrane forces on the corners [N], (triangles, 3, 3), and a third of each area vector [m^2], (triangles,
+        3). partial: of `Membrane.sums`, receives per chunk of elements the recoverable strain energy [J], the power
+        turned to heat [W], a bound on the largest squared stretch [-], the energy turned to heat so far that follows
+        from the history [J], the largest 1/dt^2 [1/s^2] of any element as it is strained now, and the part of the
+        elements in the volumes [m^3] of the surroundings and of each chamber, by Gauss' theorem.
         """
 
     def concerns(self, altitude: float, setting: Setting) -> Iterator[Concern]:
@@ -91,7 +95,8 @@ class Membrane:
     elements: (n,) int64, indices of their triangles in the surface. reference_inverse: Dm^-1 row by row, [1/m], (4, n).
     yarn_inverse: the same with its columns along the yarns. volume: reference area times thickness, [m^3], (n,).
     viscosity: damping modulus, [Pa s], (n,). altitude: smallest reference altitude, [m], (n,). squared_rate: 1/dt^2 of
-    each element's own stable step at rest, damping included, [1/s^2], (n,).
+    each element's own stable step at rest, damping included, [1/s^2], (n,). behind, ahead: chambers on either side of
+    each, (n,) int32 as in `Chambers`.
     """
 
     fabric: FabricLaw
@@ -102,14 +107,18 @@ class Membrane:
     viscosity: np.ndarray
     altitude: np.ndarray
     squared_rate: np.ndarray
+    behind: np.ndarray
+    ahead: np.ndarray
 
     @classmethod
     def build(
-        cls, fabric: FabricLaw, elements: np.ndarray, reference: np.ndarray, thickness: float | np.ndarray | None = None
-    ) -> Membrane:
+        cls, fabric: FabricLaw, elements: np.ndarray, reference: np.ndarray,
+        thickness: float | np.ndarray | None = None, chambers: Chambers | None = None,
+    ) -> Membrane:  # fmt: skip
         """Elements from flat corner coordinates, reference: [m], (n, 3, 2), warp first.
 
-        thickness: if it differs from the fabric's own (seams, reinforcements), [m], (n,) or one number.
+        thickness: if it differs from the fabric's own (seams, reinforcements), [m], (n,) or one number. chambers: of
+        the surface; a single one by default.
         Raises InputError E-GEO-004 if a reference triangle has no area.
         """
         edge1, edge2 = reference[:, 1] - reference[:, 0], reference[:, 2] - reference[:, 0]
@@ -123,9 +132,12 @@ class Membrane:
         altitude = 2.0 * area / np.sqrt(longest)
         viscosity = fabric.damping * fabric.density * fabric.wave_speed * altitude
         volume = area * (fabric.thickness if thickness is None else thickness)
+        elements = np.asarray(elements, np.int64)
+        sides = Chambers.single(len(elements)) if chambers is None else chambers
+        which = slice(None) if chambers is None else elements
         membrane = cls(
-            fabric, np.asarray(elements, np.int64), inverse, fabric.along_yarns(inverse), volume, viscosity, altitude,
-            np.empty(0),
+            fabric, elements, inverse, fabric.along_yarns(inverse), volume, viscosity, altitude, np.empty(0),
+            sides.behind[which], sides.ahead[which],
         )  # fmt: skip
         return replace(membrane, squared_rate=membrane._with_damping(fabric.squared_rate(membrane)))
 
@@ -158,9 +170,13 @@ class Membrane:
     ) -> tuple[np.ndarray, ...]:
         """What the kernels of all laws read. positions [m] and velocities [m/s]: (nodes, 3)."""
         return (
-            self.elements, self.yarn_inverse, self.volume, self.viscosity, self.squared_rate, triangles, positions,
-            velocities,
+            self.elements, self.yarn_inverse, self.volume, self.viscosity, self.squared_rate, self.behind, self.ahead,
+            triangles, positions, velocities,
         )  # fmt: skip
+
+    def sums(self, chambers: int = 1) -> np.ndarray:
+        """Room for what the law sums up: (chunks, VOLUMES + 1 + chambers)."""
+        return np.empty((-(-len(self.elements) // CHUNK), VOLUMES + 1 + chambers))
 
     def fresh_history(self) -> np.ndarray:
         """History of fabric that has never been strained, (n, history_width)."""

@@ -26,7 +26,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from billow.base.quality import Criterion
-from billow.geometry.surface import Surface
+from billow.geometry.surface import Surface, area_vectors
+from billow.parts.part import Loads
 
 
 @dataclass
@@ -35,7 +36,8 @@ class Bag:
 
     positions: [m] at the end of the step, before: at its start, velocities: [m/s] at its middle, all (nodes, 3). before
     is positions where no step was made. touched: (shapes, nodes) bool, nodes in contact with each shape of a body;
-    None where nothing can be touched.
+    None where nothing can be touched. loads: what the fabric has
+    measured of these positions, None where nobody has.
     """
 
     surface: Surface
@@ -43,6 +45,19 @@ class Bag:
     velocities: np.ndarray
     touched: np.ndarray | None = None
     before: np.ndarray | None = None
+    loads: Loads | None = None
+
+    @property
+    def volumes(self) -> np.ndarray:
+        """Of the chambers [m^3], (chambers,)."""
+        if self.loads is not None:
+            return self.loads.volumes
+        return self.surface.chambers.volumes(self.surface.triangles, self.positions)
+
+    @property
+    def thirds(self) -> np.ndarray:
+        """A third of each area vector [m^2], (triangles, 3)."""
+        return area_vectors(self.surface.triangles, self.positions) / 3.0 if self.loads is None else self.loads.thirds
 
     def __post_init__(self):
         if self.before is None:

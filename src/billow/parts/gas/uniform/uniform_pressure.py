@@ -115,14 +115,13 @@ class UniformPressure(GasModel):
     def advance(self, gas: UniformState, bag: Bag, time: float, dt: float, corner_force: np.ndarray) -> None:
         jet_work = self._blow(gas, bag, time, dt, corner_force)
         areas = self.supply.passages.measure(bag.surface.triangles, bag.positions, bag.touched)
-        volume = self.supply.chambers.volumes(bag.surface.triangles, bag.positions)
-        advance_chambers(self._table, gas.contents, gas.accounts, gas.is_open, jet_work, areas, volume, time, dt)
+        advance_chambers(self._table, gas.contents, gas.accounts, gas.is_open, jet_work, areas, bag.volumes, time, dt)
         self.press(gas, bag, corner_force)
 
     def press(self, gas: UniformState, bag: Bag, corner_force: np.ndarray) -> None:
         """Add the force of the pressure to corner_force [N] (triangles, 3, 3)."""
         sides = self.supply.chambers.behind, self.supply.chambers.ahead
-        add_pressures(bag.surface.triangles, bag.positions, *sides, self._gauge(gas), corner_force)
+        add_pressures(bag.thirds, *sides, self._gauge(gas), corner_force)
 
     def _gauge(self, gas: UniformState) -> np.ndarray:
         """Pressure above ambient [Pa], (chambers + 1,); the last is that of the surroundings."""
