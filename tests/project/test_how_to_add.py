@@ -28,7 +28,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from billow.parts.gas.gas_model import GasModel, GasTotals
-from billow.parts.gas.uniform.pressure_load import add_pressure
+from billow.parts.gas.uniform.pressure_load import add_pressures
 
 
 @dataclass
@@ -52,7 +52,7 @@ class Pump(GasModel):
         before, old = gas.volume, gas.gauge
         gas.volume, gas.gauge = bag.surface.volume(bag.positions), 2e4 * min(1.0, (time + dt) / 1e-3)
         gas.work += (self.ambient + 0.5 * (old + gas.gauge)) * (gas.volume - before)
-        add_pressure(bag.surface.triangles, bag.positions, gas.gauge, corner_force)
+        add_pressures(bag, np.array([gas.gauge, 0.0]), corner_force)
 
     def totals(self, gas):
         grown = self.ambient * (gas.volume - gas.start)
@@ -146,7 +146,7 @@ from typing import ClassVar
 import numpy as np
 
 from billow.base.compiled import CHUNK
-from billow.parts.fabric.membrane import ENERGY, HYSTERESIS, POWER, STRETCH
+from billow.parts.fabric.membrane import ENERGY, HYSTERESIS, POWER, SQUARED_RATE, STRETCH, VOLUMES
 
 
 @dataclass(frozen=True)
@@ -172,7 +172,11 @@ class Rubber:
     def concerns(self, altitude, setting):
         return iter(())
 
-    def add_forces(self, membrane, triangles, positions, velocities, history, corner_force, partial):
+    def squared_rate(self, membrane):
+        return (1.5 * self.wave_speed / membrane.altitude) ** 2
+
+    def add_forces(self, membrane, triangles, positions, velocities, history, loads, partial):
+        corner_force, thirds = loads
         corners, d = triangles[membrane.elements], membrane.reference_inverse.T.reshape(-1, 2, 2)
 
         def gradient(field):
@@ -184,15 +188,22 @@ class Rubber:
         speed = 0.5 * (np.swapaxes(rate, 1, 2) @ f + np.swapaxes(f, 1, 2) @ rate)
         viscous = membrane.viscosity[:, None, None] * speed
         pull = membrane.volume[:, None, None] * (f @ (self.young * strain + viscous)) @ np.swapaxes(d, 1, 2)
-        corner_force[membrane.elements, 1] -= pull[:, :, 0]
-        corner_force[membrane.elements, 2] -= pull[:, :, 1]
-        corner_force[membrane.elements, 0] += pull.sum(axis=2)
+        corner_force[membrane.elements, 1] = -pull[:, :, 0]
+        corner_force[membrane.elements, 2] = -pull[:, :, 1]
+        corner_force[membrane.elements, 0] = pull.sum(axis=2)
+        a, b, c = np.swapaxes(positions[corners], 0, 1)
+        thirds[membrane.elements] = np.cross(b - a, c - a) / 6.0
+        volume = np.sum((a - positions[0]) * thirds[membrane.elements], axis=1)
         energy = 0.5 * self.young * membrane.volume * np.sum(strain**2, axis=(1, 2))
         power = membrane.volume * np.sum(viscous * speed, axis=(1, 2))
         stretch = 1.0 + 2.0 * np.abs(strain).sum(axis=2).max(axis=1)
         starts = np.arange(0, len(energy), CHUNK)
         partial[:, ENERGY], partial[:, POWER] = np.add.reduceat(energy, starts), np.add.reduceat(power, starts)
         partial[:, STRETCH], partial[:, HYSTERESIS] = np.maximum.reduceat(stretch, starts), 0.0
+        partial[:, SQUARED_RATE] = np.maximum.reduceat(membrane.squared_rate * stretch, starts)
+        partial[:, VOLUMES:] = 0.0
+        np.add.at(partial[0], VOLUMES + 1 + membrane.behind, volume)
+        np.add.at(partial[0], VOLUMES + 1 + membrane.ahead, -volume)
 '''
 
 NEW = {

@@ -123,8 +123,7 @@ class PrescribedPressure(GasModel):
 
     def advance(self, gas: np.ndarray, bag: Bag, time: float, dt: float, corner_force: np.ndarray) -> None:
         gas[1] = bag.surface.volume(bag.positions)
-        sides = bag.surface.chambers.behind, bag.surface.chambers.ahead
-        add_pressures(bag.thirds, *sides, np.array([self.gauge, 0.0]), corner_force)
+        add_pressures(bag, np.array([self.gauge, 0.0]), corner_force)
 
     def totals(self, gas: np.ndarray) -> GasTotals:
         start, volume = gas.tolist()

@@ -7,18 +7,14 @@ import numpy as np
 from numba import prange
 
 from billow.base.compiled import kernel
+from billow.parts.gas.gas_model import Bag
 
 
-def add_pressures(
-    thirds: np.ndarray, behind: np.ndarray, ahead: np.ndarray, gauge: np.ndarray, corner_force: np.ndarray
-) -> None:
-    """Add the forces [N] of pressure in several chambers to corner_force (triangles, 3, 3); each triangle bears the
-    difference across it.
-
-    thirds: a third of each area vector [m^2], (triangles, 3). behind, ahead: (triangles,) int32 as in Chambers. gauge:
-    [Pa], (chambers + 1,), the last one of the surroundings.
-    """
-    _add_pressures(len(thirds), thirds, behind, ahead, gauge, corner_force)
+def add_pressures(bag: Bag, gauge: np.ndarray, corner_force: np.ndarray) -> None:
+    """Add the forces [N] of pressure in the chambers of a bag to corner_force (triangles, 3, 3); each triangle bears
+    the difference across it. gauge: [Pa], (chambers + 1,), the last one of the surroundings."""
+    thirds, chambers = bag.thirds, bag.surface.chambers
+    _add_pressures(len(thirds), thirds, chambers.behind, chambers.ahead, gauge, corner_force)
 
 
 @kernel

@@ -120,8 +120,7 @@ class UniformPressure(GasModel):
 
     def press(self, gas: UniformState, bag: Bag, corner_force: np.ndarray) -> None:
         """Add the force of the pressure to corner_force [N] (triangles, 3, 3)."""
-        sides = self.supply.chambers.behind, self.supply.chambers.ahead
-        add_pressures(bag.thirds, *sides, self._gauge(gas), corner_force)
+        add_pressures(bag, self._gauge(gas), corner_force)
 
     def _gauge(self, gas: UniformState) -> np.ndarray:
         """Pressure above ambient [Pa], (chambers + 1,); the last is that of the surroundings."""
