@@ -102,10 +102,17 @@ def test_a_file_that_cannot_be_read(tmp_path, name):
     assert str(tmp_path) in caught.value.where
 
 
-@pytest.mark.parametrize("contents", [b'title = "\xff\xfe"', b"\x89HDF\r\n\x1a\n", b"# " + b"x" * 1_000_001])
-def test_a_file_that_is_no_case(tmp_path, contents):
+@pytest.mark.parametrize(
+    ("contents", "code"),
+    [
+        (b'title = "\x81"', "E-CASE-002"),
+        (b"\x89HDF\r\n\x1a\n", "E-CASE-002"),
+        (b"# " + b"x" * 1_000_001, "E-CASE-001"),
+    ],
+)
+def test_a_file_that_is_no_case(tmp_path, contents, code):
     (tmp_path / "data.toml").write_bytes(contents)
-    with pytest.raises(InputError, match="E-CASE-002"):
+    with pytest.raises(InputError, match=code):
         Case.load(tmp_path / "data.toml")
 
 

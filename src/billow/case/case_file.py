@@ -6,7 +6,6 @@ It knows no schema of its own: `model` is the pydantic class to fill, and its ke
 from __future__ import annotations
 
 import difflib
-import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, TypeVar, get_args
@@ -14,12 +13,11 @@ from typing import Any, TypeVar, get_args
 from pydantic import ValidationError
 
 from billow.base.errors import InputError, shown
+from billow.base.toml_file import read_toml
 from billow.case.named_files import with_files_settled
 from billow.case.quantity import Strict
 
 Model = TypeVar("Model", bound=Strict)
-LARGEST_FILE = 1_000_000  # bytes; a case file is a few kilobytes
-
 
 UNREADABLE = InputError.declare(
     "E-CASE-001",
@@ -66,27 +64,10 @@ def load_case(model: type[Model], path: str | Path) -> Model:
     `validate`."""
     path = Path(path)
     try:
-        with open(path, "rb") as file:
-            content = file.read(LARGEST_FILE + 1)  # a device such as /dev/zero never ends
-    except (OSError, ValueError) as error:  # ValueError: a path that no file can have
+        data = read_toml(path)
+    except OSError as error:
         raise UNREADABLE(path=str(path), why=error) from None
-    try:
-        if len(content) > LARGEST_FILE:
-            raise NOT_TOML(
-                what=f"{path.name} is not a case file: it is too long",
-                path=path,
-                why=f"case files are text of at most {LARGEST_FILE} bytes",
-                remedy="give the path of a TOML case",
-            )
-        data = tomllib.loads(content.decode("utf-8"))
-    except UnicodeDecodeError as error:
-        raise NOT_TOML(
-            what=f"{path.name} is not a text file",
-            where=f"{path}, byte {error.start}",
-            why="TOML is UTF-8 text",
-            remedy="save the file as UTF-8",
-        ) from None
-    except (ValueError, RecursionError) as error:  # TOMLDecodeError, or an integer of thousands of digits
+    except ValueError as error:
         raise NOT_TOML(name=path.name, path=path, why=error) from None
     return validate(model, with_files_settled(data, path.parent), str(path))
 

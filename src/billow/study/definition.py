@@ -5,7 +5,6 @@ from __future__ import annotations
 import difflib
 import itertools
 import os
-import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Literal
@@ -14,6 +13,7 @@ import tomli_w
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 
 from billow.base.errors import InputError, shown
+from billow.base.toml_file import read_toml
 from billow.results.dataset_files import Parameter
 
 UNREADABLE = InputError.declare(
@@ -57,7 +57,6 @@ NO_CASE = InputError.declare(
     remedy="give its path relative to the study file",
 )
 
-LARGEST_FILE = 1_000_000  # bytes; a study file is a few kilobytes
 MOST_RUNS = 10_000
 
 
@@ -136,15 +135,10 @@ class StudyDefinition(_Strict):
 
 def _read_toml(path: Path) -> dict:
     try:
-        with open(path, "rb") as file:
-            content = file.read(LARGEST_FILE + 1)
-    except (OSError, ValueError) as error:  # ValueError: a path that no file can have
+        return read_toml(path)
+    except OSError as error:
         raise UNREADABLE(path=path, why=error) from error
-    try:
-        if len(content) > LARGEST_FILE:
-            raise ValueError(f"a study file has at most {LARGEST_FILE} bytes")
-        return tomllib.loads(content.decode("utf-8"))
-    except (ValueError, RecursionError) as error:  # TOML and UTF-8 alike
+    except ValueError as error:
         raise NOT_TOML(path=path, why=error) from error
 
 

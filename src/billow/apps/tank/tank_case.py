@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -11,8 +10,8 @@ from pydantic import AfterValidator, BeforeValidator, Field, ValidationError
 
 from billow.apps.tank.filling import InflowTemperature, Tank, make_tank
 from billow.base.errors import InputError, shown
+from billow.base.toml_file import read_toml
 from billow.base.units import to_si
-from billow.case.case_file import LARGEST_FILE
 from billow.case.quantity import Strict, Text, curve, quantity, refused
 from billow.parts.gas.supply.species import AIR, SPECIES
 
@@ -133,12 +132,8 @@ class TankCase(Strict):
     def load(cls, path: str | Path) -> TankCase:
         """From a TOML file. Raises InputError E-TANK-001 (no TOML) and those of `from_dict`."""
         try:
-            with open(path, "rb") as file:
-                content = file.read(LARGEST_FILE + 1)
-            if len(content) > LARGEST_FILE:
-                raise ValueError(f"it has more than {LARGEST_FILE} bytes")
-            data = tomllib.loads(content.decode("utf-8"))
-        except (OSError, ValueError, RecursionError) as error:
+            data = read_toml(path)
+        except (OSError, ValueError) as error:
             raise UNREADABLE(where=path, why=error) from None
         return cls.from_dict(data, str(path))
 
