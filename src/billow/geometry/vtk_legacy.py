@@ -133,14 +133,14 @@ class _Words:
         if form not in (b"ASCII", b"BINARY"):
             raise ValueError(f"line 3 says {form.decode('latin-1')[:40]!r}; expected ASCII or BINARY")
         self.binary = form == b"BINARY"
-        self.content, self.place, self._begin = content, len(content) - len(lines[3]), 0
+        self.content, self.place, self.begin = content, len(content) - len(lines[3]), 0
 
     @property
     def where(self) -> str:
         """The line that was read last, for messages."""
         if self.binary:
-            return f"what begins at byte {self._begin}"
-        before = self.content[: self._begin].count(b"\n")
+            return f"what begins at byte {self.begin}"
+        before = self.content[: self.begin].count(b"\n")
         return f"line {before + 1}"
 
     def line(self) -> list[str] | None:
@@ -148,7 +148,7 @@ class _Words:
         while self.place < len(self.content):
             end = self.content.find(b"\n", self.place)
             end = len(self.content) if end < 0 else end
-            self._begin = self.place
+            self.begin = self.place
             words = self.content[self.place : end].decode("utf-8", "replace").split()
             self.place = end + 1
             if words:
@@ -219,7 +219,7 @@ class _Words:
 
 def _cells(file: _Words, count: int, size: int) -> tuple[np.ndarray, np.ndarray]:
     """Offsets and node numbers."""
-    begin, announced = file.place, file.where
+    place, begin, announced = file.place, file.begin, file.where
     words = file.line()
     if words and words[0].upper() == "OFFSETS":  # since version 5: count is that of offsets, size that of node numbers
         offsets = whole_numbers(file.array(count, words[1]), "offset")
@@ -227,7 +227,7 @@ def _cells(file: _Words, count: int, size: int) -> tuple[np.ndarray, np.ndarray]
         if following[0].upper() != "CONNECTIVITY":
             raise ValueError(f"{file.where} should begin the CONNECTIVITY of cells")
         return offsets, whole_numbers(file.array(size, following[1]), "node")
-    file.place = begin
+    file.place, file.begin = place, begin
     rows = whole_numbers(file.array(size, "int"), "node")
     if count > size:
         raise ValueError(f"{announced} names more cells than it lists")
