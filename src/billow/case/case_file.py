@@ -15,7 +15,7 @@ from pydantic import ValidationError
 from billow.base.errors import InputError, shown
 from billow.base.toml_file import read_toml
 from billow.case.named_files import with_files_settled
-from billow.case.quantity import Strict
+from billow.case.quantity import Strict, reason_of
 
 Model = TypeVar("Model", bound=Strict)
 
@@ -113,7 +113,7 @@ def _explain(error: ValidationError, model: type[Strict], where: str) -> InputEr
             key=key,
             value=shown(problem["input"]),
             file=where,
-            why="a list is expected here" if problem["type"] == "tuple_type" else problem["msg"],
+            why=reason_of(problem),
             remedy=(problem.get("ctx") or {}).get("try") or _remedy(model, problem, keys),
         )
     told.what += more

@@ -54,6 +54,18 @@ class CellMesh:
     part: np.ndarray
     part_names: dict[str, int]
 
+    @property
+    def size(self) -> float:
+        """Largest extent of its cells along an axis, in the unit of the points."""
+        return float(np.ptp(self.points[self.cells[self.cells >= 0]], axis=0).max())
+
+    @property
+    def area(self) -> float:
+        """Of all cells, in the unit of the points squared; quads as two triangles."""
+        a, b, c, d = (self.points[self.cells[:, k]] for k in range(4))
+        halves = np.linalg.norm(np.cross(b - a, c - a), axis=1), np.linalg.norm(np.cross(c - a, d - a), axis=1)
+        return 0.5 * float(halves[0].sum() + halves[1][self.cells[:, 3] >= 0].sum())
+
 
 def read_mesh(path: str | Path, part_field: str = "part", frame: int = 0) -> CellMesh:
     """Mesh of a .vtkhdf or .vtk file; frame: of a file with several times, negative ones counted from the last. Quads

@@ -94,7 +94,7 @@ def read_dataset_file(folder: str | Path) -> DatasetRecord:
             raise ValueError(f"this version of Billow reads format {FORMAT}")
         return DatasetRecord(
             title=_text(content["title"]),
-            reference_length=_number(content["reference_length"]),
+            reference_length=_length(content["reference_length"]),
             seed=int(_number(content["seed"])),
             mesh_sha256=_text(content["mesh_sha256"]),
             times=tuple(map(_number, _list(content["times"]))),
@@ -123,8 +123,14 @@ def _list(value: object) -> list:
 
 
 def _number(value: object) -> float:
-    if not isinstance(value, int | float) or not abs(value) < 1e300:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < 1e300:
         raise ValueError(f"{shown(value)} stands where a finite number is expected")
+    return float(value)
+
+
+def _length(value: object) -> float:
+    if not _number(value) > 0.0:
+        raise ValueError(f"reference_length = {shown(value)} is not above zero")
     return float(value)
 
 

@@ -13,7 +13,9 @@ import tomli_w
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 
 from billow.base.errors import InputError, shown
+from billow.base.plausible import require_possible
 from billow.base.toml_file import read_toml
+from billow.case.quantity import reason_of
 from billow.results.dataset_files import Parameter
 
 UNREADABLE = InputError.declare(
@@ -103,7 +105,7 @@ class StudyDefinition(_Strict):
         """Read and check a study.toml.
 
         InputError E-STU-001: no such file; -002: not TOML; -003: unknown key; -004: a value that cannot be used;
-        -005: a key is missing; -006: the case file does not exist.
+        -005: a key is missing; -006: the case file does not exist; E-UNIT-001: reference_length in another unit.
         """
         path = Path(path)
         content = _read_toml(path)
@@ -111,6 +113,8 @@ class StudyDefinition(_Strict):
             definition = cls.model_validate(content)
         except ValidationError as error:
             raise _told(path, content, error) from error
+        place, change = f"{path}: reference_length", "it is in m"
+        require_possible("bag size", definition.reference_length, "the reference length", place, change)
         for where, what, why, remedy in _contradictions(definition):  # the first is told
             raise UNUSABLE_VALUE(what=f"{what}", where=f"{path}: {where}", why=why, remedy=remedy)
         case = path.parent / definition.case
@@ -193,7 +197,8 @@ def _told(path: Path, content: dict, error: ValidationError) -> InputError:
         remedy = f"did you mean {near[0]!r}?" if near else None
         told = UNKNOWN_KEY(key=key, where=where, known=", ".join(known), remedy=remedy)
     else:
-        why = first["msg"][0].lower() + first["msg"][1:]
+        why = reason_of(first)
+        why = why[0].lower() + why[1:]
         told = UNUSABLE_VALUE(name=name, value=shown(first["input"]), where=where, why=why)
     told.what += f" (and {len(problems) - 1} more after this one)" if len(problems) > 1 else ""
     return told

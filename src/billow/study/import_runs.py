@@ -13,6 +13,7 @@ import numpy as np
 import tomli_w
 
 from billow.base.errors import InputError
+from billow.base.plausible import require_possible
 from billow.base.table_file import Table, read_table
 from billow.results.atomic import whole_folder, write_atomically
 from billow.results.dataset_files import (
@@ -73,9 +74,12 @@ def import_runs(
     extent of the start shape; test_share: part of the runs that is set aside, unless runs.csv has a column split
 
     InputError E-STU-026: runs.csv; -027: a run cannot be read; -028: a run does not fit the others; -029: mesh or times
-    are unknown; E-RES-009: `out` exists. Nothing is written unless every run is sound.
+    are unknown; E-UNIT-001: sizes or times in another unit; E-RES-009: `out` exists. Nothing is written unless every
+    run is sound.
     """
     folder, out = Path(folder), Path(out).absolute()
+    if reference_length is not None:
+        require_possible("bag size", reference_length, "the reference length", "reference_length", "it is in m")
     table = _Table(folder / TABLE)
     split = table.split or _draw_split(list(table.design), test_share, seed)
     with whole_folder(out) as partial:
@@ -174,8 +178,15 @@ class _Common:
         elif (twice := (self.triangles == np.roll(self.triangles, 1, axis=1)).any(axis=1)).any():
             why = f"triangle {int(np.argmax(twice))}, counted from 0, has the same node twice"
         else:
+            self._require_units()
             return
         raise UNKNOWN_MESH_OR_TIMES(folder=folder, why=why)
+
+    def _require_units(self) -> None:
+        where, change = f"{self._folder}, run {self.run}", "convert it; positions are in m, times in s"
+        size = float(np.ptp(self.start[np.unique(self.triangles)], axis=0).max())
+        require_possible("bag size", size, "the width of the mesh", where, change)
+        require_possible("duration of a run", float(self.times[-1]), "the last time", where, change)
 
     def check(self, run: str, found: ForeignRun) -> None:
         """InputError E-STU-028 if a run does not fit the first one."""

@@ -12,7 +12,7 @@ from billow.apps.tank.filling import InflowTemperature, Tank, make_tank
 from billow.base.errors import InputError, shown
 from billow.base.toml_file import read_toml
 from billow.base.units import to_si
-from billow.case.quantity import Strict, Text, curve, quantity, refused
+from billow.case.quantity import Strict, Text, curve, quantity, reason_of, refused
 from billow.parts.gas.supply.species import AIR, SPECIES
 
 UNREADABLE = InputError.declare(
@@ -52,6 +52,8 @@ NOT_GIVEN = InputError.declare(
 
 def _cubic_metres(value: Any) -> Any:
     """A text such as "60 l" in cubic metres."""
+    if isinstance(value, bool):
+        raise refused("a volume is expected, not true or false", kind="unit")
     for unit, factor in (("m^3", 1.0), ("l", 1e-3)):
         if isinstance(value, str) and value.rstrip().endswith(unit):
             try:
@@ -87,7 +89,7 @@ class TankTable(Strict):
     temperature: quantity("K", 200.0, 400.0) = 295.0
     gas: Fractions = Field(default_factory=lambda: dict(AIR))
     wall_area: quantity("m^2", 0.0, 100.0) = 0.0
-    heat_transfer: Annotated[float, Field(ge=0.0, le=1e4)] = 0.0
+    heat_transfer: quantity("W/(m^2 K)", 0.0, 1e4) = 0.0
     wall_temperature: quantity("K", 200.0, 1000.0) | None = None
 
 
@@ -185,5 +187,5 @@ def _explain(error: ValidationError, where: str) -> InputError:
     key = ".".join(str(part) for part in problem["loc"] if "[" not in str(part) and part != "float")
     if problem["type"] == "missing":
         return UNUSABLE_KEY(what=f"{key or 'the file'} is missing", place=where, key=key, why="it has no default")
-    why = "no setting has this name" if problem["type"] == "extra_forbidden" else problem["msg"]
+    why = "no setting has this name" if problem["type"] == "extra_forbidden" else reason_of(problem)
     return UNUSABLE_KEY(place=where, key=key, why=why, remedy=(problem.get("ctx") or {}).get("try"))

@@ -17,6 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from billow.base.errors import InputError
+from billow.base.plausible import require_possible
 from billow.base.table_file import Table, read_table
 from billow.base.units import CONVERSIONS
 
@@ -97,7 +98,7 @@ def load_trace(path: str | Path, gauge: float = 0.0, end: float | None = None) -
 
     gauge: pressure [Pa] that the file's zero stands for: 0 for absolute readings, that of the surroundings for gauge;
     end: time [s] after which the file is ignored. Raises InputError E-TANK-005 (no such table), E-TANK-006 (columns),
-    E-TANK-007 (times).
+    E-TANK-007 (times), E-UNIT-001 (duration or pressure in another unit).
     """
     path = Path(path)
     try:
@@ -158,7 +159,7 @@ def noise_of(values: np.ndarray) -> float:
 
 def _columns(path: Path, table: Table) -> tuple[dict[str, np.ndarray], np.ndarray]:
     """Columns in SI units by quantity, and the number of each row's line. ValueError if a value is no number."""
-    found: dict[str, tuple[str, float]] = {}
+    found: dict[str, tuple[str, str]] = {}
     for text in table.names:
         match = _HEADER.fullmatch(text)
         name = match.group(1).lower() if match else ""
@@ -166,13 +167,20 @@ def _columns(path: Path, table: Table) -> tuple[dict[str, np.ndarray], np.ndarra
         if match and match.group(2) in factors:
             if name in found:
                 raise ValueError(f"{found[name][0]!r} and {text!r} are both columns of {name}")
-            found[name] = text, factors[match.group(2)]
+            found[name] = text, match.group(2)
     for name in ("time", "pressure"):
         if name not in found:
             units, columns = ", ".join(CONVERSIONS[_QUANTITIES[name]]), ", ".join(map(repr, table.names))
             raise NO_COLUMN(path=path, line=table.line, quantity=name, columns=columns, units=units)
     values, lines = table.numbers([text for text, _ in found.values()])
-    return {name: values[:, k] * factor for k, (name, (_, factor)) in enumerate(found.items())}, lines
+    columns = {
+        name: values[:, k] * CONVERSIONS[_QUANTITIES[name]][unit] for k, (name, (_, unit)) in enumerate(found.items())
+    }
+    asked = ("duration of a trace", "time", np.ptp), ("peak pressure of a trace", "pressure", np.max)
+    for kind, name, of in asked:
+        change = f"head the column {name} [{{unit}}]"
+        require_possible(kind, float(of(columns[name])), f"the {kind}", str(path), change, found[name][1])
+    return columns, lines
 
 
 def _block_means(values: np.ndarray) -> np.ndarray:
