@@ -5,6 +5,7 @@ from __future__ import annotations
 import zipfile
 import zlib
 from pathlib import Path
+from tokenize import TokenError
 from typing import BinaryIO
 
 import numpy as np
@@ -43,7 +44,7 @@ def _array(file: BinaryIO, size: int, name: str) -> np.ndarray:
         version = np.lib.format.read_magic(file)
         header = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}[version]
         shape, by_column, dtype = header(file)
-    except (ValueError, KeyError, SyntaxError, TypeError, RecursionError, MemoryError, OverflowError):
+    except (ValueError, KeyError, SyntaxError, TokenError, TypeError, RecursionError, MemoryError, OverflowError):
         raise ValueError(f"{name} does not begin like an array of NumPy") from None
     if dtype.kind not in "iufb" or any(length < 0 for length in shape):
         raise ValueError(f"{name} holds no numbers")
