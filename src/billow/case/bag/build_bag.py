@@ -54,6 +54,8 @@ ANOTHER_UNIT = InputError.declare(
 )
 
 MOST_TRIANGLES = 500_000
+SHORTEST_STRAP = 1e-5
+"""Length [m] below which a strap divides by next to nothing, and sets a step of nanoseconds."""
 MOST_TIMES_LARGER = 8.0
 """Of sizes of start and reference: a start shape may be shrunk, but inch and centimetre differ by 2.5 from neighbours
 in no bag; units that are confused differ by 10 or more."""
@@ -205,9 +207,20 @@ def _require_apart(vents: schema_bag.Vents) -> None:
 
 
 def strap_line(cloth: schema_bag.StrapCloth, bars: np.ndarray, positions: np.ndarray) -> StrapLine:
-    """A strap of bars (n, 2) between nodes, which share its width; positions: start shape, [m], (nodes, 3)."""
+    """A strap of bars (n, 2) between nodes, which share its width; positions: start shape, [m], (nodes, 3).
+
+    Raises InputError E-GEO-010 if a bar has no length.
+    """
     apart = np.linalg.norm(positions[bars[:, 1]] - positions[bars[:, 0]], axis=1)
     length = apart if cloth.length == "start" else np.full(len(bars), cloth.length)
+    if not (length + cloth.slack > SHORTEST_STRAP).all():
+        bar = int(np.argmin(length))
+        raise DOES_NOT_FIT(
+            what="a strap has no length",
+            key="straps",
+            why=f"its ends, nodes {bars[bar, 0]} and {bars[bar, 1]}, are {1e3 * apart[bar]:.3g} mm apart at the start",
+            remedy="join other nodes, or give the strap a length",
+        )
     return StrapLine(
         bars=bars,
         width=cloth.width / len(bars),
