@@ -119,7 +119,7 @@ def test_a_law_of_curves_needs_one_line():
         ({"coating": {"thickness": "0.05 mm"}, "permeability": 0.02}, "leak"),
         ({"law": "curves-shear", "liner": {"ratio": 0.03}}, "liner"),
         ({"library": "wool"}, "library"),
-        ({"curves": {"warp": {"loading": "warp.csv"}}}, "dictionary"),
+        ({"curves": {"warp": {"loading": "warp.csv"}}}, "a table is expected"),
     ],
 )
 def test_contradictions_are_refused(keys, word):

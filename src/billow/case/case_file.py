@@ -15,7 +15,7 @@ from pydantic import ValidationError
 from billow.base.errors import InputError, shown
 from billow.base.toml_file import read_toml
 from billow.case.named_files import with_files_settled
-from billow.case.quantity import Strict, reason_of
+from billow.case.quantity import Strict, listed, missing_beside, reason_of
 
 Model = TypeVar("Model", bound=Strict)
 
@@ -43,9 +43,9 @@ UNKNOWN_KEY = InputError.declare(
 )
 MISSING_KEY = InputError.declare(
     "E-CASE-004",
-    "{key} is missing",
+    "{keys} missing in {table}",
     where="{file}, key {key}",
-    why="it has no default",
+    why="there is no default",
     cause="a curve with times and no values",
     remedy="add {last}; docs/case.md describes it",
 )
@@ -98,7 +98,7 @@ def _explain(error: ValidationError, model: type[Strict], where: str) -> InputEr
     keys = [str(k) for k in path if not _is_branch(str(k), variants)]
     keys += [str(last)] if named or not _is_branch(str(last), variants) else []
     key = ".".join(keys) or "case"
-    more = f" ({len(problems) - 1} more)" if len(problems) > 1 and len({p["loc"][:2] for p in problems}) > 1 else ""
+    others = len(problems) - 1 if len({p["loc"][:2] for p in problems}) > 1 else 0
     if problem["type"] == "extra_forbidden":
         table = next(_tables(_find(model, problem["loc"][:-1])), None)
         known = sorted(getattr(table, "model_fields", {}))
@@ -106,8 +106,12 @@ def _explain(error: ValidationError, model: type[Strict], where: str) -> InputEr
         remedy = f"did you mean {close[0]!r}?" if close else None
         told = UNKNOWN_KEY(key=key, file=where, known=", ".join(known), remedy=remedy)
     elif problem["type"] == "missing":
-        remedy = f"write a list of at least {last + 1} entries" if isinstance(last, int) else None
-        told = MISSING_KEY(key=key, file=where, last=keys[-1], remedy=remedy)
+        names, remedy = missing_beside(problem, problems), None
+        others = max(others - len(names) + 1, 0)
+        if isinstance(last, int):
+            names, remedy = [f"entry {last + 1}"], f"write a list of at least {last + 1} entries"
+        table, said = ".".join(keys[:-1]) or "the file", f"{listed(names)} {'are' if len(names) > 1 else 'is'}"
+        told = MISSING_KEY(keys=said, table=table, key=key, file=where, last=listed(names), remedy=remedy)
     else:
         told = UNUSABLE_VALUE(
             key=key,
@@ -116,7 +120,7 @@ def _explain(error: ValidationError, model: type[Strict], where: str) -> InputEr
             why=reason_of(problem),
             remedy=(problem.get("ctx") or {}).get("try") or _remedy(model, problem, keys),
         )
-    told.what += more
+    told.what += f" ({others} more)" if others else ""
     return told
 
 

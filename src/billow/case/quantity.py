@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import reduce
 from operator import or_
@@ -52,6 +52,17 @@ _REASONS = {
 def reason_of(problem: Mapping[str, Any]) -> str:
     """Why a value was refused, from an entry of a ValidationError."""
     return _REASONS.get(problem["type"], problem["msg"].replace("Input should", "it should"))
+
+
+def listed(names: Sequence[str]) -> str:
+    """Names in a sentence: a, b and c."""
+    return f"{', '.join(names[:-1])} and {names[-1]}" if len(names) > 1 else names[0]
+
+
+def missing_beside(problem: Mapping[str, Any], problems: Sequence[Mapping[str, Any]]) -> list[str]:
+    """All keys that are missing in the table in which `problem` misses one, at most twenty."""
+    table = problem["loc"][:-1]
+    return [str(p["loc"][-1]) for p in problems if p["type"] == "missing" and p["loc"][:-1] == table][:20]
 
 
 def quantity(unit: str, low: float, high: float) -> Any:

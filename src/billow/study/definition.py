@@ -15,7 +15,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationErr
 from billow.base.errors import InputError, shown
 from billow.base.plausible import require_possible
 from billow.base.toml_file import read_toml
-from billow.case.quantity import reason_of
+from billow.case.quantity import listed, missing_beside, reason_of
 from billow.results.dataset_files import Parameter
 
 UNREADABLE = InputError.declare(
@@ -47,9 +47,9 @@ UNUSABLE_VALUE = InputError.declare(
 )
 MISSING_KEY = InputError.declare(
     "E-STU-005",
-    "the key {key!r} is missing",
-    why="it has no default",
-    remedy="add {key} = ...; `billow demo` writes an example, study.toml",
+    "{keys} missing",
+    why="there is no default",
+    remedy="add {first}; `billow demo` writes an example, study.toml",
 )
 NO_CASE = InputError.declare(
     "E-STU-006",
@@ -184,12 +184,16 @@ def _contradictions(definition: StudyDefinition) -> Iterator[tuple[str, str, str
 def _told(path: Path, content: dict, error: ValidationError) -> InputError:
     """The first problem in full, the others counted."""
     problems = error.errors(include_url=False)
-    first = problems[0]
+    first, others = problems[0], len(problems) - 1
     *parents, key = first["loc"]
     name = next((part for part in reversed(first["loc"]) if isinstance(part, str)), key)
     where = f"{path}: {_place(content, parents)}{key}"
     if first["type"] == "missing":
-        told = MISSING_KEY(key=key, where=where)
+        names = missing_beside(first, problems)
+        others -= len(names) - 1
+        told = MISSING_KEY(
+            keys=f"{listed(names)} {'are' if len(names) > 1 else 'is'}", first=listed(names), where=where
+        )
     elif first["type"] == "extra_forbidden":
         schema = StudyParameter if "parameters" in parents else StudyDefinition
         known = list(schema.model_fields)
@@ -200,7 +204,7 @@ def _told(path: Path, content: dict, error: ValidationError) -> InputError:
         why = reason_of(first)
         why = why[0].lower() + why[1:]
         told = UNUSABLE_VALUE(name=name, value=shown(first["input"]), where=where, why=why)
-    told.what += f" (and {len(problems) - 1} more after this one)" if len(problems) > 1 else ""
+    told.what += f" (and {others} more after this one)" if others else ""
     return told
 
 

@@ -12,7 +12,7 @@ from billow.apps.tank.filling import InflowTemperature, Tank, make_tank
 from billow.base.errors import InputError, shown
 from billow.base.toml_file import read_toml
 from billow.base.units import to_si
-from billow.case.quantity import Strict, Text, curve, quantity, reason_of, refused
+from billow.case.quantity import Strict, Text, curve, listed, missing_beside, quantity, reason_of, refused
 from billow.parts.gas.supply.species import AIR, SPECIES
 
 UNREADABLE = InputError.declare(
@@ -186,6 +186,8 @@ def _explain(error: ValidationError, where: str) -> InputError:
     )
     key = ".".join(str(part) for part in problem["loc"] if "[" not in str(part) and part != "float")
     if problem["type"] == "missing":
-        return UNUSABLE_KEY(what=f"{key or 'the file'} is missing", place=where, key=key, why="it has no default")
+        names = missing_beside(problem, problems)
+        what = f"{listed(names)} {'are' if len(names) > 1 else 'is'} missing"
+        return UNUSABLE_KEY(what=what, place=where, key=key, why="there is no default")
     why = "no setting has this name" if problem["type"] == "extra_forbidden" else reason_of(problem)
     return UNUSABLE_KEY(place=where, key=key, why=why, remedy=(problem.get("ctx") or {}).get("try"))
