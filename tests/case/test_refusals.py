@@ -24,7 +24,7 @@ REFUSED = [
     ("float = 1", "E-CASE-003", "float", "", "did you mean"),
     ("[run]\nplate = 1", "E-CASE-003", "run.plate", "", "end_time"),
     # missing keys
-    ("[inflator]\nmass_flow = {}", "E-CASE-004", "inflator.mass_flow.time", "time and value are missing", "add time and value"),
+    ("[inflator]\nmass_flow = {}", "E-CASE-004", "inflator.mass_flow.time", "time and value are missing", "add time"),
     ("run.gravity = [0, 0]", "E-CASE-004", "run.gravity.2", "entry 3 is missing in run.gravity", "at least 3 entries"),
     ("[inflator.mass_flow]\ntime = [0.0, 0.05]", "E-CASE-004", "inflator.mass_flow.value", "", "add value"),
     # values out of range, with the unit that was probably meant
