@@ -24,6 +24,8 @@ REFUSED = [
     ("float = 1", "E-CASE-003", "float", "", "did you mean"),
     ("[run]\nplate = 1", "E-CASE-003", "run.plate", "", "end_time"),
     # missing keys
+    ("[inflator]\nmass_flow = {}", "E-CASE-004", "inflator.mass_flow.time", "time and value are missing", "add time"),
+    ("run.gravity = [0, 0]", "E-CASE-004", "run.gravity.2", "entry 3 is missing in run.gravity", "at least 3 entries"),
     ("[inflator.mass_flow]\ntime = [0.0, 0.05]", "E-CASE-004", "inflator.mass_flow.value", "", "add value"),
     # values out of range, with the unit that was probably meant
     ("[fabric]\nthickness = -3e-4", "E-CASE-005", "fabric.thickness", "-0.0003", "range 1e-05 to 0.005 m"),
@@ -43,10 +45,12 @@ REFUSED = [
     ('[fabric]\nthickness = "0.3 kg"', "E-CASE-005", "fabric.thickness", "0.3 kg", "one of m, mm, cm, in"),
     ('[fabric]\nthickness = "thin"', "E-CASE-005", "fabric.thickness", "thin", '"1.5 m"'),
     ('[inflator]\ntemperature = "650 C"', "E-CASE-005", "inflator.temperature", "650 C", "one of K"),
-    ("[fabric]\nthickness = true", "E-CASE-005", "fabric.thickness", "True", "a number in m"),
+    ("[fabric]\nthickness = true", "E-CASE-005", "fabric.thickness", "true", "a number in m"),
     ("[fabric]\nthickness = [3e-4]", "E-CASE-005", "fabric.thickness", "list", "a number in m"),
     ("[fabric]\nthickness = 2026-11-22", "E-CASE-005", "fabric.thickness", "date", "a number in m"),
-    ("bag = 3", "E-CASE-005", "bag", "3", "dictionary"),
+    ("bag = 3", "E-CASE-005", "bag", "3", "a table is expected"),
+    ("run.frames = true", "E-CASE-005", "run.frames", "true", "not true or false"),
+    ("bag.shape = \"mesh\"\nbag.fixed_nodes = [true]", "E-CASE-005", "bag.fixed_nodes", "true", "not true or false"),
     ('[gas]\nmodel = "ale"', "E-CASE-005", "gas.model", "ale", "uniform-pressure"),
     ('[[obstacles]]\nshape = "cube"', "E-CASE-005", "obstacles.0", "", "'plate' or shape = 'super-ellipsoid'"),
     ('title = "two\\nlines"', "E-CASE-005", "title", "two", "one line"),
@@ -102,10 +106,17 @@ def test_a_file_that_cannot_be_read(tmp_path, name):
     assert str(tmp_path) in caught.value.where
 
 
-@pytest.mark.parametrize("contents", [b'title = "\xff\xfe"', b"\x89HDF\r\n\x1a\n", b"# " + b"x" * 1_000_001])
-def test_a_file_that_is_no_case(tmp_path, contents):
+@pytest.mark.parametrize(
+    ("contents", "code"),
+    [
+        (b'title = "\x81"', "E-CASE-002"),
+        (b"\x89HDF\r\n\x1a\n", "E-CASE-002"),
+        (b"# " + b"x" * 1_000_001, "E-CASE-001"),
+    ],
+)
+def test_a_file_that_is_no_case(tmp_path, contents, code):
     (tmp_path / "data.toml").write_bytes(contents)
-    with pytest.raises(InputError, match="E-CASE-002"):
+    with pytest.raises(InputError, match=code):
         Case.load(tmp_path / "data.toml")
 
 

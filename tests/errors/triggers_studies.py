@@ -196,6 +196,6 @@ TRIGGERS: dict[str, Callable[[Here], object]] = {
     "E-STU-025": grown("train = 3", "train = 4"),
     "E-STU-026": lambda here: foreign(here, "run,a\nr0,0\nr1,1\nr2,2\n"),
     "E-STU-027": lambda here: foreign(here, r1=np.full((3, 4, 3), np.nan)),
-    "E-STU-028": lambda here: foreign(here, r1=np.zeros((3, 5, 3))),
+    "E-STU-028": lambda here: foreign(here, r1=np.ones((3, 5, 3)) * np.arange(5.0)[:, None]),
     "E-STU-029": lambda here: foreign(here, triangles=np.array([[0, 1, 9]])),
 }

@@ -115,8 +115,12 @@ class Concern(_Message):
 def shown(value: object) -> str:
     """A value a user gave as a message shows it: short things as they are, others by their type."""
     # Python refuses to write integers of more than 4,300 digits.
+    if isinstance(value, bool):
+        return "true" if value else "false"
     plain = isinstance(value, (float, str)) or (isinstance(value, int) and abs(value) < 10**80)
-    return repr(value)[:80] if plain else type(value).__name__
+    kinds = {"dict": "a table", "list": "a list", "tuple": "a list", "NoneType": "nothing", "int": "a huge number"}
+    name = type(value).__name__
+    return repr(value)[:80] if plain else kinds.get(name, f"a {name}")
 
 
 def _in_one_line(text: str) -> str:

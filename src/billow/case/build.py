@@ -14,7 +14,7 @@ from billow.case.gas.models import GAS_MODELS
 from billow.case.obstacles.obstacles import build_body
 from billow.geometry.bag_shapes import BagShape
 from billow.geometry.flat_cut import flat_area
-from billow.geometry.surface import check_closed, nodal_share
+from billow.geometry.surface import check_closed, encloses, nodal_share
 from billow.parts.bodies.bodies import Bodies
 from billow.parts.fabric.birth import Birth
 from billow.parts.fabric.fabric import Fabric
@@ -94,17 +94,5 @@ def require_start_clear(model: Model) -> None:
     for body, deepest in model.bodies.touching_at_start(model.start, model.inverse_mass):
         raise PENETRATES(body=body.name, depth=1e3 * deepest)
     for body in model.bodies.bodies:
-        if body.is_bounded and _encloses(model, body.start.centre):
+        if body.is_bounded and encloses(model.surface.triangles, model.start, body.start.centre):
             raise INSIDE(body=body.name)
-
-
-def _encloses(model: Model, point: np.ndarray) -> bool:
-    """Whether the closed bag surrounds a point [m]: its triangles then fill the whole view, 4 pi (van Oosterom and
-    Strackee, IEEE Trans. Biomed. Eng. 30 (1983) 125)."""
-    corners = model.start[model.surface.triangles] - point
-    a, b, c = (corners[:, k] for k in range(3))
-    la, lb, lc = (np.linalg.norm(v, axis=1) for v in (a, b, c))
-    ab, bc, ca = (np.einsum("ij,ij->i", u, v) for u, v in ((a, b), (b, c), (c, a)))
-    box = np.einsum("ij,ij->i", a, np.cross(b, c))
-    half_angle = np.arctan2(box, la * lb * lc + ab * lc + bc * la + ca * lb)
-    return abs(half_angle.sum()) > np.pi

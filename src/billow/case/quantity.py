@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import reduce
 from operator import or_
@@ -29,6 +29,42 @@ def refused(reason: str, remedy: str | None = None, kind: str = "value") -> Pyda
     return PydanticCustomError(kind, "{reason}", {"reason": reason, "try": remedy})
 
 
+_REASONS = {
+    "string_type": "a text in quotes is expected",
+    "int_type": "a whole number is expected",
+    "int_parsing": "a whole number is expected",
+    "int_from_float": "a whole number is expected",
+    "int_parsing_size": "the number is too large",
+    "float_type": "a number is expected",
+    "float_parsing": "a number is expected",
+    "finite_number": "the number is not finite",
+    "bool_type": "true or false is expected",
+    "bool_parsing": "true or false is expected",
+    "dict_type": "a table is expected",
+    "model_type": "a table is expected",
+    "model_attributes_type": "a table is expected",
+    "tuple_type": "a list is expected",
+    "list_type": "a list is expected",
+}
+"""pydantic's name of a problem -> its reason in the words of this program."""
+
+
+def reason_of(problem: Mapping[str, Any]) -> str:
+    """Why a value was refused, from an entry of a ValidationError."""
+    return _REASONS.get(problem["type"], problem["msg"].replace("Input should", "it should"))
+
+
+def listed(names: Sequence[str]) -> str:
+    """Names in a sentence: a, b and c."""
+    return f"{', '.join(names[:-1])} and {names[-1]}" if len(names) > 1 else names[0]
+
+
+def missing_beside(problem: Mapping[str, Any], problems: Sequence[Mapping[str, Any]]) -> list[str]:
+    """All keys that are missing in the table in which `problem` misses one, at most twenty."""
+    table = problem["loc"][:-1]
+    return [str(p["loc"][-1]) for p in problems if p["type"] == "missing" and p["loc"][:-1] == table][:20]
+
+
 def quantity(unit: str, low: float, high: float) -> Any:
     """A number kept in `unit`; text with a unit is converted; values outside low..high are refused as implausible."""
 
@@ -50,12 +86,18 @@ def quantity(unit: str, low: float, high: float) -> Any:
 def whole(low: int, high: int, noun: str = "") -> Any:
     """A whole number from low to high; noun: what it counts, for messages."""
 
+    def plain(value: Any) -> Any:
+        if isinstance(value, bool):  # which Python counts among the whole numbers
+            raise refused("a whole number is expected, not true or false", kind="range")
+        return value
+
     def check(value: int) -> int:
         if low <= value <= high:
             return value
-        raise refused(f"{value}{noun and ' '}{noun}; expected {low} to {high}", kind="range")
+        given = str(value) if abs(value) < 10**18 else f"{value:.3g}" if abs(value) < 10**300 else "a huge number"
+        raise refused(f"{given}{noun and ' '}{noun}; expected {low} to {high}", kind="range")
 
-    return Annotated[int, AfterValidator(check), Documented("", low, high)]
+    return Annotated[int, BeforeValidator(plain), AfterValidator(check), Documented("", low, high)]
 
 
 def _meant(value: float, unit: str, low: float, high: float) -> str | None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from functools import cached_property
 from operator import attrgetter
 from pathlib import Path
@@ -10,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from billow.base.errors import IntegrityError
+from billow.base.toml_file import read_toml
 from billow.results.histories import Curves, History, read_histories
 from billow.results.run_file import COPY_AGAIN, read_run_file
 from billow.results.vtkhdf import FabricFile
@@ -109,6 +109,6 @@ class Result:
         """The effective case, every default filled in. IntegrityError E-RES-015 if it cannot be read."""
         path = self.folder / "case.toml"
         try:
-            return tomllib.loads(path.read_text(encoding="utf-8"))
-        except (OSError, ValueError, RecursionError) as error:
+            return read_toml(path)
+        except (OSError, ValueError) as error:
             raise UNREADABLE_CASE(path=path, why=error) from error

@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from billow.base.errors import InputError, IntegrityError, shown
+from billow.base.input_file import LARGEST_TABLE, read_bytes
 from billow.results.atomic import write_atomically
 
 COPY_AGAIN = "copy the folder again from its source, or run the case again: billow run CASE.toml --out RUN"
@@ -128,9 +129,9 @@ def read_run_file(folder: str | Path, verify: bool = True) -> dict:
     if not path.is_file():
         raise NOT_A_FINISHED_RUN(folder=folder)
     try:
-        record = json.loads(path.read_bytes())
+        record = json.loads(read_bytes(path, LARGEST_TABLE))
         intact = record["record_sha256"] == _record_sha256(record)
-    except (ValueError, TypeError, KeyError, RecursionError):
+    except (OSError, ValueError, TypeError, KeyError, RecursionError):
         intact = False
     if not intact:
         raise RUN_FILE_DAMAGED(path=path, why="its contents do not match the checksum it carries")

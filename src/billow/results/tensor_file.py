@@ -19,6 +19,7 @@ from safetensors.numpy import load as from_bytes
 from safetensors.numpy import save as to_bytes
 
 from billow.base.errors import IntegrityError
+from billow.base.input_file import LARGEST_DATA, read_bytes
 from billow.results.atomic import write_atomically
 
 KEY = "billow"
@@ -44,7 +45,7 @@ def read_tensors(path: str | Path, damaged: Damaged) -> tuple[dict[str, np.ndarr
 
     Raises what `damaged` makes if the file is damaged or cut short, OSError if it cannot be read.
     """
-    data = Path(path).read_bytes()
+    data = read_bytes(path, LARGEST_DATA)
     end = 8 + int.from_bytes(data[:8], "little")
     if not 8 <= end <= len(data):
         raise damaged(f"it has {len(data)} bytes, fewer than its own header announces")

@@ -13,6 +13,8 @@ import h5py
 import numpy as np
 
 from billow.base.errors import IntegrityError
+from billow.base.input_file import require_file
+from billow.geometry.hdf_arrays import take
 
 UNREADABLE_MESH = IntegrityError.declare(
     "E-RES-007",
@@ -23,6 +25,8 @@ UNREADABLE_MESH = IntegrityError.declare(
     "billow run CASE.toml --out RUN",
 )
 
+LARGEST_FRAMES = 1_000_000_000_000
+"""Bytes of the frames of a run, which are read one by one."""
 VERSION = (2, 2)  # the first that allows groups beside /VTKHDF
 _VTK_TRIANGLE = 5
 FRAMES_AT_ONCE = 64
@@ -185,11 +189,18 @@ class FabricFile:
             if grid.attrs["Type"] != b"UnstructuredGrid" or grid.attrs["Version"][0] != VERSION[0]:
                 raise KeyError(f"VTKHDF {grid.attrs['Type']} {grid.attrs['Version']}")
             self._frames = int(grid["Steps"].attrs["NSteps"])
-            self.times = grid["Steps/Values"][: self._frames]
-            self.triangles = grid["Connectivity"][()].reshape(-1, 3)
-            self.part = grid["CellData/part"][()]
+            self.times = take(grid["Steps/Values"], 0, self._frames)
+            self.triangles = take(grid["Connectivity"], 0, len(grid["Connectivity"])).reshape(-1, 3)
+            self.part = take(grid["CellData/part"], 0, len(self.triangles))
             self.part_names = [name.decode() for name in file["billow/part_names"][()]]
-            self.reference = file["billow/start_points"][()]
+            self.reference = take(file["billow/start_points"], 0, len(file["billow/start_points"]), (3,))
+            if len(self.triangles) and not 0 <= self.triangles.min() <= self.triangles.max() < len(self.reference):
+                raise ValueError("a triangle names a node that does not exist")
+            if not (np.isfinite(self.times).all() and (np.diff(self.times) > 0.0).all()):
+                raise ValueError("its times do not rise")
+            begins = take(grid["Steps/PointOffsets"], 0, self._frames)
+            if (begins != len(self.reference) * np.arange(self._frames)).any():
+                raise ValueError("its frames have other numbers of nodes than its start shape")
             self.point_fields = tuple(grid.get("PointData", ()))
             self.cell_fields = tuple(name for name in grid["CellData"] if name != "part")
 
@@ -198,7 +209,7 @@ class FabricFile:
         nodes = len(self.reference)
         start = range(self._frames)[step] * nodes
         with self._open() as file:
-            return file["VTKHDF/Points"][start : start + nodes]
+            return take(file["VTKHDF/Points"], start, nodes, (3,))
 
     def point_data(self, name: str) -> np.ndarray:
         """(times, nodes) or (times, nodes, 3) float32."""
@@ -211,12 +222,14 @@ class FabricFile:
     def _field(self, name: str, count: int) -> np.ndarray:
         with self._open() as file:
             dataset = file[f"VTKHDF/{name}"]
-            return dataset[: self._frames * count].reshape(self._frames, count, *dataset.shape[1:])
+            values = take(dataset, 0, self._frames * count, None)
+            return values.reshape(self._frames, count, *dataset.shape[1:])
 
     @contextmanager
     def _open(self) -> Iterator[h5py.File]:
         try:
+            require_file(self.path, LARGEST_FRAMES)
             with h5py.File(self.path, "r") as file:
                 yield file
-        except (KeyError, OSError, ValueError, IndexError) as error:
-            raise UNREADABLE_MESH(path=self.path, why=error.args[0] if error.args else error) from error
+        except (KeyError, OSError, ValueError, IndexError, TypeError, AttributeError, RuntimeError) as error:
+            raise UNREADABLE_MESH(path=self.path, why=error) from error

@@ -10,6 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from billow.base.errors import Concern, NumericalStop
+from billow.base.plausible import is_usual, unusual
 from billow.base.quality import Criterion, criterion
 from billow.parts.bodies import rigid_body
 from billow.parts.bodies.body import Body
@@ -243,7 +244,10 @@ class Bodies(Part):
             if gap > 0.7 * across:
                 yield OUT_OF_REACH(body=body.name, gap=gap, across=across)
             density = body.rigid.mass / sum(carried.shape.volume() for carried in body.shapes)
-            if not body.rigid.locked and not 5.0 <= density <= 20e3:
+            if not body.rigid.locked and not is_usual("density of a body", density):
                 yield ODD_DENSITY(body=body.name, density=density)
+            speed = 0.0 if body.rigid.locked else float(np.linalg.norm(body.start.velocity))
+            where = f"obstacles.{body.name}.velocity"
+            yield from unusual("speed of a body", speed, f"the speed of {body.name}", where, "write the unit")
             if body.law.slope < 200.0:
                 yield SOFTER_THAN_BAG(body=body.name, depth=1e3 * WORKING_PRESSURE * A_REFERENCE / body.law.slope)

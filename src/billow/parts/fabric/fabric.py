@@ -10,11 +10,12 @@ import numpy as np
 
 from billow.base.compiled import CHUNK
 from billow.base.errors import Concern, NumericalStop
+from billow.base.plausible import is_usual
 from billow.base.quality import Criterion, criterion
 from billow.geometry.surface import Surface, area_vectors
 from billow.geometry.triangulation import sorted_edges
 from billow.parts.fabric.birth import Birth
-from billow.parts.fabric.membrane import ENERGY, HYSTERESIS, POWER, STRETCH, SUMS, Membrane
+from billow.parts.fabric.membrane import ENERGY, HYSTERESIS, POWER, STRETCH, SUMS, Membrane, odd_speed
 from billow.parts.part import DAMPING, RECEIVED, STORED, Account, Booking, Moment, Part, Quantity, Setting
 from billow.parts.part import HYSTERESIS as HEAT_OF_HYSTERESIS
 
@@ -43,13 +44,6 @@ TORN = NumericalStop.declare(
     remedy="check fabric.young_warp, fabric.young_weft, fabric.thickness and inflator.mass_flow",
 )
 
-ODD_SPEED = Concern.declare(
-    "W-FAB-001",
-    "sound travels at {speed:.3g} m/s along the warp",
-    where="fabric.young_warp or fabric.curves.warp, fabric.density",
-    why="woven fabric has 400 to 1,500 m/s: a modulus, a stress or the density is probably in another unit",
-    remedy='write units, for example young_warp = "0.4 GPa"',
-)
 ODD_WEIGHT = Concern.declare(
     "W-FAB-002",
     "the fabric weighs {weight:.3g} g/m^2",
@@ -198,10 +192,9 @@ class Fabric(Part):
     def concerns(self, setting: Setting) -> Iterator[Concern]:
         for membrane in self.membranes:
             fabric = membrane.fabric
-            speed, areal = math.sqrt(fabric.warp_modulus / fabric.density), fabric.density * fabric.thickness
-            if not 100.0 <= speed <= 4000.0:
-                yield ODD_SPEED(speed=speed)
-            if not 0.05 <= areal <= 2.0:
+            areal = fabric.density * fabric.thickness
+            yield from odd_speed("warp", fabric.warp_modulus, fabric.density)
+            if not is_usual("weight of fabric", areal):
                 yield ODD_WEIGHT(weight=1e3 * areal)
             yield from fabric.concerns(float(membrane.altitude.min()), setting)
 

@@ -15,7 +15,7 @@ from numba import prange
 
 from billow.base.compiled import CHUNK, kernel, scalar
 from billow.base.errors import Concern
-from billow.parts.fabric.membrane import Membrane
+from billow.parts.fabric.membrane import Membrane, odd_speed
 from billow.parts.fabric.triangle import add_corner_forces, along, products, stretch_bound
 from billow.parts.part import Setting
 
@@ -105,6 +105,7 @@ class LinearFabric:
         young = self.young_warp, self.young_weft
         if max(young) > 20.0 * min(young) or self.shear > 2.0 * max(young):
             yield ODD_MODULI()
+        yield from odd_speed("weft", self.young_weft, self.density)
 
     def along_yarns(self, reference_inverse: np.ndarray) -> np.ndarray:
         """As it is: the yarns lie along the axes of the flat cut."""
