@@ -103,7 +103,7 @@ class Setting:
 
     @property
     def across(self) -> float:
-        """Largest horizontal size of the bag [m]."""
+        """Size of the bag [m]."""
         return extent(self.start)
 
     @property
@@ -115,8 +115,8 @@ class Setting:
 
 
 def extent(points: np.ndarray) -> float:
-    """Largest horizontal size [m] of points [m] (n, 3); zero if there are none."""
-    return float(np.ptp(points[:, :2], axis=0).max()) if len(points) else 0.0
+    """Size [m] of points [m] (n, 3), however they are turned: across the sphere about their middle that holds all."""
+    return 2.0 * float(np.linalg.norm(points - points.mean(axis=0), axis=1).max()) if len(points) else 0.0
 
 
 @dataclass
