@@ -72,6 +72,7 @@ TRIGGERS: dict[str, Callable[[Here], object]] = {
     "E-CASE-003": case(bag__diametre=0.7),
     "E-CASE-004": case(inflator__mass_flow={"time": [0.0, 0.05]}),
     "E-CASE-005": case(fabric__thickness=0.3),
+    "E-CASE-007": case(obstacles__1__name="vent_1"),
     "E-CASE-006": lambda here: Case.from_dict(SOUND).vary({"obstacles.sphere.degree": 3.0}),
     "E-CLI-001": lambda here: command("check", str(here.bench.place / "case.toml"), "--set", "permeability"),
     "E-CLI-002": demo_over_another,

@@ -67,9 +67,9 @@ def changed_file(name: str, load: Callable[[Path], object]) -> Callable[[Here], 
 
 def other_format(here: Here):
     run = here.run()
-    here.patch.setattr(run_file, "FORMAT", 2)
+    here.patch.setattr(run_file, "FORMAT", 3)
     run_file.write_run_file(run, {"status": "completed"})
-    here.patch.setattr(run_file, "FORMAT", 1)
+    here.patch.setattr(run_file, "FORMAT", 2)
     Result.open(run)
 
 

@@ -74,6 +74,19 @@ class Quantity(NamedTuple):
     value: float | np.ndarray
 
 
+WHOLE_MODEL = "the whole model"
+"""Kind of the owner without a name."""
+
+
+class Owner(NamedTuple):
+    """Something that quantities belong to. kind: what a user calls it, "vent" or "free obstacle"; name: the user's;
+    quantities: names of those it may have."""
+
+    kind: str
+    name: str
+    quantities: tuple[str, ...]
+
+
 class Moment(NamedTuple):
     """A run between two steps: time [s], number of the step, its length dt [s]; positions [m] and velocities [m/s]:
     (nodes, 3)."""
@@ -140,6 +153,10 @@ class Part:
     def start(self, bag):
         """Its state at time zero; bag: surface, positions and velocities of the nodes then."""
         return None
+
+    def owners(self) -> Iterator[Owner]:
+        """What its quantities belong to."""
+        return iter(())
 
     def quantities(self, state, moment: Moment) -> Iterator[Quantity]:
         """Its share of a row of the histories."""

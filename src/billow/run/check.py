@@ -8,6 +8,7 @@ from billow.case.build import build_model, build_schedule, require_start_clear
 from billow.case.concerns import concerns_of, start_panels
 from billow.case.gas.models import GAS_MODELS
 from billow.case.schema import Case
+from billow.run.names import owners, require_distinct
 from billow.solver.checkpoint import flatten
 from billow.solver.model import start_state
 from billow.solver.step import stable_dt
@@ -24,6 +25,7 @@ def describe(case: Case) -> str:
     """
     model = build_model(case)
     require_start_clear(model)
+    require_distinct(owners(model, (sensor.name for sensor in case.run.sensors)))
     schedule = build_schedule(case.run)
     state = start_state(model)
     dt = schedule.dt_scale * stable_dt(model, state)

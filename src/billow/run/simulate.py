@@ -18,6 +18,7 @@ from billow.results.atomic import FOLDER_EXISTS, publish_folder, write_atomicall
 from billow.results.result import Result
 from billow.run.checkpoint_file import SLOTS, newest_checkpoint
 from billow.run.interrupts import STOP_FILE, Interrupts
+from billow.run.names import owners, require_distinct
 from billow.run.recorder import Progress, RunRecorder, Told
 from billow.solver.model import Model, State
 from billow.solver.run import run
@@ -80,6 +81,7 @@ def simulate(
     try:
         model = build_model(case)
         require_start_clear(model)
+        require_distinct(owners(model, (sensor.name for sensor in case.run.sensors)))
         write_atomically(partial / "case.toml", case.to_toml())
     except BillowError:
         shutil.rmtree(partial, ignore_errors=True)

@@ -26,6 +26,7 @@ from billow.parts.part import (
     Booking,
     Frame,
     Moment,
+    Owner,
     Part,
     Quantity,
     Setting,
@@ -35,6 +36,9 @@ BODY_KINETIC = Account("body_kinetic", MOTION, renewed=True)
 """Kinetic energy of the bodies."""
 CONTACT = Account("contact", STORED, renewed=True)
 """Energy in the springs between fabric and bodies."""
+
+FREE = ("centre", "velocity", "acceleration", "spin", "quaternion")
+"""Quantities of a body that is free to move."""
 
 DEEPEST = 0.5
 """Of a body's smallest radius; fabric that goes deeper makes the contact meaningless."""
@@ -167,6 +171,11 @@ class Bodies(Part):
         """Penetration of each body [m]."""
         depths = state.contact.deepest.tolist()
         return [max(d for k, d in zip(self.owner, depths, strict=True) if k == b) for b in range(len(self.bodies))]
+
+    def owners(self) -> Iterator[Owner]:
+        for body in self.bodies:
+            kind, more = ("obstacle", ()) if body.rigid.locked else ("free obstacle", FREE)
+            yield Owner(kind, body.name, ("force", "contact", "penetration", *more))
 
     def quantities(self, state: BodiesState, moment: Moment) -> Iterator[Quantity]:
         energies = np.bincount(self.owner, state.contact.stored, len(self.bodies)).tolist() if self.owner else []

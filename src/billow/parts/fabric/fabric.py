@@ -15,7 +15,19 @@ from billow.geometry.surface import Surface, area_vectors
 from billow.geometry.triangulation import sorted_edges
 from billow.parts.fabric.birth import Birth
 from billow.parts.fabric.membrane import ENERGY, HYSTERESIS, POWER, STRETCH, SUMS, Membrane
-from billow.parts.part import DAMPING, RECEIVED, STORED, Account, Booking, Moment, Part, Quantity, Setting
+from billow.parts.part import (
+    DAMPING,
+    RECEIVED,
+    STORED,
+    WHOLE_MODEL,
+    Account,
+    Booking,
+    Moment,
+    Owner,
+    Part,
+    Quantity,
+    Setting,
+)
 from billow.parts.part import HYSTERESIS as HEAT_OF_HYSTERESIS
 
 STRAIN = Account("strain", STORED, renewed=True)
@@ -145,6 +157,9 @@ class Fabric(Part):
         return 1.0 / dt**2
 
     # --- what a run says of it -------------------------------------------------------------------------------------
+
+    def owners(self) -> Iterator[Owner]:
+        yield Owner(WHOLE_MODEL, "", ("largest_stretch", "shooting_nodes"))
 
     def quantities(self, state: FabricState, moment: Moment) -> Iterator[Quantity]:
         yield Quantity("", "largest_stretch", "-", state.largest_stretch)
