@@ -69,13 +69,14 @@ class Result:
 
     @cached_property
     def contact_force(self) -> np.ndarray:
-        """[N], (times, nodes, 3) float32: what obstacles do to each node."""
+        """[N], (times, nodes, 3) float32: what obstacles that have an end do to each node; plates: `plate_force`."""
         return self.fabric.point_data("contact_force")
 
     @cached_property
-    def pressure(self) -> np.ndarray:
-        """[Pa], (times, triangles) float32: above ambient, on each triangle."""
-        return self.fabric.cell_data("pressure")
+    def gauge_pressure(self) -> np.ndarray:
+        """[Pa], (times, triangles) float32: inside minus outside, on each triangle."""
+        fields = self.fabric.cell_fields  # frames of format 1 call it pressure
+        return self.fabric.cell_data("gauge_pressure" if "gauge_pressure" in fields else "pressure")
 
     @cached_property
     def histories(self) -> History:

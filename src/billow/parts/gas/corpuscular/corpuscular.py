@@ -342,7 +342,7 @@ class Corpuscular(Setup, SwitchableGas):
         outer = np.where(ahead == OUTSIDE, self.supply.ambient.pressure, gas.bank.pressure[:, 1])
         bag = self._enclosure(gas.positions)  # as it was at the last gas step
         boxes = read_boxes(gas.particles, self.kinds(gas), bag)
-        return {"pressure": inner - outer} | on_faces(boxes, bag, gas.temperature)
+        return {"gauge_pressure": inner - outer} | on_faces(boxes, bag, gas.temperature)
 
     def cells(self, gas: CorpuscularState) -> dict[str, np.ndarray]:
         return read_boxes(gas.particles, self.kinds(gas), self._enclosure(gas.positions)).arrays()
