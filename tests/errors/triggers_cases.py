@@ -87,6 +87,7 @@ TRIGGERS: dict[str, Callable[[Here], object]] = {
     "E-GEO-010": case(bag__straps__stitch_radius=0.5),
     "E-GEO-011": case(bag__element_size=5e-4),
     "E-GEO-020": case(obstacles__0__height=0.01),
+    "E-GEO-022": case(obstacles__0={"shape": "plate", "height": 0.4, "normal": [0, 0, -1]}),
     "E-GEO-021": case(bag__initial_gap=0.2, obstacles__1=inject.PEBBLE),
     "W-FAB-001": warns("W-FAB-001", fabric__young_warp=4e5, fabric__young_weft=4e5),
     "W-FAB-002": warns("W-FAB-002", fabric__thickness=3e-5),

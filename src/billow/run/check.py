@@ -24,8 +24,8 @@ def describe(case: Case) -> str:
     do not match, normals that point inwards, fabric inside an obstacle, values that cannot be.
     """
     model = build_model(case)
-    require_start_clear(model)
     require_distinct(owners(model, (sensor.name for sensor in case.run.sensors)))
+    require_start_clear(model)
     schedule = build_schedule(case.run)
     state = start_state(model)
     dt = schedule.dt_scale * stable_dt(model, state)

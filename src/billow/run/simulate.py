@@ -80,8 +80,8 @@ def simulate(
         raise NOT_WRITTEN(folder=folder, why=error, remedy="choose another folder with --out") from error
     try:
         model = build_model(case)
-        require_start_clear(model)
         require_distinct(owners(model, (sensor.name for sensor in case.run.sensors)))
+        require_start_clear(model)
         write_atomically(partial / "case.toml", case.to_toml())
     except BillowError:
         shutil.rmtree(partial, ignore_errors=True)
