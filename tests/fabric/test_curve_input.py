@@ -78,7 +78,8 @@ def test_an_effective_case_holds_the_curves_of_its_files(tmp_path):
     again = Case.from_dict(tomllib.loads(case.to_toml()))
     assert again == case
     assert again.digest() == case.digest()
-    assert again.fabric.library == "own"
+    assert again.fabric.library == "nylon66-470dtex"
+    assert again.fabric.from_library == ["weft"]
     law = build_fabric(again.fabric)
     assert isinstance(law, CurveFabric)
     assert law.switches_shear

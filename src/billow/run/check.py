@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from billow.case.assumptions import HEADING, assumptions
 from billow.case.build import build_model, build_schedule, require_start_clear
 from billow.case.concerns import concerns_of, start_panels
 from billow.case.gas.models import GAS_MODELS
@@ -64,4 +65,7 @@ def describe(case: Case) -> str:
         switches = GAS_MODELS[case.gas.model].is_local and case.gas.switch_time
         switch = f" until {1e3 * case.gas.switch_time:g} ms, then uniform-pressure" if switches else ""
         lines.append(f"  gas       {1e3 * mass:.1f} g of {' + '.join(gases)}, {case.gas.model}{switch}")
+    taken = assumptions(case)
+    if taken:
+        lines += [f"  {HEADING}:", *(f"    {line}" for line in taken)]
     return "\n".join([*lines, *map(str, concerns_of(case, model))])

@@ -11,6 +11,7 @@ from pathlib import Path
 import numba
 
 from billow.base.errors import BillowError, InputError, IntegrityError, NumericalStop, ResourceError
+from billow.case.assumptions import assumptions, header
 from billow.case.build import build_model, build_schedule, require_start_clear
 from billow.case.concerns import concerns_of
 from billow.case.schema import Case
@@ -82,7 +83,7 @@ def simulate(
         model = build_model(case)
         require_distinct(owners(model, (sensor.name for sensor in case.run.sensors)))
         require_start_clear(model)
-        write_atomically(partial / "case.toml", case.to_toml())
+        write_atomically(partial / "case.toml", header(case) + case.to_toml())
     except BillowError:
         shutil.rmtree(partial, ignore_errors=True)
         raise
@@ -158,6 +159,7 @@ def told_by(case: Case, model: Model) -> Told:
         digest=case.digest(),
         schedule=build_schedule(case.run),
         concerns=tuple(concerns_of(case, model)),
+        assumptions=assumptions(case),
         ambient_pressure=case.ambient.pressure,
         sensors={sensor.name: sensor.position for sensor in case.run.sensors},
         particle_times=case.run.particle_times,
