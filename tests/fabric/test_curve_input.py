@@ -117,6 +117,8 @@ def test_a_law_of_curves_needs_one_line():
         ({"law": "linear", "library": "nylon66-470dtex"}, "no effect"),
         ({"library": "nylon66-470dtex", "curves": {"warp": YARN, "weft": YARN, "shear": SHEAR}}, "no effect"),
         ({"law": "curves", "curves": {"warp": YARN}}, "weft.loading"),
+        ({"law": "curves", "curves": {"warp": {"loading": {"strain": [0.0, 0.1]}}}}, "warp.loading"),
+        ({"library": "nylon66-470dtex", "curves": {"shear": {"loading": {"angle": [0.0, 30.0]}}}}, "shear.loading"),
         ({"coating": {"thickness": "0.05 mm"}, "permeability": 0.02}, "leak"),
         ({"law": "curves-shear", "liner": {"ratio": 0.03}}, "liner"),
         ({"library": "wool"}, "library"),

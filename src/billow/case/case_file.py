@@ -108,7 +108,11 @@ def _explain(error: ValidationError, model: type[Strict], where: str) -> InputEr
     # the branch of the curve is meant.
     problem = max(
         problems,
-        key=lambda p: (p["type"] in ("range", "unit", "curve") and not isinstance(p["input"], dict), len(p["loc"])),
+        key=lambda p: (
+            p["type"] in ("range", "unit", "curve") and not isinstance(p["input"], dict),
+            len(p["loc"]),
+            p["type"] == "extra_forbidden",  # a misspelt key is also missing
+        ),
     )
     *path, last = problem["loc"] or ("case",)
     # A user's key may have the name of a union branch; it comes last.
@@ -119,14 +123,17 @@ def _explain(error: ValidationError, model: type[Strict], where: str) -> InputEr
     key = ".".join(keys) or "case"
     more = f" ({len(problems) - 1} more)" if len(problems) > 1 and len({p["loc"][:2] for p in problems}) > 1 else ""
     if problem["type"] == "extra_forbidden":
-        table = next(_tables(_find(model, problem["loc"][:-1])), None)
-        known = sorted(getattr(table, "model_fields", {}))
+        tables = _tables(_find(model, problem["loc"][:-1]))
+        known = sorted({field for table in tables for field in table.model_fields})
         close = difflib.get_close_matches(keys[-1], known, n=1)
         remedy = f"did you mean {close[0]!r}?" if close else None
         told = UNKNOWN_KEY(key=key, file=where, known=", ".join(known), remedy=remedy)
     elif problem["type"] == "missing":
         remedy = f"write a list of at least {last + 1} entries" if isinstance(last, int) else None
-        told = MISSING_KEY(key=key, file=where, last=keys[-1], remedy=remedy)
+        absent = [p["loc"][-1] for p in problems if p["type"] == "missing" and p["loc"][:-1] == problem["loc"][:-1]]
+        told = MISSING_KEY(key=key, file=where, last=", ".join(map(str, absent)), remedy=remedy)
+        if len(absent) > 1 and not remedy:
+            told.what = f"{'.'.join(keys[:-1]) or 'the case'} lacks {', '.join(absent[:-1])} and {absent[-1]}"
     else:
         told = UNUSABLE_VALUE(
             key=key,
@@ -153,7 +160,7 @@ def _remedy(model: type[Strict], problem: dict[str, Any], keys: list[str]) -> st
 
 def _is_branch(text: str, variants: set[str]) -> bool:
     """Whether a location part is pydantic's name of a union branch rather than a key."""
-    return "[" in text or text == "float" or text in variants or text.startswith(("function", "constrained"))
+    return "[" in text or text in ("float", "bool") or text in variants or text.startswith(("function", "constrained"))
 
 
 def _find(model: type[Strict], location: tuple) -> Any:

@@ -157,7 +157,8 @@ class SelfContact(Part):
 
     def verdicts(self, books: Mapping[str, float], history) -> Iterator[Criterion]:
         share = books["self_contact_energy_joule"] / max(books["largest_internal_energy_joule"], 1e-300)
-        yield criterion("penalty energy of self-contact, of peak internal", 100.0 * share, 5, 20, "%")
+        finer = "a smaller bag.element_size or run.dt_scale"
+        yield criterion("penalty energy of self-contact, of peak internal", 100.0 * share, 5, 20, "%", finer)
 
     def seconds_per_step(self, pairs: Pairs, dt: float, end: float) -> float:
         return SECONDS_PER_NODE * len(self.stiffness)

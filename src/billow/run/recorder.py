@@ -191,7 +191,7 @@ class RunRecorder(Recorder):
         self.say(f"quality: {overall(criteria)}")
         for c in criteria:
             if c.verdict != "PASS":
-                self.say(f"  {c.verdict}: {c.name} = {c.measured:.4g} {c.unit} (passes up to {c.passes:g})")
+                self.say(f"  {c.line}")
         self.log.close()
         if status == "completed":
             for name in (JOURNAL, *SLOTS):
@@ -293,9 +293,10 @@ def judge(
     criteria = list(state.ledger.verdicts(books))
     for _, part in model.parts:
         criteria += part.verdicts(books, history)
-    criteria.append(criterion("plausibility warnings", concerns, 0, math.inf, "-"))
+    criteria.append(criterion("plausibility warnings", concerns, 0, math.inf, "-", "what each warning says"))
     missing = 1e3 * max(0.0, end - state.time)
-    criteria.append(criterion("time asked for and not simulated", missing, 1e-9, 1e-6, "ms"))
+    on = "billow resume, if the run was interrupted; what its reason says, if it was stopped"
+    criteria.append(criterion("time asked for and not simulated", missing, 1e-9, 1e-6, "ms", on))
     return books | {"plausibility_warnings": float(concerns)}, criteria
 
 

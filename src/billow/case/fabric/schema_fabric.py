@@ -127,7 +127,7 @@ class Fabric(Strict):
             return data
         if "law" not in data and (data.get("curves") or data.get("library", "own") != "own"):
             data = {**data, "law": "curves-shear"}
-        given = [name for name in DIRECTIONS if _has_points(data.get("curves", {}).get(name))]
+        given = [name for name in DIRECTIONS if _is_given(data.get("curves", {}).get(name))]
         library = data.get("library", "own")
         if LAWS.get(str(data.get("law"))) == "curves" and library == "own" and not given:
             library = next(iter(LIBRARY))
@@ -188,6 +188,12 @@ def _without_effect(library: str, reason: str) -> Exception:
         f"library = {library!r} would have no effect: {reason}",
         'write law = "curves-shear", and leave out the curves that the library should give',
     )
+
+
+def _is_given(curves: Any) -> bool:
+    """Whether a user wrote anything of a direction: the library must not take the place of what is half written."""
+    branches = curves.values() if isinstance(curves, dict) else [curves]
+    return any(any(branch.values()) if isinstance(branch, dict) else bool(branch) for branch in branches)
 
 
 def _has_points(curves: Any) -> bool:

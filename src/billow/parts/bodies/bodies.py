@@ -231,7 +231,8 @@ class Bodies(Part):
 
     def verdicts(self, books: Mapping[str, float], history) -> Iterator[Criterion]:
         share = books["rigid_contact_energy_joule"] / max(books["largest_internal_energy_joule"], 1e-300)
-        yield criterion("penalty energy of rigid contact, of peak internal", 100.0 * share, 5, 10, "%")
+        stiffer = "a larger slope of plates and free obstacles"
+        yield criterion("penalty energy of rigid contact, of peak internal", 100.0 * share, 5, 10, "%", stiffer)
 
     def seconds_per_step(self, state: BodiesState, dt: float, end: float) -> float:
         return SECONDS_PER_NODE * len(self.area) * len(self.owner)

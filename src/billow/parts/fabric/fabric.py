@@ -10,7 +10,7 @@ import numpy as np
 
 from billow.base.compiled import CHUNK
 from billow.base.errors import Concern, NumericalStop
-from billow.base.quality import Criterion, criterion
+from billow.base.quality import SMALLER_STEPS, Criterion, criterion
 from billow.geometry.surface import Surface, area_vectors
 from billow.geometry.triangulation import sorted_edges
 from billow.parts.fabric.birth import Birth
@@ -207,8 +207,9 @@ class Fabric(Part):
         }
 
     def verdicts(self, books: Mapping[str, float], history) -> Iterator[Criterion]:
-        yield criterion("shooting nodes", books["shooting_nodes"], 0, 1, "-")
-        yield criterion("inverted elements at the end", books["inverted_elements"], 0, 1, "-")
+        yield criterion("shooting nodes", books["shooting_nodes"], 0, 1, "-", SMALLER_STEPS)
+        flat = "a smaller bag.element_size or run.dt_scale, or fabric.self_contact = true"
+        yield criterion("inverted elements at the end", books["inverted_elements"], 0, 1, "-", flat)
 
     def concerns(self, setting: Setting) -> Iterator[Concern]:
         for membrane in self.membranes:

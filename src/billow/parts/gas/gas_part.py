@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from billow.base.errors import Concern, NumericalStop
-from billow.base.quality import SHORT, Criterion, criterion
+from billow.base.quality import SHORT, SMALLER_STEPS, Criterion, criterion
 from billow.geometry.chambers import OUTSIDE
 from billow.geometry.surface import Surface
 from billow.parts.gas.gas_model import Bag, GasModel, GasTotals
@@ -202,10 +202,11 @@ class GasPart(Part):
         }
 
     def verdicts(self, books: Mapping[str, float], history) -> Iterator[Criterion]:
-        yield criterion("mass error of the gas", books["gas_mass_error"], 1e-12, 1e-9, "-")
-        yield criterion("energy error of the gas", books["gas_energy_error"], 1e-12, 1e-9, "-")
+        yield criterion("mass error of the gas", books["gas_mass_error"], 1e-12, 1e-9, "-", SMALLER_STEPS)
+        yield criterion("energy error of the gas", books["gas_energy_error"], 1e-12, 1e-9, "-", SMALLER_STEPS)
         yield from self.model.verdicts(books)
-        yield criterion(SHORT, 1e3 * books["missing_to_pressure_peak_s"], 1e-9, math.inf, "ms")
+        longer = f"a longer run.end_time, to {RUN_ON:g} times the time of the pressure peak"
+        yield criterion(SHORT, 1e3 * books["missing_to_pressure_peak_s"], 1e-9, math.inf, "ms", longer)
 
     def remarks(self, gas: GasState) -> list[str]:
         return self.model.remarks(gas.content)
