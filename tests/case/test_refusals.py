@@ -27,6 +27,13 @@ REFUSED = [
     ("[inflator]\nmass_flow = {}", "E-CASE-004", "inflator.mass_flow.time", "time and value are missing", "add time"),
     ("run.gravity = [0, 0]", "E-CASE-004", "run.gravity.2", "entry 3 is missing in run.gravity", "at least 3 entries"),
     ("[inflator.mass_flow]\ntime = [0.0, 0.05]", "E-CASE-004", "inflator.mass_flow.value", "", "add value"),
+    ('[[gas.orifices]]\nname = "a"', "E-CASE-004", "gas.orifices.0", "lacks between and area", "add between, area"),
+    ("[[run.sensors]]", "E-CASE-004", "run.sensors.0", "lacks name and position", "add name, position"),
+    ("[bag.vents]\narea_factor = {pressure = [0, 1e4], value = [1, 2]}", "E-CASE-003", "area_factor.pressure", "",
+     "'gauge_pressure'"),
+    ("[bag.vents]\narea_factor = {q = [0, 1e4], value = [1, 2]}", "E-CASE-003", "area_factor.q", "",
+     "gauge_pressure, time, value"),
+    ('[fabric]\nself_contact = "often"', "E-CASE-005", "fabric.self_contact", "often", ""),
     # values out of range, with the unit that was probably meant
     ("[fabric]\nthickness = -3e-4", "E-CASE-005", "fabric.thickness", "-0.0003", "range 1e-05 to 0.005 m"),
     ("[fabric]\nthickness = 0.3", "E-CASE-005", "fabric.thickness", "0.3", 'write "0.3 mm"'),

@@ -19,6 +19,11 @@ from billow.run.simulate import resume, simulate
 from trust import injections as inject
 from trust.faults import SOUND, changed
 
+THROWN_PAST_THE_BAG = {
+    "shape": "super-ellipsoid", "radii": 0.05, "clearance": 0.0, "offset": [0.5, 0.0], "locked": False, "slope": 1.0,
+    "velocity": [0.0, 0.0, -80.0],
+}  # fmt: skip
+
 
 def spoilt(spoil: Callable, **changes) -> Callable[[Here], object]:
     """Run a sound case in a spoilt solver."""
@@ -67,9 +72,9 @@ def changed_file(name: str, load: Callable[[Path], object]) -> Callable[[Here], 
 
 def other_format(here: Here):
     run = here.run()
-    here.patch.setattr(run_file, "FORMAT", 2)
+    here.patch.setattr(run_file, "FORMAT", 3)
     run_file.write_run_file(run, {"status": "completed"})
-    here.patch.setattr(run_file, "FORMAT", 1)
+    here.patch.setattr(run_file, "FORMAT", 2)
     Result.open(run)
 
 
@@ -122,6 +127,7 @@ TRIGGERS: dict[str, Callable[[Here], object]] = {
     "E-NUM-005": spoilt(tearing),
     "E-NUM-006": spoilt(contextlib.nullcontext, obstacles__1__slope=1.0),
     "E-NUM-008": spoilt(losing_a_particle, gas={"model": "corpuscular", "particles": 2000}),
+    "E-NUM-010": spoilt(contextlib.nullcontext, obstacles__0__slope=1.0, obstacles__1=THROWN_PAST_THE_BAG),
     "E-NUM-009": spoilt(bag_turned_inside_out),
     "E-RES-001": lambda here: Result.open(here.place / "none"),
     "E-RES-002": lambda here: Result.open(here.place),

@@ -78,7 +78,8 @@ def test_an_effective_case_holds_the_curves_of_its_files(tmp_path):
     again = Case.from_dict(tomllib.loads(case.to_toml()))
     assert again == case
     assert again.digest() == case.digest()
-    assert again.fabric.library == "own"
+    assert again.fabric.library == "nylon66-470dtex"
+    assert again.fabric.from_library == ["weft"]
     law = build_fabric(again.fabric)
     assert isinstance(law, CurveFabric)
     assert law.switches_shear
@@ -116,6 +117,8 @@ def test_a_law_of_curves_needs_one_line():
         ({"law": "linear", "library": "nylon66-470dtex"}, "no effect"),
         ({"library": "nylon66-470dtex", "curves": {"warp": YARN, "weft": YARN, "shear": SHEAR}}, "no effect"),
         ({"law": "curves", "curves": {"warp": YARN}}, "weft.loading"),
+        ({"law": "curves", "curves": {"warp": {"loading": {"strain": [0.0, 0.1]}}}}, "warp.loading"),
+        ({"library": "nylon66-470dtex", "curves": {"shear": {"loading": {"angle": [0.0, 30.0]}}}}, "shear.loading"),
         ({"coating": {"thickness": "0.05 mm"}, "permeability": 0.02}, "leak"),
         ({"law": "curves-shear", "liner": {"ratio": 0.03}}, "liner"),
         ({"library": "wool"}, "library"),

@@ -89,7 +89,11 @@ def _explain(error: ValidationError, model: type[Strict], where: str) -> InputEr
     # the branch of the curve is meant.
     problem = max(
         problems,
-        key=lambda p: (p["type"] in ("range", "unit", "curve") and not isinstance(p["input"], dict), len(p["loc"])),
+        key=lambda p: (
+            p["type"] in ("range", "unit", "curve") and not isinstance(p["input"], dict),
+            len(p["loc"]),
+            p["type"] == "extra_forbidden",  # a misspelt key is also missing
+        ),
     )
     *path, last = problem["loc"] or ("case",)
     # A user's key may have the name of a union branch; it comes last.
@@ -100,8 +104,8 @@ def _explain(error: ValidationError, model: type[Strict], where: str) -> InputEr
     key = ".".join(keys) or "case"
     others = len(problems) - 1 if len({p["loc"][:2] for p in problems}) > 1 else 0
     if problem["type"] == "extra_forbidden":
-        table = next(_tables(_find(model, problem["loc"][:-1])), None)
-        known = sorted(getattr(table, "model_fields", {}))
+        tables = _tables(_find(model, problem["loc"][:-1]))
+        known = sorted({field for table in tables for field in table.model_fields})
         close = difflib.get_close_matches(keys[-1], known, n=1)
         remedy = f"did you mean {close[0]!r}?" if close else None
         told = UNKNOWN_KEY(key=key, file=where, known=", ".join(known), remedy=remedy)
@@ -138,7 +142,7 @@ def _remedy(model: type[Strict], problem: dict[str, Any], keys: list[str]) -> st
 
 def _is_branch(text: str, variants: set[str]) -> bool:
     """Whether a location part is pydantic's name of a union branch rather than a key."""
-    return "[" in text or text == "float" or text in variants or text.startswith(("function", "constrained"))
+    return "[" in text or text in ("float", "bool") or text in variants or text.startswith(("function", "constrained"))
 
 
 def _find(model: type[Strict], location: tuple) -> Any:

@@ -122,7 +122,8 @@ def unit_of(field) -> Documented | None:
     return next((m for m in field.metadata if isinstance(m, Documented) and m.unit), None)
 
 
-AXES = {"time": ("s", quantity("s", 0.0, 10.0)), "pressure": ("Pa", quantity("Pa", -1e6, 1e7))}
+_pressure = ("Pa", quantity("Pa", -1e6, 1e7))
+AXES = {"time": ("s", quantity("s", 0.0, 10.0)), "pressure": _pressure, "gauge_pressure": _pressure}
 """What curves run against: its unit, and the type of its points."""
 
 

@@ -117,9 +117,9 @@ def check(
 ) -> None:
     """Read a case and build its model without running it: errors, size, mass, time step, amount of gas."""
     if example:
-        from billow.cli.demo import CASE
+        from billow.cli.example import EXAMPLE
 
-        print(CASE, end="")
+        print(EXAMPLE, end="")
         return
     if case_file is None:
         raise NO_CASE()

@@ -105,13 +105,6 @@ class History(dict[str, np.ndarray]):
         """[s], (n,)."""
         return self[TIME]
 
-    @cached_property
-    def moving_bodies(self) -> tuple[str, ...]:
-        """Names of the bodies whose motion is recorded."""
-        first = "_centre_x"
-        names = [column.removesuffix(first) for column in self._bare if column.endswith(first)]
-        return tuple(name for name in names if "velocity" in self.of(name))
-
 
 def write_histories(path: str | Path, columns: Mapping[str, np.ndarray]) -> None:
     """Write curves, atomically.

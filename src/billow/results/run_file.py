@@ -63,12 +63,14 @@ UNKNOWN_FORMAT = IntegrityError.declare(
     "E-RES-006",
     "run format {format} is not known",
     where="{path}",
-    why="this version of Billow reads format {known}",
+    why="this version of Billow reads formats up to {known}",
     cause="the run was made with a newer version of Billow",
     remedy="use the version of Billow that the file names as billow_version",
 )
 
-FORMAT = 1
+FORMAT = 2
+READABLE = (1, 2)
+"""Frames of format 1 call the gauge pressure `pressure`."""
 RUN_FILE = "run.json"
 STATUSES = ("completed", "stopped", "interrupted")
 FILES = ("case.toml", "fabric.vtkhdf", "histories.csv")
@@ -135,7 +137,7 @@ def read_run_file(folder: str | Path, verify: bool = True) -> dict:
         intact = False
     if not intact:
         raise RUN_FILE_DAMAGED(path=path, why="its contents do not match the checksum it carries")
-    if record.get("format") != FORMAT:
+    if record.get("format") not in READABLE:
         raise UNKNOWN_FORMAT(format=shown(record.get("format")), path=path, known=FORMAT)
     if not _is_record(record):
         raise RUN_FILE_DAMAGED(path=path, why="an entry is missing or has the wrong type")

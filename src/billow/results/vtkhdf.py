@@ -27,6 +27,15 @@ UNREADABLE_MESH = IntegrityError.declare(
 
 LARGEST_FRAMES = 1_000_000_000_000
 """Bytes of the frames of a run, which are read one by one."""
+UNITS = {
+    "Points": "m", "part": "-",
+    "displacement": "m", "velocity": "m/s", "contact_force": "N", "plate_force": "N",
+    "gauge_pressure": "Pa", "gas_temperature": "K", "gas_density": "kg/m^3", "gas_velocity": "m/s",
+    "pressure": "Pa", "temperature": "K", "density": "kg/m^3", "particles": "-",
+    "internal_energy": "J", "species": "-", "chamber": "-",
+}  # fmt: skip
+"""Unit of each field of the frames, kept beside it as the attribute `units`; what they mean: docs/histories.md."""
+
 VERSION = (2, 2)  # the first that allows groups beside /VTKHDF
 _VTK_TRIANGLE = 5
 FRAMES_AT_ONCE = 64
@@ -56,6 +65,8 @@ class GridWriter:
                 name, shape=(0, *rows.shape[1:]), maxshape=(None, *rows.shape[1:]), dtype=rows.dtype,
                 chunks=(rows_of_chunk, *rows.shape[1:]), compression="gzip", compression_opts=1, shuffle=True,
             )  # fmt: skip
+            if unit := UNITS.get(name.rpartition("/")[2]):
+                self._grid[name].attrs["units"] = unit
         dataset = self._grid[name]
         begin = len(dataset)
         dataset.resize(begin + len(rows), axis=0)
@@ -111,6 +122,7 @@ class FabricWriter(GridWriter):
             self._grid[name] = np.asarray(value, dtype=np.int64)
         self._grid["Types"] = np.full(self._triangles, _VTK_TRIANGLE, dtype=np.uint8)
         self._grid["CellData/part"] = part.astype(np.int32)
+        self._grid["CellData/part"].attrs["units"] = UNITS["part"]
         self._block: dict[str, list[np.ndarray]] = {}
         self._file["billow/start_points"] = points.astype(np.float32)
         self._file["billow"].create_dataset("part_names", data=list(part_names), dtype=h5py.string_dtype())

@@ -11,6 +11,7 @@ from pathlib import Path
 import numba
 
 from billow.base.errors import BillowError, InputError, IntegrityError, NumericalStop, ResourceError
+from billow.case.assumptions import assumptions, header
 from billow.case.build import build_model, build_schedule, require_start_clear
 from billow.case.concerns import concerns_of
 from billow.case.schema import Case
@@ -18,6 +19,7 @@ from billow.results.atomic import FOLDER_EXISTS, publish_folder, write_atomicall
 from billow.results.result import Result
 from billow.run.checkpoint_file import SLOTS, newest_checkpoint
 from billow.run.interrupts import STOP_FILE, Interrupts
+from billow.run.names import owners, require_distinct
 from billow.run.recorder import Progress, RunRecorder, Told
 from billow.solver.model import Model, State
 from billow.solver.run import run
@@ -79,8 +81,9 @@ def simulate(
         raise NOT_WRITTEN(folder=folder, why=error, remedy="choose another folder with --out") from error
     try:
         model = build_model(case)
+        require_distinct(owners(model, (sensor.name for sensor in case.run.sensors)))
         require_start_clear(model)
-        write_atomically(partial / "case.toml", case.to_toml())
+        write_atomically(partial / "case.toml", header(case) + case.to_toml())
     except BillowError:
         shutil.rmtree(partial, ignore_errors=True)
         raise
@@ -156,6 +159,7 @@ def told_by(case: Case, model: Model) -> Told:
         digest=case.digest(),
         schedule=build_schedule(case.run),
         concerns=tuple(concerns_of(case, model)),
+        assumptions=assumptions(case),
         ambient_pressure=case.ambient.pressure,
         sensors={sensor.name: sensor.position for sensor in case.run.sensors},
         particle_times=case.run.particle_times,

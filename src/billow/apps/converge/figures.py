@@ -53,7 +53,7 @@ def draw_curves(runs: Mapping[int, Sequence[Result]]) -> bytes:
         ("Pressure, absolute [kPa]", lambda h: (h.time, KILO * h.of("").pressure)),
         ("Volume [l]", lambda h: (h.time, MILLI * h.of("").volume)),
     ]
-    for name in any_run.histories.moving_bodies:
+    for name in any_run.free_obstacles:
         panels.append((f"{name}: speed [m/s]", lambda h, n=name: (h.time, np.linalg.norm(h.of(n).velocity.T, axis=0))))
         panels.append((f"{name}: acceleration, 1 ms mean [m/s$^2$]", lambda h, n=name: _acceleration(h, n)))
     with matplotlib.rc_context(STYLE):

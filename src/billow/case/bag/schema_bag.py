@@ -35,7 +35,7 @@ class VentFlow(Strict):
 
     discharge: number_or_curve("-", 0.0, 1.0, "time") = 0.7
     """Discharge coefficient: a number, or a curve against time."""
-    area_factor: number_or_curve("-", 0.0, 100.0, "time", "pressure") = 1.0
+    area_factor: number_or_curve("-", 0.0, 100.0, "time", "gauge_pressure") = 1.0
     """Factor on the area of the hole: a number, or a curve against time or against gauge pressure."""
     opening_pressure: Pressure = 0.0
     """Gauge pressure at which a vent opens and stays open."""

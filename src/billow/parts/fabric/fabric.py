@@ -11,12 +11,24 @@ import numpy as np
 from billow.base.compiled import CHUNK
 from billow.base.errors import Concern, NumericalStop
 from billow.base.plausible import is_usual
-from billow.base.quality import Criterion, criterion
+from billow.base.quality import SMALLER_STEPS, Criterion, criterion
 from billow.geometry.surface import Surface, area_vectors
 from billow.geometry.triangulation import sorted_edges
 from billow.parts.fabric.birth import Birth
 from billow.parts.fabric.membrane import ENERGY, HYSTERESIS, POWER, STRETCH, SUMS, Membrane, odd_speed
-from billow.parts.part import DAMPING, RECEIVED, STORED, Account, Booking, Moment, Part, Quantity, Setting
+from billow.parts.part import (
+    DAMPING,
+    RECEIVED,
+    STORED,
+    WHOLE_MODEL,
+    Account,
+    Booking,
+    Moment,
+    Owner,
+    Part,
+    Quantity,
+    Setting,
+)
 from billow.parts.part import HYSTERESIS as HEAT_OF_HYSTERESIS
 
 STRAIN = Account("strain", STORED, renewed=True)
@@ -140,6 +152,9 @@ class Fabric(Part):
 
     # --- what a run says of it -------------------------------------------------------------------------------------
 
+    def owners(self) -> Iterator[Owner]:
+        yield Owner(WHOLE_MODEL, "", ("largest_stretch", "shooting_nodes"))
+
     def quantities(self, state: FabricState, moment: Moment) -> Iterator[Quantity]:
         yield Quantity("", "largest_stretch", "-", state.largest_stretch)
         yield Quantity("", "shooting_nodes", "-", float(self.shooting_nodes(moment)))
@@ -186,8 +201,9 @@ class Fabric(Part):
         }
 
     def verdicts(self, books: Mapping[str, float], history) -> Iterator[Criterion]:
-        yield criterion("shooting nodes", books["shooting_nodes"], 0, 1, "-")
-        yield criterion("inverted elements at the end", books["inverted_elements"], 0, 1, "-")
+        yield criterion("shooting nodes", books["shooting_nodes"], 0, 1, "-", SMALLER_STEPS)
+        flat = "a smaller bag.element_size or run.dt_scale, or fabric.self_contact = true"
+        yield criterion("inverted elements at the end", books["inverted_elements"], 0, 1, "-", flat)
 
     def concerns(self, setting: Setting) -> Iterator[Concern]:
         for membrane in self.membranes:
