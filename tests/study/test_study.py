@@ -196,13 +196,12 @@ def test_a_crash_in_publishing_leaves_a_study_that_continues(study, monkeypatch)
     assert os.listdir(study.folder / "runs") == []
     assert len(os.listdir(study.folder / "work")) == 1
     monkeypatch.undo()
-    (study.folder / "runs/0000.partial").mkdir()
     assert study.run(workers=1, runner=simulate).completed == tuple(study.runs)
     assert sorted(os.listdir(study.folder / "runs")) == list(study.runs)
 
 
 def test_one_study_is_driven_by_one_process(study):
-    with study.store.driving(), pytest.raises(InputError, match=f"E-STU-013(.|\n)*process {os.getpid()}"):
+    with study.store.driving(), pytest.raises(InputError, match=f"E-RES-023(.|\n)*process {os.getpid()}"):
         study.run(workers=1, runner=simulate)
     for wrong in ({"workers": 0}, {"workers": 2, "scheduler": "tcp://localhost:1"}):
         with pytest.raises(InputError, match="E-STU-021"):

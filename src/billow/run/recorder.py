@@ -189,9 +189,7 @@ class RunRecorder(Recorder):
             if c.verdict != "PASS":
                 self.say(f"  {c.verdict}: {c.name} = {c.measured:.4g} {c.unit} (passes up to {c.passes:g})")
         self.log.close()
-        if status == "completed":
-            for name in (JOURNAL, *SLOTS):
-                (self.folder / name).unlink(missing_ok=True)
+        needed_no_more = (JOURNAL, *SLOTS) if status == "completed" else ()
         write_run_file(
             self.folder,
             {
@@ -210,7 +208,10 @@ class RunRecorder(Recorder):
                 "obstacles": [shape for body in self.model.bodies.bodies for shape in body.describe()],
                 "environment": environment(),
             },
+            without=needed_no_more,
         )
+        for name in needed_no_more:  # not before the results are whole
+            (self.folder / name).unlink(missing_ok=True)
         return criteria
 
     def post_mortem(self, stop: NumericalStop) -> None:

@@ -13,7 +13,7 @@ import numpy as np
 import tomli_w
 
 from billow.base.errors import InputError
-from billow.results.atomic import whole_folder, write_atomically
+from billow.results.atomic import new_folder, new_place, write_atomically
 from billow.results.csv_files import read_csv
 from billow.results.dataset_files import (
     RUN_NAME,
@@ -75,10 +75,11 @@ def import_runs(
     InputError E-STU-026: runs.csv; -027: a run cannot be read; -028: a run does not fit the others; -029: mesh or times
     are unknown; E-RES-009: `out` exists. Nothing is written unless every run is sound.
     """
-    folder, out = Path(folder), Path(out).absolute()
+    folder, out = Path(folder), Path(out)
+    new_place(out)
     table = _Table(folder / TABLE)
     split = table.split or _draw_split(list(table.design), test_share, seed)
-    with whole_folder(out) as partial:
+    with new_folder(out) as partial:
         common = None
         for run in table.design:
             found = read_run(folder, run)

@@ -7,9 +7,10 @@ from collections.abc import Callable
 from pathlib import Path
 
 from billow.base.errors import InputError, IntegrityError
-from billow.results.atomic import whole_folder, write_atomically
+from billow.results.atomic import write_atomically
 from billow.results.dataset import Dataset
 from billow.results.dataset_files import read_design, read_split, write_design, write_split
+from billow.results.ownership import LOCK, discard, owned
 from billow.study.attempt import Runner, cannot_write
 from billow.study.definition import StudyDefinition
 from billow.study.design import Design, Values, draw
@@ -75,8 +76,8 @@ class Study:
         A study that asks for more training runs than `folder` has, by `train` or `added_designs`, adds them to those
         there; its test runs never change. Every design is tried on the case before anything is written.
         InputError E-STU-001 to -006: the definition; -024: its added designs; -007: the case does not accept a value;
-        -008: `folder` holds something else; -025: `train` cannot grow to this number; -013: another process runs the
-        study that is to grow. ResourceError E-STU-012, -023: it cannot be written.
+        -008: `folder` holds something else; -025: `train` cannot grow to this number; E-RES-023: another process makes
+        the study, or runs the one that is to grow. ResourceError E-STU-012, -023: it cannot be written.
         """
         definition_file, folder = Path(definition_file), Path(folder).absolute()  # "." has a name only in full
         definition = StudyDefinition.load(definition_file)
@@ -87,8 +88,7 @@ class Study:
         # Inside the study's folder its files have names of their own.
         definition = definition.model_copy(update={"case": CASE_FILE, "added_designs": table and ADDED_FILE})
         try:
-            there = folder.exists() and (not folder.is_dir() or any(folder.iterdir()))
-            study = _open_for(definition, case, folder) if there else None
+            study = None if _may_become_a_study(folder) else _open_for(definition, case, folder)
             if study is not None:
                 definition = merged(study.definition, definition, folder)
             existing = study.design if study else draw(definition)
@@ -96,10 +96,18 @@ class Study:
             for run in design.runs.keys() - (study.runs.keys() if study else ()):
                 _vary(case, definition, design.runs[run], f"{definition_file}: run {run} of its design")
             if study is None:
-                with whole_folder(folder) as partial:
-                    _write(partial, case, definition, added, design)
-                    for name in ("runs", "failed"):
-                        (partial / name).mkdir()
+                fresh = not folder.exists()
+                with owned(folder):
+                    raced = (folder / STUDY_FILE).exists()
+                    try:
+                        if not raced:
+                            _write(folder, case, definition, added, design)
+                    except BaseException:
+                        if fresh:
+                            discard(folder)
+                        raise
+                if raced:  # another process has just made it
+                    return cls.create(definition_file, folder)
             elif design != existing or definition != study.definition:
                 with study.store.driving():
                     _write(folder, case, definition, added, design)
@@ -147,10 +155,10 @@ class Study:
         itself. scheduler: address of a Dask cluster to use instead. progress: called with each `ProgressEvent`.
         retry_failed: make runs again that failed before. runner: what makes a run, `billow.run.simulate` by default.
 
-        A run that fails is recorded in failed/ and the others go on. InputError E-STU-013: another process runs this
-        study; -015: no scheduler answers; -021: workers. IntegrityError E-STU-010: a run on disk belongs to another
-        case; -011: runs differ in mesh or times. ResourceError E-STU-012: disk full; -023: no permission; -017, -018:
-        the cluster.
+        A run that fails is recorded in failed/ and the others go on. InputError E-RES-023: another process runs this
+        study; E-STU-015: no scheduler answers; -021: workers. IntegrityError E-STU-010: a run on disk belongs to
+        another case; -011: runs differ in mesh or times. ResourceError E-STU-012: disk full; -023: no permission;
+        -017, -018: the cluster.
         """
         if (workers is not None and workers < 1) or (workers is not None and scheduler is not None):
             raise UNUSABLE_WORKERS(workers=f"{workers} together with a scheduler" if scheduler else workers)
@@ -185,6 +193,17 @@ def _try_ranges(path: Path, definition: StudyDefinition, case) -> None:
             _vary(case, one, (value,), f"{path}: [[parameters]] number {number} ({parameter.name})")
     for corner in itertools.islice(itertools.product(*((p.low, p.high) for p in definition.parameters)), 256):
         _vary(case, definition, corner, f"{path}: a corner of the design space")
+
+
+def _may_become_a_study(folder: Path) -> bool:
+    """Whether a folder is missing or empty, or one whose study was not written to the end."""
+    if not folder.exists():
+        return True
+    return (
+        folder.is_dir()
+        and not (folder / STUDY_FILE).exists()
+        and ((folder / LOCK).is_file() or not any(folder.iterdir()))
+    )
 
 
 def _open_for(definition: StudyDefinition, case, folder: Path) -> Study:

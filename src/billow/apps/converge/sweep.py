@@ -114,8 +114,8 @@ def _make(case: Case, folder: Path, threads: int | None) -> Result:
 
 def _claim(folder: Path, case: Case) -> None:
     path = folder / CASE_FILE
-    if not folder.exists() or not any(folder.iterdir()):
-        (folder / "runs").mkdir(parents=True)
+    if not path.exists():
+        (folder / "runs").mkdir(parents=True, exist_ok=True)
         write_atomically(path, case.to_toml())
     with contextlib.suppress(BillowError):
         if Case.load(path).digest() == case.digest():
