@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import sys
@@ -16,6 +17,7 @@ from billow import __version__
 from billow.base.errors import BillowError, InputError, ResourceError
 from billow.cli import converge, couple, coupon, paper, surrogates, tank
 from billow.cli.options import CaseFile, Quiet, Settings, Threads, make_console, parse_settings
+from billow.results.atomic import NOT_WRITTEN
 
 NO_CASE = InputError.declare(
     "E-CLI-003",
@@ -79,7 +81,9 @@ def main() -> None:
 
 
 def _unexpected(problem: Exception) -> BillowError:
-    """What the operating system refuses, E-CLI-005; anything else is a mistake in Billow, E-CLI-070."""
+    """What the operating system refuses, E-RES-020 or E-CLI-005; anything else is a mistake in Billow, E-CLI-070."""
+    if isinstance(problem, OSError) and problem.errno in (errno.ENOSPC, errno.EDQUOT):
+        return NOT_WRITTEN(folder=problem.filename or "unknown", why=problem)
     if isinstance(problem, OSError):
         return UNUSABLE_PLACE(path=problem.filename or "unknown", why=problem)
     place = traceback.extract_tb(problem.__traceback__)[-1]

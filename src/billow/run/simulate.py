@@ -95,7 +95,8 @@ def resume(
             if _is_whole(partial):  # it ended just before it was published
                 publish_folder(partial, final)
                 return Result.open(final)
-            (partial / STOP_FILE).unlink(missing_ok=True)  # it would stop the run again
+            for left in (STOP_FILE, *(path.name for path in partial.glob(".*.partial"))):
+                (partial / left).unlink(missing_ok=True)  # it would stop the run again; half a file of a killed process
             try:
                 case = Case.load(partial / "case.toml")
             except InputError as error:
