@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from billow.base.errors import InputError
+from billow.cli.endings import CONTINUES, interruptible
 from billow.cli.options import Memory, make_console, steps
 
 NO_REPORT = InputError.declare(
@@ -63,7 +64,7 @@ def paper(
     ):
         if wrong:
             raise NO_REPORT(why=why)
-    with owned(out, "tables.json"):
+    with interruptible(CONTINUES), owned(out, "tables.json"):
         console, results, missing = make_console(), [], []
         for case in CASES:
             folder = folders[case.name]

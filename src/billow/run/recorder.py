@@ -121,7 +121,10 @@ class RunRecorder(Recorder):
         self.log.flush()
         if self.progress is not None:
             now = self.state.time if self.state is not None else 0.0
-            self.progress(Progress(now, self.told.schedule.end, line))
+            try:
+                self.progress(Progress(now, self.told.schedule.end, line))
+            except BrokenPipeError:  # nobody watches any more
+                self.progress = None
 
     def history(self, model: Model, state: State) -> None:
         self.state = state
