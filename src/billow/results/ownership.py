@@ -161,18 +161,24 @@ def _take(handle: int, path: Path, what: Path) -> None:
     """Lock the file behind a handle. InputError E-RES-023, -024."""
     if not stat.S_ISREG(os.fstat(handle).st_mode):
         raise NOT_OURS(path=path, why="it is no plain file, and no lock of Billow's")
-    said = os.pread(handle, 1000, 0).decode("utf-8", "replace")
-    if said and not said.startswith(MARK):
+    if not (said := _note(handle)).startswith(MARK[: len(said)]):
         raise NOT_OURS(path=path, why="its content is not that of a lock of Billow's")
     try:
         fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError as error:
-        owner = said.removeprefix(MARK).strip() or "a process that has just begun"
-        raise IN_USE(path=what, owner=owner) from error
+        for _ in range(100):  # its owner may not have written who it is yet
+            if len(said := _note(handle)) > len(MARK):
+                break
+            time.sleep(0.01)
+        raise IN_USE(path=what, owner=said[len(MARK) :].strip() or "a process that does not say who it is") from error
     except OSError as error:
         if error.errno not in _NO_LOCKS:
             raise
         print(NO_LOCKS(path=what, problem=error.strerror), file=sys.stderr)
+
+
+def _note(handle: int) -> str:
+    return os.pread(handle, 1000, 0).decode("utf-8", "replace")
 
 
 def _whoami() -> str:

@@ -20,11 +20,11 @@ from billow.results.atomic import (
     publish_folder,
     require_nothing_kept,
     unfinished,
-    write_atomically,
 )
 from billow.results.ownership import clear
 from billow.results.result import Result
 from billow.results.run_file import read_run_file
+from billow.run.case_folder import keep_case
 from billow.run.checkpoint_file import SLOTS, newest_checkpoint
 from billow.run.interrupts import STOP_FILE, Interrupts
 from billow.run.recorder import Progress, RunRecorder, Told
@@ -68,7 +68,7 @@ def simulate(
             try:
                 model = build_model(case)
                 require_start_clear(model)
-                write_atomically(partial / "case.toml", case.to_toml())
+                case = keep_case(case, partial)
             except BaseException:
                 clear(partial)
                 raise

@@ -11,6 +11,7 @@ from billow.results.atomic import write_atomically
 from billow.results.dataset import Dataset
 from billow.results.dataset_files import read_design, read_split, write_design, write_split
 from billow.results.ownership import LOCK, discard, owned
+from billow.run.case_folder import keep_case
 from billow.study.attempt import Runner, cannot_write
 from billow.study.definition import StudyDefinition
 from billow.study.design import Design, Values, draw
@@ -209,12 +210,11 @@ def _may_become_a_study(folder: Path) -> bool:
 def _open_for(definition: StudyDefinition, case, folder: Path) -> Study:
     """The study in a folder that is not empty. InputError E-STU-008 if it holds none, or one around another case."""
     try:
-        found = (folder / CASE_FILE).read_text(encoding="utf-8")
         study = Study.open(folder)
     except (OSError, ValueError, InputError) as error:
         why = getattr(error, "what", error)
         raise ANOTHER_STUDY(folder=folder, why=f"no study can be read there: {why}") from error
-    if found != case.to_toml():
+    if study._case.digest() != case.digest():
         raise ANOTHER_STUDY(folder=folder, why=f"its {CASE_FILE} differs from the study asked for")
     return study
 
@@ -229,5 +229,5 @@ def _write(folder: Path, case, definition: StudyDefinition, added: list[Values],
     write_split(folder, list(design.train), list(design.test))
     if added:
         write_atomically(folder / ADDED_FILE, added_designs_text(definition.axes, added))
-    write_atomically(folder / CASE_FILE, case.to_toml())
+    keep_case(case, folder)
     write_atomically(folder / STUDY_FILE, definition.to_toml())

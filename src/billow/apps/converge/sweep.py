@@ -15,8 +15,8 @@ from pathlib import Path
 
 from billow.base.errors import BillowError, InputError, NumericalStop
 from billow.case.schema import Case
-from billow.results.atomic import write_atomically
 from billow.results.result import Result
+from billow.run.case_folder import keep_case
 from billow.run.simulate import resume, simulate
 
 NOTHING_TO_COMPARE = InputError.declare(
@@ -116,7 +116,7 @@ def _claim(folder: Path, case: Case) -> None:
     path = folder / CASE_FILE
     if not path.exists():
         (folder / "runs").mkdir(parents=True, exist_ok=True)
-        write_atomically(path, case.to_toml())
+        keep_case(case, folder)
     with contextlib.suppress(BillowError):
         if Case.load(path).digest() == case.digest():
             return
