@@ -63,7 +63,8 @@ def owned(folder: str | Path, *known: str) -> Iterator[None]:
     was_there = folder.exists() and not is_ours(folder, *known)
     while True:
         folder.mkdir(parents=True, exist_ok=True)
-        if not is_ours(folder, *known) and any(folder.iterdir()):
+        # In this order: another process may mark an empty folder at this moment, and then write to it.
+        if any(name != LOCK for name in os.listdir(folder)) and not is_ours(folder, *known):
             raise NOT_OURS(path=folder, why=f"it is not empty, and {LOCK}, the mark of Billow's folders, is missing")
         with contextlib.suppress(FileNotFoundError):  # its owner ended at this moment and removed it
             handle = _locked(folder / LOCK, folder)

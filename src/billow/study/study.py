@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import os
 from collections.abc import Callable
 from pathlib import Path
 
@@ -198,13 +199,10 @@ def _try_ranges(path: Path, definition: StudyDefinition, case) -> None:
 
 def _may_become_a_study(folder: Path) -> bool:
     """Whether a folder is missing or empty, or one whose study was not written to the end."""
-    if not folder.exists():
-        return True
-    return (
-        folder.is_dir()
-        and not (folder / STUDY_FILE).exists()
-        and ((folder / LOCK).is_file() or not any(folder.iterdir()))
-    )
+    if not folder.is_dir():
+        return not os.path.lexists(folder)
+    names = os.listdir(folder)  # once: another process may be making it
+    return STUDY_FILE not in names and (LOCK in names or not names)
 
 
 def _open_for(definition: StudyDefinition, case, folder: Path) -> Study:
