@@ -45,14 +45,17 @@ def train(
 ) -> None:
     """Learn the contact force on the free obstacle, from the training runs of the surrogate."""
     from billow.results.dataset import Dataset
+    from billow.results.ownership import owned_file
+    from billow.results.tensor_file import SIGN as TENSORS
     from billow.rom.coupled.coupled_model import Coupled
     from billow.rom.surrogate.surrogate import Surrogate
 
     dataset = Dataset.open(folder)
     surrogate = Surrogate.load(surrogate_file or folder / "surrogate.safetensors")
-    with epochs(make_console(), "training") as progress:
+    out = out or folder / "coupled.safetensors"
+    with owned_file(out, TENSORS), epochs(make_console(), "training") as progress:
         coupled = Coupled.train(dataset, surrogate, seed, progress)
-    path = coupled.save(out or folder / "coupled.safetensors")
+        path = coupled.save(out)
     make_console().print(f"{path}: {coupled}")
 
 
@@ -67,6 +70,7 @@ def evaluate(
     """Compare with the solver on unseen runs: ISO/TS 18571 ratings and injury metrics."""
     from billow.results.atomic import write_atomically
     from billow.results.dataset import Dataset
+    from billow.results.ownership import owned_file
     from billow.rom.coupled.coupled_evaluation import MEAN_MOTION, QUANTITIES, TRUE_CONTACT, evaluate_coupled
     from billow.rom.coupled.coupled_model import Coupled
 
@@ -83,7 +87,8 @@ def evaluate(
     print(f"  {MEAN_MOTION}: mean of the training runs, which ignores the design")
     print(f"  one deployment takes {found.seconds:.3g} s")
     if out is not None:
-        write_atomically(out, json.dumps(found.record(), indent=1, allow_nan=False) + "\n")
+        with owned_file(out, b'{\n "runs": ['):
+            write_atomically(out, json.dumps(found.record(), indent=1, allow_nan=False) + "\n")
 
 
 @app.command()
@@ -103,6 +108,7 @@ def predict(
         print(describe_surrogate(coupled.surrogate))
         return
     from billow.injury.criteria import assess
+    from billow.results.ownership import owned
 
     motion = coupled.deploy(parse_settings(settings), extrapolate=extrapolate)
     found = injury_record(assess(motion.times, motion.velocity))
@@ -111,5 +117,6 @@ def predict(
         f"{found['clip_3ms_g']:.1f} g, peak {found['peak_g']:.1f} g, speed at the end {motion.velocity[-1, 2]:.2f} m/s"
     )
     if out is not None:
-        write_motion(motion, coupled.impactor.name, out)
+        with owned(out):
+            write_motion(motion, coupled.impactor.name, out)
         print(f"{out}: motion.csv, injury.json, motion.svg")

@@ -10,6 +10,7 @@ from rich.console import Console
 from billow.base.errors import InputError
 from billow.cli.options import epochs, steps
 from billow.results.atomic import write_atomically
+from billow.results.ownership import owned
 
 OTHER_DEMO = InputError.declare(
     "E-CLI-002",
@@ -85,25 +86,28 @@ def run_demo(folder: Path, train: int, test: int, workers: int | None, console: 
     from billow.study.study import Study
 
     begun = time.perf_counter()
-    folder.mkdir(parents=True, exist_ok=True)
-    for name, text in (("case.toml", CASE), ("study.toml", STUDY.format(train=train, test=test))):
-        path = folder / name
+    texts = {folder / "case.toml": CASE, folder / "study.toml": STUDY.format(train=train, test=test)}
+    for path, text in texts.items():
         if path.exists() and path.read_text(encoding="utf-8") != text:
             raise OTHER_DEMO(path=path)
-        write_atomically(path, text)
-    study = Study.create(folder / "study.toml", folder / "study")
-    console.print(f"1/3 simulating {len(study.runs)} deployments (kernels are compiled at the first one, about 20 s)")
-    with study_progress(console) as report:
-        study.run(workers=workers, progress=report)
-    dataset = study.dataset()
-    lost = left_out(dataset, dataset.trusted)
-    note = f" ({len(lost.why)} left out: {lost.reasons()})" if lost.why else ""
-    console.print(f"2/3 training on {len(dataset.trusted)} runs{note}")
-    with epochs(console, "training") as progress:
-        surrogate = learn(dataset, progress=progress)
-    surrogate.save(folder / "surrogate.safetensors")
-    console.print(f"3/3 evaluating on {len(dataset.test)} unseen runs")
-    with steps(console) as progress:
-        evaluation = evaluate(dataset, surrogate, progress=progress)
-    path = write_report(dataset, evaluation, folder)
-    console.print(f"done in {time.perf_counter() - begun:.0f} s: {path}")
+    with owned(folder, "study/study.toml"):
+        for path, text in texts.items():
+            write_atomically(path, text)
+        study = Study.create(folder / "study.toml", folder / "study")
+        console.print(
+            f"1/3 simulating {len(study.runs)} deployments (kernels are compiled at the first one, about 20 s)"
+        )
+        with study_progress(console) as report:
+            study.run(workers=workers, progress=report)
+        dataset = study.dataset()
+        lost = left_out(dataset, dataset.trusted)
+        note = f" ({len(lost.why)} left out: {lost.reasons()})" if lost.why else ""
+        console.print(f"2/3 training on {len(dataset.trusted)} runs{note}")
+        with epochs(console, "training") as progress:
+            surrogate = learn(dataset, progress=progress)
+        surrogate.save(folder / "surrogate.safetensors")
+        console.print(f"3/3 evaluating on {len(dataset.test)} unseen runs")
+        with steps(console) as progress:
+            evaluation = evaluate(dataset, surrogate, progress=progress)
+        path = write_report(dataset, evaluation, folder)
+        console.print(f"done in {time.perf_counter() - begun:.0f} s: {path}")

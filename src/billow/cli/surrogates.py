@@ -33,6 +33,8 @@ def train(
 ) -> None:
     """Train a surrogate on the training runs of a study."""
     from billow.results.dataset import Dataset
+    from billow.results.ownership import owned_file
+    from billow.results.tensor_file import SIGN as TENSORS
     from billow.rom.learn.left_out import left_out
     from billow.rom.learn.train import Recipe
     from billow.rom.learn.train import train as learn
@@ -42,10 +44,11 @@ def train(
     lost = left_out(dataset, dataset.trusted)
     if lost.why:
         console.print(f"{len(lost.why)} training runs are left out: {lost.reasons()}")
-    with show_epochs(console, "training") as progress:
+    out = out or folder / "surrogate.safetensors"
+    with owned_file(out, TENSORS), show_epochs(console, "training") as progress:
         how = Recipe(recipe, modes, seed, epochs, memory=int(memory * 2**30))
         surrogate = learn(dataset, how, runs=dataset.trusted[:runs], progress=progress)
-    path = surrogate.save(out or folder / "surrogate.safetensors")
+        path = surrogate.save(out)
     seconds = surrogate.training["pod_seconds"] + surrogate.training["network_seconds"]
     console.print(f"{path}: trained on {len(surrogate.training['runs'])} runs in {seconds:.1f} s")
 
@@ -58,15 +61,17 @@ def evaluate(
 ) -> None:
     """Test a surrogate on the unseen runs of its study; writes report.html, metrics.json and figures."""
     from billow.results.dataset import Dataset
+    from billow.results.ownership import owned
     from billow.rom.judge.evaluate import evaluate as measure
     from billow.rom.judge.report import write_report
     from billow.rom.surrogate.surrogate import Surrogate
 
     dataset = Dataset.open(folder)
     surrogate = Surrogate.load(surrogate_file or folder / "surrogate.safetensors")
-    with steps(make_console()) as progress:
+    out = out or folder / "report"
+    with owned(out), steps(make_console()) as progress:
         evaluation = measure(dataset, surrogate, memory=int(memory * 2**30), progress=progress)
-    path = write_report(dataset, evaluation, out or folder / "report")
+        path = write_report(dataset, evaluation, out)
     make_console().print(f"report: {path}")
 
 
@@ -99,6 +104,7 @@ def suggest(
     run the study command again: it makes the new runs.
     """
     from billow.results.atomic import write_atomically
+    from billow.results.ownership import owned_file
     from billow.rom.learn.suggest import suggest as next_designs
     from billow.rom.surrogate.surrogate import Surrogate
     from billow.study.grow import added_designs_text, read_added_designs
@@ -109,8 +115,9 @@ def suggest(
     added = []
     if study.definition.added_designs is not None:
         added = read_added_designs(folder / ADDED_FILE, study.definition.axes)
-    rows = next_designs(surrogate, count, list(study.runs.values()), seed=len(study.runs))
-    write_atomically(out, added_designs_text(study.definition.axes, [*added, *rows.tolist()]))
+    with owned_file(out, added_designs_text(study.definition.axes, []).encode()):
+        rows = next_designs(surrogate, count, list(study.runs.values()), seed=len(study.runs))
+        write_atomically(out, added_designs_text(study.definition.axes, [*added, *rows.tolist()]))
     print(f"{out}: {len(added)} designs added before, {count} new ones")
     print(f'next: write added_designs = "{out.name}" into the study file, and run the study command again')
 
@@ -122,9 +129,11 @@ def export(
 
     Needs the packages onnx and onnxruntime; the file is checked against NumPy before it is written.
     """
+    from billow.results.ownership import owned_file
     from billow.rom.surrogate.onnx_export import export_onnx
     from billow.rom.surrogate.surrogate import Surrogate
 
     surrogate = Surrogate.load(surrogate_file)
-    difference = export_onnx(surrogate, out)
+    with owned_file(out, b"billow"):  # the name of its producer
+        difference = export_onnx(surrogate, out)
     print(f"{out}: predictions differ from NumPy's by at most {difference:.1e} of the largest displacement")

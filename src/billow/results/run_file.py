@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +17,7 @@ import numpy as np
 from billow.base.errors import InputError, IntegrityError, shown
 from billow.base.input_file import LARGEST_TABLE, read_bytes
 from billow.results.atomic import write_atomically
+from billow.results.ownership import LOCK
 
 COPY_AGAIN = "copy the folder again from its source, or run the case again: billow run CASE.toml --out RUN"
 """What helps against a damaged run."""
@@ -101,17 +102,17 @@ def _record_sha256(record: dict) -> str:
     return hashlib.sha256(text.encode("ascii")).hexdigest()
 
 
-def write_run_file(folder: str | Path, record: dict) -> None:
+def write_run_file(folder: str | Path, record: dict, without: Collection[str] = ()) -> None:
     """Write `folder`/run.json, atomically, as the last file of a run.
 
     record: at least "status" ("completed", "stopped", "interrupted"), "reason" (text or None), "case_digest" (SHA-256,
     hexadecimal), "wall_seconds" [s] and "ledger" (name -> float). Added are "format", "files" (name -> SHA-256 of every
-    file now in the folder) and "record_sha256".
+    file now in the folder, except those named in `without`) and "record_sha256".
     FileNotFoundError if one of `FILES` is missing.
     """
     folder = Path(folder)
-    present = {path.name for path in folder.iterdir() if path.is_file() and path.name != RUN_FILE}
-    names = sorted(present | set(FILES))
+    present = {path.name for path in folder.iterdir() if path.is_file()}
+    names = sorted((present | set(FILES)) - {RUN_FILE, LOCK, *without})
     record = _plain({"format": FORMAT, **record, "files": {name: file_sha256(folder / name) for name in names}})
     record["record_sha256"] = _record_sha256(record)
     write_atomically(folder / RUN_FILE, json.dumps(record, indent=2, allow_nan=False) + "\n")

@@ -23,6 +23,8 @@ from billow.base.input_file import LARGEST_DATA, read_bytes
 from billow.results.atomic import write_atomically
 
 KEY = "billow"
+SIGN = b'{"__metadata__":{"billow":'
+"""What such a file has near its beginning."""
 _ZEROS = "0" * 64
 _SUM = re.compile(rb'\\"sha256\\": ?\\"([0-9a-f]{64})\\"')  # JSON inside a JSON string: quotes are escaped
 

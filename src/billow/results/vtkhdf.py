@@ -15,6 +15,7 @@ import numpy as np
 from billow.base.errors import IntegrityError
 from billow.base.input_file import require_file
 from billow.geometry.hdf_arrays import take
+from billow.results.hdf5_file import PatientFile
 
 UNREADABLE_MESH = IntegrityError.declare(
     "E-RES-007",
@@ -43,10 +44,14 @@ FRAMES_AT_ONCE = 64
 
 
 class GridWriter:
-    """A temporal unstructured grid that is being written; a context manager. FileExistsError if `path` exists."""
+    """A temporal unstructured grid that is being written; a context manager, without whose end there is no file.
+
+    FileExistsError if `path` exists; OSError as soon as the disk refuses something.
+    """
 
     def __init__(self, path: str | Path):
-        self._file = h5py.File(path, "x")
+        self._disk = PatientFile(path)
+        self._file = h5py.File(self._disk, "w")
         self._grid = self._file.create_group("VTKHDF")
         self._grid.attrs["Version"] = np.array(VERSION, dtype=np.int64)
         self._grid.attrs.create("Type", np.bytes_("UnstructuredGrid"))  # readers insist on a fixed-length string
@@ -55,8 +60,13 @@ class GridWriter:
     def __enter__(self):
         return self
 
-    def __exit__(self, *error) -> None:
-        self.close()
+    def __exit__(self, kind: type | None, *_) -> None:
+        try:
+            if kind is None:
+                self.close()
+        finally:
+            self._file.close()
+            self._disk.abandon()
 
     def _extend(self, name: str, rows: np.ndarray, rows_of_chunk: int) -> int:
         """Add rows to an array of the file, packed; returns where they begin."""
@@ -71,6 +81,7 @@ class GridWriter:
         begin = len(dataset)
         dataset.resize(begin + len(rows), axis=0)
         dataset[begin:] = rows
+        self._disk.check()
         return begin
 
     def _end(self, begins: Mapping[str, Sequence[int] | np.ndarray]) -> None:
@@ -88,6 +99,7 @@ class GridWriter:
             shape = (-1, 1) if kind in ("Cell", "ConnectivityId") else (-1,)
             steps[f"{kind}Offsets{slash}{field}"] = np.asarray(begin, dtype=np.int64).reshape(shape)
         self._file.close()
+        self._disk.publish()
 
 
 class FabricWriter(GridWriter):

@@ -125,7 +125,10 @@ class RunRecorder(Recorder):
         self.log.flush()
         if self.progress is not None:
             now = self.state.time if self.state is not None else 0.0
-            self.progress(Progress(now, self.told.schedule.end, line))
+            try:
+                self.progress(Progress(now, self.told.schedule.end, line))
+            except BrokenPipeError:  # nobody watches any more
+                self.progress = None
 
     def history(self, model: Model, state: State) -> None:
         self.state = state
@@ -193,9 +196,7 @@ class RunRecorder(Recorder):
             if c.verdict != "PASS":
                 self.say(f"  {c.line}")
         self.log.close()
-        if status == "completed":
-            for name in (JOURNAL, *SLOTS):
-                (self.folder / name).unlink(missing_ok=True)
+        needed_no_more = (JOURNAL, *SLOTS) if status == "completed" else ()
         write_run_file(
             self.folder,
             {
@@ -215,7 +216,10 @@ class RunRecorder(Recorder):
                 "obstacles": [shape for body in self.model.bodies.bodies for shape in body.describe()],
                 "environment": environment(),
             },
+            without=needed_no_more,
         )
+        for name in needed_no_more:  # not before the results are whole
+            (self.folder / name).unlink(missing_ok=True)
         return criteria
 
     def post_mortem(self, stop: NumericalStop) -> None:

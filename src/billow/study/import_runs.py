@@ -15,7 +15,7 @@ import tomli_w
 from billow.base.errors import InputError
 from billow.base.plausible import require_possible
 from billow.base.table_file import Table, read_table
-from billow.results.atomic import whole_folder, write_atomically
+from billow.results.atomic import new_folder, new_place, write_atomically
 from billow.results.dataset_files import (
     RUN_NAME,
     DatasetRecord,
@@ -77,12 +77,13 @@ def import_runs(
     are unknown; E-UNIT-001: sizes or times in another unit; E-RES-009: `out` exists. Nothing is written unless every
     run is sound.
     """
-    folder, out = Path(folder), Path(out).absolute()
+    folder, out = Path(folder), Path(out)
+    new_place(out)
     if reference_length is not None:
         require_possible("bag size", reference_length, "the reference length", "reference_length", "it is in m")
     table = _Table(folder / TABLE)
     split = table.split or _draw_split(list(table.design), test_share, seed)
-    with whole_folder(out) as partial:
+    with new_folder(out) as partial:
         common = None
         for run in table.design:
             found = read_run(folder, run)

@@ -19,7 +19,7 @@ from billow.case.fabric.build_fabric import build_fabric
 from billow.case.schema import Case
 from billow.parts.fabric.curve import Curve
 from billow.parts.fabric.curve_file import read_curve_file
-from billow.results.atomic import FOLDER_EXISTS, write_atomically
+from billow.results.atomic import new_folder, write_atomically
 from billow.results.histories import write_histories
 
 NO_TEST_DATA = InputError.declare(
@@ -131,9 +131,11 @@ def write_comparison(
 
     Raises InputError E-RES-009 if the folder exists and is not empty.
     """
-    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-        raise FOLDER_EXISTS(folder=folder)
-    folder.mkdir(parents=True, exist_ok=True)
+    with new_folder(folder) as partial:
+        return _write(partial, test, fabric, measured, data)
+
+
+def _write(folder: Path, test: str, fabric: schema_fabric.Fabric, measured: Mapping[str, Measured], data) -> dict:
     ratings = {}
     for law, test_run in measured.items():
         columns = {"time [s]": test_run.time, "machine_force [N]": test_run.machine_force}

@@ -14,7 +14,7 @@ from billow.apps.tank.inverse import Solution
 from billow.apps.tank.tank_case import TankCase
 from billow.apps.tank.trace import Trace
 from billow.base.plot_style import GREY, STYLE, png
-from billow.results.atomic import whole_folder, write_atomically
+from billow.results.atomic import new_folder, write_atomically
 from billow.results.histories import write_histories
 
 PRESSURE, FLOW, HEAT = "#0072b2", "#0f9d76", "#d55e00"  # told apart with any colour vision
@@ -102,7 +102,7 @@ def _number(value: float) -> str:
 
 
 def _publish(folder: str | Path, tables: dict, texts: dict[str, str], picture: bytes) -> None:
-    with whole_folder(folder) as partial:
+    with new_folder(folder) as partial:
         for name, curves in tables.items():
             write_histories(partial / name, curves)
         for name, text in texts.items():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from pathlib import Path
 
 import numpy as np
@@ -39,8 +40,11 @@ def write_prediction(surrogate: Surrogate, design: dict, out: Path | None, extra
 
     With `out` (.vtkhdf) it is written there, with the half width of its interval at every node if there is one, and its
     trust next to it, as OUT.json.
-    Raises InputError of `Surrogate.predict`, E-CLI-004 if `out` exists.
+    Raises InputError of `Surrogate.predict`, E-CLI-004 if `out` or OUT.json exists.
     """
+    for path in (out, out.with_name(out.name + ".json")) if out else ():
+        if os.path.lexists(path):
+            raise FILE_EXISTS(path=path)
     displacement = surrogate.predict(design, extrapolate=extrapolate)
     widths = surrogate.half_width(design, level=LEVEL, extrapolate=extrapolate) if surrogate.intervals else None
     top = displacement[..., 2].max(axis=1)
@@ -97,12 +101,9 @@ def describe_trust(trust: dict) -> list[str]:
 
 
 def _write(surrogate, displacement, widths, out: Path) -> None:
-    if out.exists():
-        raise FILE_EXISTS(path=out)
-    start, partial = surrogate.reference.astype(float), out.with_name(out.name + ".partial")
+    start = surrogate.reference.astype(float)
     part = np.zeros(len(surrogate.triangles), dtype=np.int32)
-    with FabricWriter(partial, start, surrogate.triangles, part, ["fabric"]) as frames:
+    with FabricWriter(out, start, surrogate.triangles, part, ["fabric"]) as frames:
         for step, (time, moved) in enumerate(zip(surrogate.times, displacement, strict=True)):
             half_width = {} if widths is None else {"half_width": widths[step]}
             frames.append(float(time), start + moved, {"displacement": moved, **half_width}, {})
-    partial.replace(out)

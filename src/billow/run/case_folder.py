@@ -1,0 +1,28 @@
+"""A case as a run or a study keeps it: complete in one folder, which can be moved."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from billow.geometry.mesh_file import LARGEST_FILE, UNREADABLE
+from billow.results.atomic import write_atomically
+
+
+def keep_case(case, folder: Path, header: str = ""):
+    """Write `folder`/case.toml, and beside it a copy of every mesh file that the case names; returns the case that
+    reads the copies. Paths in case.toml count from its folder; header: comments for its top.
+
+    InputError E-GEO-030 if a file cannot be read; OSError if the folder cannot be written.
+    """
+    names = {}
+    for key, path in case.files.items():
+        names[key] = f"bag_{key}{path.suffix.lower()}"
+        try:
+            if not path.is_file() or path.stat().st_size > LARGEST_FILE:
+                raise OSError(f"it is not a file, or longer than {LARGEST_FILE} bytes")
+            content = path.read_bytes()
+        except OSError as error:
+            raise UNREADABLE(name=path.name, path=str(path), why=error) from error
+        write_atomically(folder / names[key], content)
+    write_atomically(folder / "case.toml", header + case.with_files(names).to_toml())
+    return case.with_files({key: str(folder / name) for key, name in names.items()})
