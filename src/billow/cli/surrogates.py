@@ -8,7 +8,10 @@ from typing import Annotated
 import typer
 
 from billow.cli.options import (
+    MOST_MODES,
     DesignValues,
+    DespiteVerdict,
+    Epochs,
     Extrapolate,
     Memory,
     StudyFolder,
@@ -25,29 +28,35 @@ def train(
     folder: StudyFolder,
     out: Annotated[Path | None, typer.Option(help="Surrogate file (default: STUDY/surrogate.safetensors).")] = None,
     recipe: Annotated[str, typer.Option(help="shared: one network for all modes; paper: one per mode.")] = "shared",
-    modes: Annotated[int, typer.Option(min=1, help="Modes of each displacement component (K).")] = 12,
+    modes: Annotated[int, typer.Option(min=1, max=MOST_MODES, help="Modes of each displacement component (K).")] = 12,
     runs: Annotated[int | None, typer.Option(min=2, help="Use only this many training runs, the first ones.")] = None,
-    epochs: Annotated[int | None, typer.Option(min=1, help="Epochs (default: the recipe's).")] = None,
+    epochs: Epochs = None,
     seed: Annotated[int, typer.Option(help="Seed of basis and networks.")] = 0,
     memory: Memory = 4.0,
 ) -> None:
     """Train a surrogate on the training runs of a study."""
     from billow.results.dataset import Dataset
     from billow.rom.learn.left_out import left_out
-    from billow.rom.learn.train import Recipe
+    from billow.rom.learn.train import Recipe, import_network, of_one_design
     from billow.rom.learn.train import train as learn
+    from billow.rom.surrogate.prediction import describe_judgement
 
+    import_network()
     console = make_console()
     dataset = Dataset.open(folder)
     lost = left_out(dataset, dataset.trusted)
     if lost.why:
         console.print(f"{len(lost.why)} training runs are left out: {lost.reasons()}")
+    for group in of_one_design(dataset, dataset.trusted):
+        if len(group) > 1:
+            console.print(f"runs {', '.join(group[:9])} have one design: to judge the surrogate they count as one run")
     with show_epochs(console, "training") as progress:
         how = Recipe(recipe, modes, seed, epochs, memory=int(memory * 2**30))
         surrogate = learn(dataset, how, runs=dataset.trusted[:runs], progress=progress)
     path = surrogate.save(out or folder / "surrogate.safetensors")
     seconds = surrogate.training["pod_seconds"] + surrogate.training["network_seconds"]
     console.print(f"{path}: trained on {len(surrogate.training['runs'])} runs in {seconds:.1f} s")
+    console.print(describe_judgement(surrogate.judgement, "billow evaluate STUDY"))
 
 
 def evaluate(
@@ -56,18 +65,27 @@ def evaluate(
     out: Annotated[Path | None, typer.Option(help="Report folder (default: STUDY/report).")] = None,
     memory: Memory = 4.0,
 ) -> None:
-    """Test a surrogate on the unseen runs of its study; writes report.html, metrics.json and figures."""
+    """Test a surrogate on the unseen runs of its study; writes report.html, metrics.json and figures.
+
+    The surrogate file keeps the verdict, and says it with every answer.
+    """
+    from dataclasses import replace
+
     from billow.results.dataset import Dataset
     from billow.rom.judge.evaluate import evaluate as measure
     from billow.rom.judge.report import write_report
+    from billow.rom.surrogate.prediction import describe_judgement
     from billow.rom.surrogate.surrogate import Surrogate
 
-    dataset = Dataset.open(folder)
-    surrogate = Surrogate.load(surrogate_file or folder / "surrogate.safetensors")
-    with steps(make_console()) as progress:
+    dataset, console = Dataset.open(folder), make_console()
+    path = surrogate_file or folder / "surrogate.safetensors"
+    surrogate = Surrogate.load(path)
+    with steps(console) as progress:
         evaluation = measure(dataset, surrogate, memory=int(memory * 2**30), progress=progress)
-    path = write_report(dataset, evaluation, out or folder / "report")
-    make_console().print(f"report: {path}")
+    report = write_report(dataset, evaluation, out or folder / "report")
+    replace(surrogate, judgement=evaluation.judgement).save(path)
+    console.print(describe_judgement(evaluation.judgement, "billow evaluate STUDY"))
+    console.print(f"report: {report}; {path} keeps the verdict")
 
 
 def predict(
@@ -75,6 +93,7 @@ def predict(
     settings: DesignValues = None,
     out: Annotated[Path | None, typer.Option(help="Write the deployment as .vtkhdf (opens in ParaView).")] = None,
     extrapolate: Extrapolate = False,
+    despite_verdict: DespiteVerdict = False,
 ) -> None:
     """Predict one deployment. Without --set, list the parameters and their trained ranges."""
     from billow.rom.surrogate.prediction import describe_surrogate, write_prediction
@@ -84,6 +103,8 @@ def predict(
     if not settings:
         print(describe_surrogate(surrogate))
         return
+    if despite_verdict:
+        surrogate = surrogate.despite_verdict()
     print(write_prediction(surrogate, parse_settings(settings), out, extrapolate))
 
 
@@ -116,7 +137,9 @@ def suggest(
 
 
 def export(
-    surrogate_file: SurrogateFile, out: Annotated[Path, typer.Option(help="ONNX file, such as surrogate.onnx.")]
+    surrogate_file: SurrogateFile,
+    out: Annotated[Path, typer.Option(help="ONNX file, such as surrogate.onnx.")],
+    despite_verdict: DespiteVerdict = False,
 ) -> None:
     """Write a surrogate as ONNX: from a design to the displacement of every node at every trained time.
 
@@ -126,5 +149,7 @@ def export(
     from billow.rom.surrogate.surrogate import Surrogate
 
     surrogate = Surrogate.load(surrogate_file)
+    if despite_verdict:
+        surrogate = surrogate.despite_verdict()
     difference = export_onnx(surrogate, out)
     print(f"{out}: predictions differ from NumPy's by at most {difference:.1e} of the largest displacement")

@@ -6,7 +6,8 @@ import numpy as np
 from scipy.stats import spearmanr
 
 from billow.rom.judge.errors import accuracy
-from billow.rom.judge.evaluate import BASELINES, MEAN_TRAJECTORY, Evaluation
+from billow.rom.judge.evaluate import Evaluation
+from billow.rom.learn.simple_answers import BASELINES, MEAN_TRAJECTORY
 from billow.rom.surrogate.basis import COMPONENTS, Z
 
 MILLI = 1e3
@@ -191,6 +192,7 @@ def _unseen(evaluation):
     if len(by_run) > 1:
         error = _mm(by_run.std(ddof=1) / np.sqrt(len(by_run)))
         yield f"With {len(by_run)} unseen runs the mean z RMSE itself is known to ±{error} (standard error over runs)."
+    yield from evaluation.unseen.sentences()
     missing = [run for run in evaluation.missing if run not in evaluation.left_out.why]
     if missing:
         named = ", ".join(missing[:5]) + ", ..." * (len(missing) > 5)

@@ -17,10 +17,11 @@ from billow.results.atomic import write_atomically
 from billow.results.machine import machine
 from billow.rom.judge import figures
 from billow.rom.judge.errors import accuracy
-from billow.rom.judge.evaluate import BASELINES, Evaluation
+from billow.rom.judge.evaluate import Evaluation
 from billow.rom.judge.findings import gain, strongest_baseline, verdict, weaknesses
 from billow.rom.judge.timing import training_seconds
 from billow.rom.learn.dataset import Dataset
+from billow.rom.learn.simple_answers import BASELINES
 from billow.rom.surrogate.basis import COMPONENTS, Z, by_axis
 
 METRICS_FORMAT = 1
@@ -129,6 +130,9 @@ def metrics(evaluation: Evaluation) -> dict:
         "nodes": surrogate.nodes,
         "train": list(surrogate.runs),
         "test": list(evaluation.test),
+        "judgement": evaluation.judgement.record(),
+        "test_left_out": evaluation.unseen.left_out,
+        "test_reviewed": evaluation.unseen.reviewed,
         "missing": evaluation.missing,
         "left_out": evaluation.left_out.why,
         "left_out_leaning": evaluation.left_out.leaning,

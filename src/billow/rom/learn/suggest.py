@@ -38,7 +38,7 @@ def suggest(surrogate: Surrogate, count: int, known: np.ndarray, seed: int = 0) 
     """
     if count < 1 or surrogate.regression.members == 1 or surrogate.forces is not None:
         raise NO_DESIGNS(count=count, recipe=surrogate.recipe)
-    parameters = surrogate.parameters
+    surrogate, parameters = surrogate.despite_verdict(), surrogate.parameters
     unit = qmc.Sobol(len(parameters), rng=seed).random(CANDIDATES)
     uncertain = uncertainty(surrogate, from_unit(unit, parameters))
     nearest = np.full(len(unit), np.sqrt(len(parameters)))  # the diagonal: nothing is farther

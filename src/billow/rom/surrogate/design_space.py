@@ -100,6 +100,26 @@ def check_times(times: np.ndarray, trained: np.ndarray) -> None:
         raise OUTSIDE_TIMES(time=times[outside.argmax()], start=trained[0], end=trained[-1])
 
 
+SAME_DESIGN = 1e-6
+"""Distance, with every range scaled to 1, below which two designs count as one: what their results differ by is then
+their own noise, and no interpolation can or should pass through both."""
+
+
+def distinct(designs: np.ndarray, parameters: tuple[Parameter, ...]) -> list[list[int]]:
+    """Rows of equal design together, in the order of the first of each. designs: (runs, parameters)."""
+    groups: list[list[int]] = []
+    unit = to_unit(np.asarray(designs, float), parameters)
+    firsts = np.empty_like(unit)
+    for row, point in enumerate(unit):
+        near = np.flatnonzero(np.linalg.norm(firsts[: len(groups)] - point, axis=1) <= SAME_DESIGN)
+        if len(near):
+            groups[near[0]].append(row)
+        else:
+            firsts[len(groups)] = point
+            groups.append([row])
+    return groups
+
+
 @dataclass(frozen=True)
 class Standing:
     """One design among the trained ones; distances with every parameter's range scaled to [0, 1].
@@ -132,8 +152,10 @@ class Standing:
 
 
 def standing(design: np.ndarray, designs: np.ndarray, parameters: tuple[Parameter, ...]) -> Standing:
-    """Where `design` (parameters,) stands among `designs` (runs, parameters), at least two of them."""
-    known, asked = to_unit(designs, parameters), to_unit(design, parameters)
+    """Where `design` (parameters,) stands among `designs` (runs, parameters), at least two distinct ones; runs of one
+    design count as one, for they say nothing of how far designs lie from each other."""
+    firsts = designs[[group[0] for group in distinct(designs, parameters)]]
+    known, asked = to_unit(firsts, parameters), to_unit(design, parameters)
     between = neighbour_distances(known)
     nearest = float(np.linalg.norm(known - asked, axis=1).min())
     beyond = (asked < -BOUND_TOLERANCE) | (asked > 1.0 + BOUND_TOLERANCE)

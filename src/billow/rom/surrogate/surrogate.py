@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -13,9 +13,10 @@ from billow.base.errors import InputError
 from billow.results.dataset_files import Parameter
 from billow.results.tensor_file import write_tensors
 from billow.rom.surrogate.basis import Basis
-from billow.rom.surrogate.design_space import Standing, check_design, check_times, design_rows, standing
+from billow.rom.surrogate.design_space import Standing, check_design, check_times, design_rows, distinct, standing
 from billow.rom.surrogate.force_inputs import ForceInputs, further_inputs
 from billow.rom.surrogate.intervals import FEWEST_RUNS, Intervals, scale
+from billow.rom.surrogate.judgement import Judgement, require_won
 from billow.rom.surrogate.regression import Regression
 from billow.rom.surrogate.surrogate_file import read_checked, surrogate_content, surrogate_fields
 
@@ -53,6 +54,9 @@ class Surrogate:
     training: how it was made: runs, seed, epochs, seconds, versions
     forces: how contact forces of the previous time become inputs; None if it needs none
     designs: (runs, parameters) float64, what it was trained on; intervals: how far answers may be off, or None
+    judgement: how it did on runs it had not seen; None if nobody looked. If it lost there, it does not answer until
+        `despite_verdict` is called: every method that answers raises InputError E-ROM-023.
+    insisted: True after `despite_verdict`; not saved
     """
 
     title: str
@@ -66,6 +70,8 @@ class Surrogate:
     forces: ForceInputs | None = None
     designs: np.ndarray | None = None
     intervals: Intervals | None = None
+    judgement: Judgement | None = None
+    insisted: bool = False
 
     @classmethod
     def load(cls, path: str | Path) -> Surrogate:
@@ -75,6 +81,10 @@ class Surrogate:
     def save(self, path: str | Path) -> Path:
         """Write everything to one file without pickle (safetensors), atomically."""
         return write_tensors(path, *surrogate_content(self))
+
+    def despite_verdict(self) -> Surrogate:
+        """The same, which answers even if its judgement says that a simpler answer is better."""
+        return replace(self, insisted=True)
 
     @property
     def recipe(self) -> str:
@@ -175,10 +185,11 @@ class Surrogate:
         return widths[0] if single else widths
 
     def standing(self, design) -> Standing | None:
-        """Where one design stands among the trained ones; None if the file is of a Billow that did not store them. A
-        design inside all ranges may still be far from everything learned. InputError E-ROM-001 if it does not fit."""
+        """Where one design stands among the trained ones; None if the file is of a Billow that did not store them, or
+        all of them are the same. A design inside all ranges may still be far from everything learned. InputError
+        E-ROM-001 if it does not fit."""
         rows, _ = design_rows(design, self.parameters)
-        if self.designs is None or len(self.designs) < 2:
+        if self.designs is None or len(distinct(self.designs, self.parameters)) < 2:
             return None
         return standing(rows[0], self.designs, self.parameters)
 
@@ -190,6 +201,8 @@ class Surrogate:
         return self.regression(rows, times, further).reshape(len(rows), len(times), 3, self.modes)
 
     def _question(self, design, times, extrapolate, previous_forces):
+        if not self.insisted:
+            require_won(self.judgement, self)
         rows, single = design_rows(design, self.parameters)
         if not extrapolate:
             check_design(rows, self.parameters)

@@ -16,6 +16,7 @@ from billow.rom.surrogate.basis import Basis
 from billow.rom.surrogate.design_space import bounds
 from billow.rom.surrogate.force_inputs import ForceInputs
 from billow.rom.surrogate.intervals import Intervals
+from billow.rom.surrogate.judgement import judgement_of
 from billow.rom.surrogate.regression import ACTIVATIONS, InputScaling, OutputScaling, Regression
 
 DAMAGED = IntegrityError.declare(
@@ -56,6 +57,7 @@ def surrogate_content(surrogate) -> tuple[dict[str, np.ndarray], dict]:
         "recipe": surrogate.recipe,
         "parameters": [asdict(parameter) for parameter in surrogate.parameters],
         "training": surrogate.training,
+        "judgement": surrogate.judgement and surrogate.judgement.record(),
     }
     return tensors, record
 
@@ -134,6 +136,7 @@ def surrogate_fields(tensors: dict[str, np.ndarray], record: dict) -> dict:
         "forces": forces,
         "designs": take(tensors, "designs", np.float64, None, len(parameters)) if "designs" in tensors else None,
         "intervals": _intervals(tensors, len(times), len(reference)),
+        "judgement": judgement_of(record.get("judgement")),  # none in files of Billow before it judged
     }
 
 
