@@ -117,7 +117,7 @@ def test_a_body_the_design_does_not_tell_is_refused(free, code, changes):
             return SimpleNamespace(case_toml=case(radius, **mass))
 
     with pytest.raises(InputError, match=code):
-        ImpactorOfDesign.learn(Other(design=free.design), free.train)
+        ImpactorOfDesign.learn(Other(design=free.design, parameters=free.parameters), free.train)
 
 
 def test_a_constant_force_moves_the_body_on_a_parabola(coupled):

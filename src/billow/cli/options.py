@@ -30,8 +30,6 @@ UNUSABLE_NUMBER = InputError.declare(
 )
 
 
-MOST_EPOCHS = 1_000_000
-MOST_MODES = 1_000
 QUIET_SECONDS = 5.0  # least time between two plain lines
 
 
@@ -85,6 +83,14 @@ def usable(command: str, option: str, text: str, remedy: str | None = None) -> I
         raise UNUSABLE_NUMBER(option=option, text=text[:40], command=command, why=error, remedy=remedy) from None
 
 
+def memory_bytes(gibibytes: float, command: str) -> int:
+    """`Memory` in bytes. InputError E-CLI-007 unless it is a finite number."""
+    with usable(command, "memory", str(gibibytes)):
+        if not gibibytes < 2**30:
+            raise ValueError("it is more than any machine has")
+        return int(gibibytes * 2**30)
+
+
 def parse_settings(texts: list[str] | None) -> dict[str, float | str]:
     """{"key": value} from "key=value" texts."""
     pairs = {}
@@ -118,5 +124,4 @@ Extrapolate = Annotated[bool, typer.Option("--extrapolate", help="Allow values o
 DespiteVerdict = Annotated[
     bool, typer.Option("--despite-verdict", help="Answer even if a simpler answer is better on unseen runs.")
 ]
-Epochs = Annotated[int | None, typer.Option(min=1, max=MOST_EPOCHS, help="Epochs (default: the recipe's).")]
 Memory = Annotated[float, typer.Option(min=0.1, help="GiB of snapshots held at once; more are streamed.")]

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from billow.base.errors import InputError
-from billow.cli.options import MOST_EPOCHS, Memory, make_console, steps
+from billow.cli.options import Memory, make_console, memory_bytes, steps
 
 NO_REPORT = InputError.declare(
     "E-CLI-008",
@@ -28,9 +28,7 @@ def paper(
         typer.Option(metavar="COMPONENT", help="Also train the paper's own networks for x, y or z; takes hours."),
     ] = None,
     paper_recipe_case: Annotated[str, typer.Option(help="The case to train them on: locked or free.")] = "locked",
-    paper_recipe_epochs: Annotated[
-        int, typer.Option(min=1, max=MOST_EPOCHS, help="Epochs of the paper's networks.")
-    ] = 15_000,
+    paper_recipe_epochs: Annotated[int, typer.Option(min=1, help="Epochs of the paper's networks.")] = 15_000,
     jets: Annotated[
         tuple[Path, Path] | None,
         typer.Option(metavar="STUDY STUDY", help="Two studies of equal designs: uniform pressure, particles."),
@@ -54,12 +52,13 @@ def paper(
     from billow.reproductions.rom_paper.published import CASES
     from billow.results.dataset import Dataset
     from billow.results.dataset_files import read_split
-    from billow.rom.learn.train import import_network
+    from billow.rom.learn.train import Recipe, check_recipe, import_network
     from billow.study.study import Study
 
     folders = {"locked": locked, "free": free}
     if any(folders.values()):
         import_network()
+        check_recipe(Recipe(epochs=paper_recipe_epochs, memory=memory_bytes(memory, "paper")))
     for wrong, why in (
         (jets is None and not any(folders.values()), "none of --locked, --free and --jets names a study"),
         (paper_recipe not in (None, "x", "y", "z"), f"--paper-recipe {paper_recipe} is not one of x, y and z"),
@@ -82,7 +81,7 @@ def paper(
         with steps(console) as progress:
             results.append(case_results(
                 case, dataset, there, Kept(kept or out / "kept"), recipe=component, recipe_epochs=paper_recipe_epochs,
-                memory=int(memory * 2**30), progress=progress,
+                memory=memory_bytes(memory, "paper"), progress=progress,
             ))  # fmt: skip
     if paper_recipe is None:
         missing.append("The paper's own recipe was not trained (--paper-recipe z).")

@@ -8,16 +8,15 @@ from typing import Annotated
 import typer
 
 from billow.cli.options import (
-    MOST_MODES,
     DesignValues,
     DespiteVerdict,
-    Epochs,
     Extrapolate,
     Memory,
     StudyFolder,
     SurrogateFile,
     SurrogateOption,
     make_console,
+    memory_bytes,
     parse_settings,
     steps,
 )
@@ -28,20 +27,22 @@ def train(
     folder: StudyFolder,
     out: Annotated[Path | None, typer.Option(help="Surrogate file (default: STUDY/surrogate.safetensors).")] = None,
     recipe: Annotated[str, typer.Option(help="shared: one network for all modes; paper: one per mode.")] = "shared",
-    modes: Annotated[int, typer.Option(min=1, max=MOST_MODES, help="Modes of each displacement component (K).")] = 12,
+    modes: Annotated[int, typer.Option(min=1, help="Modes of each displacement component (K).")] = 12,
     runs: Annotated[int | None, typer.Option(min=2, help="Use only this many training runs, the first ones.")] = None,
-    epochs: Epochs = None,
+    epochs: Annotated[int | None, typer.Option(min=1, help="Epochs (default: the recipe's).")] = None,
     seed: Annotated[int, typer.Option(help="Seed of basis and networks.")] = 0,
     memory: Memory = 4.0,
 ) -> None:
     """Train a surrogate on the training runs of a study."""
     from billow.results.dataset import Dataset
     from billow.rom.learn.left_out import left_out
-    from billow.rom.learn.train import Recipe, import_network, of_one_design
+    from billow.rom.learn.train import Recipe, check_recipe, import_network, of_one_design
     from billow.rom.learn.train import train as learn
     from billow.rom.surrogate.prediction import describe_judgement
 
     import_network()
+    how = Recipe(recipe, modes, seed, epochs, memory=memory_bytes(memory, "train"))
+    check_recipe(how)
     console = make_console()
     dataset = Dataset.open(folder)
     lost = left_out(dataset, dataset.trusted)
@@ -51,7 +52,6 @@ def train(
         if len(group) > 1:
             console.print(f"runs {', '.join(group[:9])} have one design: to judge the surrogate they count as one run")
     with show_epochs(console, "training") as progress:
-        how = Recipe(recipe, modes, seed, epochs, memory=int(memory * 2**30))
         surrogate = learn(dataset, how, runs=dataset.trusted[:runs], progress=progress)
     path = surrogate.save(out or folder / "surrogate.safetensors")
     seconds = surrogate.training["pod_seconds"] + surrogate.training["network_seconds"]
@@ -77,11 +77,12 @@ def evaluate(
     from billow.rom.surrogate.prediction import describe_judgement
     from billow.rom.surrogate.surrogate import Surrogate
 
-    dataset, console = Dataset.open(folder), make_console()
+    console, held = make_console(), memory_bytes(memory, "evaluate")
+    dataset = Dataset.open(folder)
     path = surrogate_file or folder / "surrogate.safetensors"
     surrogate = Surrogate.load(path)
     with steps(console) as progress:
-        evaluation = measure(dataset, surrogate, memory=int(memory * 2**30), progress=progress)
+        evaluation = measure(dataset, surrogate, memory=held, progress=progress)
     report = write_report(dataset, evaluation, out or folder / "report")
     replace(surrogate, judgement=evaluation.judgement).save(path)
     console.print(describe_judgement(evaluation.judgement, "billow evaluate STUDY"))

@@ -7,6 +7,7 @@ it is no signature, whoever rewrites a file can rewrite the sum.
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import json
 import re
@@ -44,7 +45,10 @@ def read_tensors(path: str | Path, damaged: Damaged) -> tuple[dict[str, np.ndarr
 
     Raises what `damaged` makes if the file is damaged or cut short, OSError if it cannot be read.
     """
-    data = Path(path).read_bytes()
+    path = Path(path)
+    if path.exists() and not path.is_file() and not path.is_dir():
+        raise OSError(errno.EINVAL, "it is no regular file", str(path))  # a device or a pipe may never end
+    data = path.read_bytes()
     end = 8 + int.from_bytes(data[:8], "little")
     if not 8 <= end <= len(data):
         raise damaged(f"it has {len(data)} bytes, fewer than its own header announces")
@@ -55,9 +59,13 @@ def read_tensors(path: str | Path, damaged: Damaged) -> tuple[dict[str, np.ndarr
     if found != said:
         raise damaged(f"its bytes have SHA-256 {found[:8]}..., it says {said[:8]}...")
     try:
-        header = json.loads(data[8:end])
-        return from_bytes(data), json.loads(header["__metadata__"][KEY])
-    except (SafetensorError, ValueError, KeyError) as error:
+        record = json.loads(json.loads(data[8:end])["__metadata__"][KEY])
+        if not isinstance(record, dict):
+            raise ValueError("its record is no table")
+        return from_bytes(data), record
+    except RecursionError as error:
+        raise damaged("its record is nested too deeply") from error
+    except (SafetensorError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise damaged(f"it is not a tensor file of Billow ({error})") from error
 
 

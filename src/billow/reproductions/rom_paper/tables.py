@@ -98,7 +98,7 @@ def against_size(results: CaseResults) -> Table:
         curve = results.learning_curve(c)
         if curve is not None:
             more = f"{2 * results.largest} runs would bring {1e3 * curve.doubled:.2g} mm"
-            expected.append(f"{axis} falls as N_DOE^-{curve.rate:.2f}: {more}")
+            expected.append(f"{axis} falls by {100 * curve.per_doubling:.0f} % with every doubling: {more}")
     caption = f"K = {results.surrogate.modes}, no forces, mean over {len(SEEDS)} seeds. " + "; ".join(expected) + "."
     return _table(results, "learning-curve", "Error against the number of training runs", caption, rows)
 

@@ -24,6 +24,7 @@ from billow.rom.coupled.calibration_file import calibration_content, calibration
 from billow.rom.coupled.coupled_answer import CoupledAnswer
 from billow.rom.coupled.impactor import (
     EVERY,
+    LEAST_DEVIATION,
     PROPERTIES,
     REACHES,
     ContactLaw,
@@ -38,11 +39,11 @@ from billow.rom.coupled.impactor import (
 from billow.rom.coupled.injury_metrics import FEWEST, METRICS, MOTION, Estimate, metric_values, not_usable
 from billow.rom.learn.dataset import Dataset
 from billow.rom.learn.progress import Progress, stages
-from billow.rom.learn.train import Recipe, held_out, import_network, of_one_design, train
+from billow.rom.learn.train import Recipe, check_recipe, held_out, import_network, of_one_design, same_training, train
 from billow.rom.surrogate import surrogate_file as stored
 from billow.rom.surrogate.design_space import check_design, design_rows
 from billow.rom.surrogate.judgement import Judgement, judgement_of, require_won
-from billow.rom.surrogate.regression import OutputScaling, Regression
+from billow.rom.surrogate.regression import NOT_FINITE, OutputScaling, Regression
 from billow.rom.surrogate.surrogate import Surrogate
 
 CANNOT_COUPLE = InputError.declare(
@@ -68,6 +69,10 @@ NOT_COUPLED = InputError.declare(
 )
 
 FORMAT = 1
+MOST_TIMES = 100_000
+"""Of a motion: ten seconds at 10 kHz. One answer takes about 0.1 ms for each."""
+FARTHEST_MOTION = 1e6
+"""[m] and [m/s]: no body near a bag is farther or faster."""
 STATE = 3 * len(REACHES) + 3
 """Numbers that the law sees besides design and time."""
 
@@ -111,11 +116,12 @@ class Coupled:
             judgement, as `Recipe`. Not done with fewer than `FEWEST` designs, or for the recipe `paper`
 
         Raises InputError E-CPL-003 and E-CPL-004 (no free obstacle, or one that the design does not determine),
-        E-CPL-005 (the surrogate needs forces itself, or histories of runs differ in their times), E-INJ-003 (histories
-        too coarse for injury metrics, if calibrated), ResourceError E-ROM-006 (no PyTorch), NumericalStop E-ROM-014
-        (training failed).
+        E-CPL-005 (the surrogate needs forces itself, or histories of runs differ in their times), E-ROM-026 (seed),
+        E-INJ-003 (histories too coarse for injury metrics, if calibrated), ResourceError E-ROM-006 (no PyTorch),
+        NumericalStop E-ROM-014 (training failed).
         """
         import_network()
+        check_recipe(Recipe(seed=seed))
         runs = surrogate.runs
         impactor = ImpactorOfDesign.learn(dataset, runs)
         motions = [ImpactorMotion.of_run(dataset.result(run), impactor.name) for run in runs]
@@ -133,8 +139,7 @@ class Coupled:
 
         def learn_without(fold):
             others = tuple(run for run in runs if run not in fold)
-            told = surrogate.training
-            recipe = Recipe(modes=surrogate.modes, seed=told["seed"], epochs=told["epochs"], calibrate=False)
+            recipe = Recipe(modes=surrogate.modes, calibrate=False, **same_training(surrogate))
             part = learn(train(dataset, recipe, runs=others, progress=next(progresses)))
             return partial(part.despite_verdict().deploy, extrapolate=True)
 
@@ -220,9 +225,12 @@ class Coupled:
         if not isinstance(block.get("name"), str):
             raise ValueError("the obstacle has no name")
         times = stored.times_of(tensors, "coupled.times")
+        if len(times) > MOST_TIMES or not same_times(np.diff(times), np.full(len(times) - 1, times[1] - times[0])):
+            raise ValueError(f"the times of its motion are not even, or more than {MOST_TIMES:,}")
+        stored.require_affordable(len(times) * surrogate.reference.size)
         affine = stored.take(tensors, "coupled.affine", np.float64, len(PROPERTIES), 1 + len(surrogate.parameters))
         mean, deviation = (stored.take(tensors, f"coupled.state_{n}", np.float64, STATE) for n in ("mean", "deviation"))
-        if not (deviation > 0.0).all():
+        if not (deviation >= LEAST_DEVIATION).all():
             raise ValueError("a state has no deviation")
         inputs = replace(surrogate.regression.inputs, recipe="shared", further=STATE)
         weights, biases, width = stored.take_networks(tensors, "coupled.", None, inputs.width)
@@ -244,7 +252,8 @@ class Coupled:
         design: {name: value} or (parameters,); pushed: [m], (3,), how far the body starts from where the design puts it
         bag: [m], (steps, nodes, 3), where the fabric is at `step_times`, default what the surrogate predicts
         Raises InputError E-ROM-001 and E-ROM-002, as `Surrogate.predict`, E-CPL-007 if nobody judged the model,
-        E-ROM-023 if the mean motion of the training runs is better; `despite_verdict` lifts the last two.
+        E-ROM-023 if the mean motion of the training runs is better; `despite_verdict` lifts these two. E-CPL-008 if the
+        design has no possible body, NumericalStop E-ROM-024 if the motion leaves all bounds.
         """
         if not self.insisted:
             self._require_judged()
@@ -293,6 +302,8 @@ class Coupled:
             acceleration = self.gravity + force_of(step, centre[k], velocity[k]) / body.mass
             centre[held] = centre[k] + after * (velocity[k] + 0.5 * after * acceleration)
             velocity[held] = velocity[k] + after * acceleration
+            if not max(np.abs(centre[held]).max(), np.abs(velocity[held]).max()) < FARTHEST_MOTION:
+                raise NOT_FINITE(where=f"the motion at {self.times[k]:.4g} s", why="the body is no longer near the bag")
         return ImpactorMotion(self.times, centre, velocity)
 
     @cached_property

@@ -25,7 +25,7 @@ from billow.rom.learn.simple_answers import (
     nearest,
     radial_basis,
 )
-from billow.rom.learn.train import Recipe, train
+from billow.rom.learn.train import Recipe, same_training, train, unvaried
 from billow.rom.surrogate.basis import Basis, Z
 from billow.rom.surrogate.design_space import distinct, neighbour_distances, to_unit
 from billow.rom.surrogate.judgement import UNSEEN, Judgement
@@ -143,7 +143,8 @@ def evaluate(
     """Predict every unseen run of a dataset and compare.
 
     sizes: numbers of training runs (the first ones of the surrogate's own) for which another model is trained with the
-        same recipe and epochs; default a quarter, half and all for `shared`, none for `paper`, which takes hours
+        same recipe and epochs; default a quarter, half and all for `shared`, as far as they vary every parameter, none
+        for `paper`, which takes hours
     modes: numbers of modes to report for each size, as `ErrorsByModes`
     memory: [byte] for the models of `sizes`, as `Recipe`; all else reads one run at a time
 
@@ -155,7 +156,8 @@ def evaluate(
     test = judged_by.runs
     if sizes is None:
         count = len(surrogate.runs)
-        sizes = tuple(sorted({count // 4, count // 2, count} - {0})) if surrogate.recipe == "shared" else ()
+        sizes = tuple(sorted({count // 4, count // 2, count})) if surrogate.recipe == "shared" else ()
+        sizes = tuple(size for size in sizes if size > 1 and not unvaried(dataset, surrogate.runs[:size]))
     announce = Announcer(progress, 2 + len(sizes))
     announce(f"comparing with {len(test)} unseen runs and simple answers")
     unseen = np.asarray(dataset.design(test), float)
@@ -221,8 +223,7 @@ def _errors(dataset, surrogate, test) -> dict[str, np.ndarray]:
 def _sweep(dataset, surrogate, runs, test, modes, memory) -> SweepModel:
     possible = min(surrogate.nodes, len(runs) * len(surrogate.times))
     counts = tuple(count for count in modes if count <= possible)
-    seed, epochs = surrogate.training["seed"], surrogate.training["epochs"]
-    recipe = Recipe(surrogate.recipe, max(counts), seed, epochs, calibrate=False, memory=memory)
+    recipe = Recipe(surrogate.recipe, max(counts), calibrate=False, memory=memory, **same_training(surrogate))
     model = train(dataset, recipe, runs=runs)
     unseen = errors.project((read_run(dataset, run) for run in test), model.bases)
     found = errors.ErrorsByModes.of(counts, unseen, model.coefficients(dataset.design(test)))

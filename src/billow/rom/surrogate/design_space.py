@@ -34,13 +34,33 @@ OUTSIDE_TIMES = InputError.declare(
     remedy="choose times inside, train on longer runs, or insist with extrapolate=True (--extrapolate)",
 )
 
+TIMES_DO_NOT_FIT = InputError.declare(
+    "E-ROM-025",
+    "the times cannot be used",
+    where="times",
+    cause="an empty list, a missing value, or a table instead of a list",
+    remedy="give a list of times in seconds, or none for all trained times",
+)
+
 BOUND_TOLERANCE = 1e-9
 """Part of a range by which a value may exceed it: the rounding of a unit conversion is no extrapolation."""
+
+
+LARGEST = 1e30
+"""No value of a parameter is larger: its square would overflow in single precision."""
+LEAST_RANGE = 1e-9
+"""Part of its larger bound that a range is at least wide: less is lost to rounding."""
 
 
 def bounds(parameters: tuple[Parameter, ...]) -> tuple[np.ndarray, np.ndarray]:
     """Lower and upper ends of the parameters' ranges, in their units: (parameters,) float64 each."""
     return tuple(np.array([getattr(p, side) for p in parameters], float) for side in ("low", "high"))
+
+
+def has_range(low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """Whether there is enough between two bounds to learn from, and to divide by: bool, of their shape."""
+    largest = np.maximum(np.abs(low), np.abs(high))
+    return (largest < LARGEST) & (largest > 1.0 / LARGEST) & (0.5 * high - 0.5 * low > 0.5 * LEAST_RANGE * largest)
 
 
 def to_unit(designs: np.ndarray, parameters: tuple[Parameter, ...]) -> np.ndarray:
@@ -74,8 +94,12 @@ def design_rows(design, parameters: tuple[Parameter, ...]) -> tuple[np.ndarray, 
             rows = np.asarray(design, float)
         if rows.ndim not in (1, 2) or rows.shape[-1] != len(names):
             raise ValueError(f"values of shape {rows.shape} were given for {len(names)} parameters")
+        if not rows.size:
+            raise ValueError("no design was given")
         if not np.isfinite(rows).all():
             raise ValueError("a value is not a finite number")
+        if not np.abs(rows).max() < LARGEST:
+            raise ValueError(f"a value lies beyond {LARGEST:.0e}")
     except (TypeError, ValueError) as error:
         raise DESIGN_DOES_NOT_FIT(why=error, names=", ".join(names)) from error
     return np.atleast_2d(rows), rows.ndim == 1
@@ -90,6 +114,19 @@ def check_design(rows: np.ndarray, parameters: tuple[Parameter, ...]) -> None:
         row, column = np.argwhere(outside)[0]
         p, value = parameters[column], rows[row, column]
         raise OUTSIDE_RANGE(name=p.name, value=value, unit=p.unit, row=row, label=p.label, low=p.low, high=p.high)
+
+
+def time_row(times) -> np.ndarray:
+    """Times as (times,) float64, [s]. InputError E-ROM-025 unless they are at least one finite number in a list."""
+    try:
+        row = np.atleast_1d(np.asarray(times, float))
+    except (TypeError, ValueError) as error:
+        raise TIMES_DO_NOT_FIT(why="a time is not a number") from error
+    if row.ndim != 1 or not row.size:
+        raise TIMES_DO_NOT_FIT(why="no time was given" if not row.size else f"they have {row.ndim} dimensions")
+    if not np.abs(row).max() < LARGEST:
+        raise TIMES_DO_NOT_FIT(why="a time is not a finite number")
+    return row
 
 
 def check_times(times: np.ndarray, trained: np.ndarray) -> None:

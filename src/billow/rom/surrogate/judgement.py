@@ -62,7 +62,8 @@ class Judgement:
     def __str__(self) -> str:
         lost = self.lost
         worse = "ignoring the design" if any(one.ignores_design for one in lost) else ", ".join(o.answer for o in lost)
-        told = f"judged on {self.runs} {self.on}: " + (f"worse than {worse}" if lost else "better than simple answers")
+        on = self.on.replace("runs", "run", 1) if self.runs == 1 else self.on
+        told = f"judged on {self.runs} {on}: " + (f"worse than {worse}" if lost else "better than simple answers")
         numbers: dict[tuple[str, float], list[str]] = {}
         for one in lost or self.comparisons:
             numbers.setdefault((one.measure, one.own), []).append(f"{one.other:.3g} ({one.answer})")
@@ -70,7 +71,7 @@ class Judgement:
 
     def record(self) -> dict:
         """Plain JSON, as `judgement_of` reads it."""
-        return asdict(self)
+        return {"on": self.on, "runs": self.runs, "comparisons": [asdict(one) for one in self.comparisons]}
 
 
 def judgement_of(record: object) -> Judgement | None:

@@ -13,7 +13,15 @@ from billow.base.errors import InputError
 from billow.results.dataset_files import Parameter
 from billow.results.tensor_file import write_tensors
 from billow.rom.surrogate.basis import Basis
-from billow.rom.surrogate.design_space import Standing, check_design, check_times, design_rows, distinct, standing
+from billow.rom.surrogate.design_space import (
+    Standing,
+    check_design,
+    check_times,
+    design_rows,
+    distinct,
+    standing,
+    time_row,
+)
 from billow.rom.surrogate.force_inputs import ForceInputs, further_inputs
 from billow.rom.surrogate.intervals import FEWEST_RUNS, Intervals, scale
 from billow.rom.surrogate.judgement import Judgement, require_won
@@ -120,8 +128,9 @@ class Surrogate:
 
         The array is a view of (runs, 3, times, nodes) memory: one component of one snapshot is contiguous.
         Raises InputError E-ROM-001 (names, shape or values of the design), E-ROM-002 (a parameter outside its trained
-        range), E-ROM-003 (a time outside), E-CPL-002 (forces missing, too many or of another shape). `extrapolate=True`
-        lifts E-ROM-002 and E-ROM-003; such an answer has no support in the data.
+        range), E-ROM-003 (a time outside), E-ROM-025 (no times), E-ROM-023 (the verdict), E-CPL-002 (forces missing,
+        too many or of another shape), NumericalStop E-ROM-024 (no finite answer). `extrapolate=True` lifts E-ROM-002
+        and E-ROM-003; such an answer has no support in the data.
         """
         rows, times, further, single = self._question(design, times, extrapolate, previous_forces)
         # Copied into the order of the product, which otherwise takes a third longer.
@@ -209,7 +218,7 @@ class Surrogate:
         if times is None:
             times = self.times
         else:
-            times = np.atleast_1d(np.asarray(times, float))
+            times = time_row(times)
             if not extrapolate:
                 check_times(times, self.times)
         further = further_inputs(previous_forces, self.forces, (len(rows), len(times), self.nodes, 3))
