@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 from pathlib import Path
 
 from rich.console import Console
@@ -76,15 +77,17 @@ reference_length = 0.28
 def run_demo(folder: Path, train: int, test: int, workers: int | None, console: Console) -> None:
     """Simulate, train, evaluate. May be interrupted and started again.
 
-    Raises InputError E-CLI-002 if the folder holds something else.
+    Raises InputError E-CLI-002 if the folder holds something else, ResourceError E-ROM-006 without PyTorch.
     """
     from billow.rom.judge.evaluate import evaluate
     from billow.rom.judge.report import write_report
     from billow.rom.learn.left_out import left_out
+    from billow.rom.learn.train import import_network
     from billow.rom.learn.train import train as learn
     from billow.study.progress import study_progress
     from billow.study.study import Study
 
+    import_network()  # before minutes of simulation
     begun = time.perf_counter()
     texts = {folder / "case.toml": CASE, folder / "study.toml": STUDY.format(train=train, test=test)}
     for path, text in texts.items():
@@ -109,5 +112,6 @@ def run_demo(folder: Path, train: int, test: int, workers: int | None, console: 
         console.print(f"3/3 evaluating on {len(dataset.test)} unseen runs")
         with steps(console) as progress:
             evaluation = evaluate(dataset, surrogate, progress=progress)
+        replace(surrogate, judgement=evaluation.judgement).save(folder / "surrogate.safetensors")
         path = write_report(dataset, evaluation, folder)
         console.print(f"done in {time.perf_counter() - begun:.0f} s: {path}")

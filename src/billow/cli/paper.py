@@ -9,7 +9,7 @@ import typer
 
 from billow.base.errors import InputError
 from billow.cli.endings import CONTINUES, interruptible
-from billow.cli.options import Memory, make_console, steps
+from billow.cli.options import Memory, make_console, memory_bytes, steps
 
 NO_REPORT = InputError.declare(
     "E-CLI-008",
@@ -54,9 +54,13 @@ def paper(
     from billow.results.dataset import Dataset
     from billow.results.dataset_files import read_split
     from billow.results.ownership import owned
+    from billow.rom.learn.train import Recipe, check_recipe, import_network
     from billow.study.study import Study
 
     folders = {"locked": locked, "free": free}
+    if any(folders.values()):
+        import_network()
+        check_recipe(Recipe(epochs=paper_recipe_epochs, memory=memory_bytes(memory, "paper")))
     for wrong, why in (
         (jets is None and not any(folders.values()), "none of --locked, --free and --jets names a study"),
         (paper_recipe not in (None, "x", "y", "z"), f"--paper-recipe {paper_recipe} is not one of x, y and z"),
@@ -80,7 +84,7 @@ def paper(
             with steps(console) as progress:
                 results.append(case_results(
                     case, dataset, there, Kept(kept or out / "kept"), recipe=component,
-                    recipe_epochs=paper_recipe_epochs, memory=int(memory * 2**30), progress=progress,
+                    recipe_epochs=paper_recipe_epochs, memory=memory_bytes(memory, "paper"), progress=progress,
                 ))  # fmt: skip
         if paper_recipe is None:
             missing.append("The paper's own recipe was not trained (--paper-recipe z).")

@@ -58,9 +58,13 @@ def read_tensors(path: str | Path, damaged: Damaged) -> tuple[dict[str, np.ndarr
     if found != said:
         raise damaged(f"its bytes have SHA-256 {found[:8]}..., it says {said[:8]}...")
     try:
-        header = json.loads(data[8:end])
-        return from_bytes(data), json.loads(header["__metadata__"][KEY])
-    except (SafetensorError, ValueError, KeyError) as error:
+        record = json.loads(json.loads(data[8:end])["__metadata__"][KEY])
+        if not isinstance(record, dict):
+            raise ValueError("its record is no table")
+        return from_bytes(data), record
+    except RecursionError as error:
+        raise damaged("its record is nested too deeply") from error
+    except (SafetensorError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise damaged(f"it is not a tensor file of Billow ({error})") from error
 
 

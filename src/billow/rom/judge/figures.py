@@ -18,9 +18,10 @@ from billow.geometry.shapes.kinds import from_description
 from billow.geometry.shapes.pose import rotation_matrix
 from billow.results.result import Result
 from billow.rom.judge.errors import ErrorsByModes
-from billow.rom.judge.evaluate import MEAN_TRAJECTORY, Evaluation
+from billow.rom.judge.evaluate import Evaluation
 from billow.rom.judge.timing import break_even
 from billow.rom.learn.dataset import Dataset
+from billow.rom.learn.simple_answers import MEAN_TRAJECTORY
 from billow.rom.surrogate.basis import COMPONENTS, Z
 
 SOLVER, SURROGATE, OBSTACLE = "#22303c", "#0f9d76", "#c9d2d9"
