@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import json
-import os
 import sys
 import tempfile
 import traceback
 from pathlib import Path
 from typing import Annotated
+
+from billow.cli.surroundings import settle, show_any_letter
+
+settle()
+# ruff: noqa: E402  what follows imports libraries
 
 import typer
 
@@ -42,10 +46,6 @@ BILLOW_FAILED = BillowError.declare(
 
 INTERRUPTED = 130  # exit code after Ctrl-C
 
-# OpenBLAS threads spin while they wait: beside other work they cost more than they gain (a POD of 0.2 s took 17 s),
-# and the last bits of a POD depend on their number. Must be set before NumPy is imported.
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-
 app = typer.Typer(
     name="billow",
     no_args_is_help=True,
@@ -66,6 +66,7 @@ A first round:
 
 def main() -> None:
     """Entry point: every failure becomes a message in four parts and an exit code, never a traceback."""
+    show_any_letter()
     try:
         app()
     except SystemExit as end:

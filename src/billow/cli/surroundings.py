@@ -1,0 +1,58 @@
+"""What surrounds the command and must not decide what it answers: environment variables, terminal, settings files.
+
+The libraries below listen to some hundred variables. Some change last bits, some name files to load, and many end the
+process when they hold what was not meant. The command takes them away before it loads the libraries.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import importlib
+import logging
+import os
+import sys
+import warnings
+
+from billow.base.surroundings import away_from
+
+FOREIGN = (
+    *("ATEN_", "C10_", "FSSPEC_", "GOMP_", "GOTO_", "H5PY_", "HDF5_", "KMP_", "MKL_", "NPY_", "OMP_", "OPENBLAS_"),
+    *("ORT_", "PILLOW_", "PYDANTIC_", "PYTORCH_", "SCIPY_", "TORCH", "TYPER_", "_TYPER_", "_BILLOW_"),
+    *("MPLBACKEND", "MATPLOTLIBRC", "UNICODE_VERSION"),
+)
+"""How the names of variables begin that our libraries listen to; numba's are looked after where it is imported."""
+
+KEPT = ("HDF5_USE_FILE_LOCKING",)
+"""Of these, what a file system may need and no result depends on."""
+
+MOST_DIGITS = 4300
+"""Python's own limit of digits of a whole number in a text."""
+
+
+def show_any_letter() -> None:
+    """A terminal that cannot show a letter shows another in its place."""
+    for stream in (sys.stdout, sys.stderr):
+        if stream is not None:  # None: closed
+            stream.reconfigure(errors="replace")
+
+
+def settle() -> None:
+    """Take away what surrounds this process. To be called before its libraries are imported."""
+    for name in list(os.environ):
+        if name.startswith(FOREIGN) and name not in KEPT:
+            del os.environ[name]
+    # OpenBLAS threads spin while they wait: beside other work they cost more than they gain (a POD of 0.2 s took 17 s),
+    # and the last bits of a POD depend on their number.
+    os.environ["OPENBLAS_NUM_THREADS"] = "1"
+    if not os.environ.get("HOME"):
+        os.environ.pop("HOME", None)
+    if not os.path.isabs(os.path.expanduser("~")):
+        os.environ["HOME"] = os.devnull  # libraries would make a folder of the name "~"
+    sys.set_int_max_str_digits(MOST_DIGITS)
+    warnings.resetwarnings()  # PYTHONWARNINGS=error makes errors of them
+    for kind in (DeprecationWarning, PendingDeprecationWarning, ImportWarning, ResourceWarning):
+        warnings.simplefilter("ignore", kind)
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)
+    if os.path.lexists("matplotlibrc"):
+        with contextlib.suppress(ImportError), away_from("matplotlibrc"):
+            importlib.import_module("matplotlib")
