@@ -13,6 +13,7 @@ from pathlib import Path
 
 import pytest
 
+import billow
 from billow.base import compiled, surroundings
 
 LAW = """
@@ -85,6 +86,7 @@ def package(tmp_path) -> Path:
     for folder in (toy.parent, toy.parent / "base", toy):
         folder.mkdir(parents=True, exist_ok=True)
         (folder / "__init__.py").touch()
+    shutil.copy(billow.__file__, toy.parent)
     for module in (compiled, surroundings):
         shutil.copy(module.__file__, toy.parent / "base")
     (toy / "law.py").write_text(LAW)

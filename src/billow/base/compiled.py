@@ -4,7 +4,7 @@ No fastmath: it breaks NaN checks and reproducibility. The key of the cache is c
 of every file of the package that it imports, the types of the arguments, the processor, and the versions of Python,
 NumPy, numba and llvmlite. Neither the place of a file nor its date counts.
 
-Variables and files that would make numba compile in another way do not count either: its environment is ours.
+Variables and files that would make numba compile in another way do not count: `base/surroundings.py`.
 """
 
 from __future__ import annotations
@@ -21,36 +21,14 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import ClassVar
 
-from billow.base.surroundings import away_from
+import llvmlite
+import numba
+import numpy as np
+from numba.core import config
+from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataCacheFile, _CacheLocator
+from numba.core.compiler_lock import global_compiler_lock
 
-MOST_THREADS = 1024
-"""Threads that may be asked for; a system may not start more, and numba then ends the process."""
-
-
-def _own_compiler() -> None:
-    """Take away what would compile kernels in another way, and what numba cannot read.
-
-    The number of threads stays, as results do not depend on it. numba reads its environment again whenever it changes,
-    so what we ask for must stand there, too.
-    """
-    for name in [name for name in os.environ if name.startswith(("NUMBA_", "LLVMLITE_"))]:
-        value = os.environ[name]
-        if name != "NUMBA_NUM_THREADS" or not (value.isdecimal() and 0 < int(value[:9]) <= MOST_THREADS):
-            del os.environ[name]
-    # Vector math of another library would change last bits between machines.
-    os.environ["NUMBA_DISABLE_INTEL_SVML"] = "1"
-
-
-_own_compiler()
-with away_from(".numba_config.yaml"):
-    import llvmlite
-    import numba
-    import numpy as np
-    from numba.core import config
-    from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataCacheFile, _CacheLocator
-    from numba.core.compiler_lock import global_compiler_lock
-
-config._config_fname = os.devnull  # nor does it find such a file later, when the working folder has changed
+config._config_fname = os.devnull  # numba looks for its settings file in the working folder, later too
 
 CHUNK = 1024
 """Items summed by one chunk; fixed, because it decides the order of additions and thereby the last bits."""

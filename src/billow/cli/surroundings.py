@@ -13,14 +13,14 @@ import os
 import sys
 import warnings
 
-from billow.base.surroundings import away_from
+from billow.base.surroundings import elsewhere
 
 FOREIGN = (
     *("ATEN_", "C10_", "FSSPEC_", "GOMP_", "GOTO_", "H5PY_", "HDF5_", "KMP_", "MKL_", "NPY_", "OMP_", "OPENBLAS_"),
     *("ORT_", "PILLOW_", "PYDANTIC_", "PYTORCH_", "SCIPY_", "TORCH", "TYPER_", "_TYPER_", "_BILLOW_"),
     *("MPLBACKEND", "MATPLOTLIBRC", "UNICODE_VERSION"),
 )
-"""How the names of variables begin that our libraries listen to; numba's are looked after where it is imported."""
+"""How the names of variables begin that our libraries listen to; numba's are looked after by `billow` itself."""
 
 KEPT = ("HDF5_USE_FILE_LOCKING",)
 """Of these, what a file system may need and no result depends on."""
@@ -50,9 +50,9 @@ def settle() -> None:
         os.environ["HOME"] = os.devnull  # libraries would make a folder of the name "~"
     sys.set_int_max_str_digits(MOST_DIGITS)
     warnings.resetwarnings()  # PYTHONWARNINGS=error makes errors of them
-    for kind in (DeprecationWarning, PendingDeprecationWarning, ImportWarning, ResourceWarning):
+    for kind in (DeprecationWarning, PendingDeprecationWarning, ImportWarning, ResourceWarning, EncodingWarning):
         warnings.simplefilter("ignore", kind)
     logging.getLogger("matplotlib").setLevel(logging.ERROR)
     if os.path.lexists("matplotlibrc"):
-        with contextlib.suppress(ImportError), away_from("matplotlibrc"):
+        with contextlib.suppress(ImportError), elsewhere():
             importlib.import_module("matplotlib")
