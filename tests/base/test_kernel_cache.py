@@ -203,10 +203,10 @@ def test_a_cache_that_vanishes_stops_nobody(package):
 
 
 def test_surroundings_do_not_change_how_kernels_are_compiled(package, tmp_path, monkeypatch):
-    """Variables of numba, and its settings file in the working folder, here one that numba cannot read."""
+    """Variables of numba, and its settings file in the working folder."""
     (first,) = answer(start(package, "one"))
     monkeypatch.chdir(tmp_path)
-    (tmp_path / ".numba_config.yaml").write_text("- opt: [0")
+    (tmp_path / ".numba_config.yaml").write_text("opt: 0\nboundscheck: 1\ncpu_name: generic\ndisable_jit: 1\n")
     hostile = {
         "OPT": "0", "CPU_NAME": "generic", "DISABLE_JIT": "1", "NUM_THREADS": "0", "THREADING_LAYER": "none",
         "CACHE_LOCATOR_CLASSES": "none", "LOOP_VECTORIZE": "no", "DEBUGINFO": "1", "DUMP_IR": "1",

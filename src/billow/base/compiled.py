@@ -28,7 +28,8 @@ from numba.core import config
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataCacheFile, _CacheLocator
 from numba.core.compiler_lock import global_compiler_lock
 
-config._config_fname = os.devnull  # numba looks for its settings file in the working folder, later too
+config._config_fname = os.devnull  # numba looks for its settings file in the working folder
+config.reload_config()
 
 CHUNK = 1024
 """Items summed by one chunk; fixed, because it decides the order of additions and thereby the last bits."""

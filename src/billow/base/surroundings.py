@@ -1,27 +1,11 @@
-"""What surrounds a process and must not decide how kernels are compiled: numba's variables and its settings file."""
+"""What surrounds a process and must not decide how kernels are compiled: the variables of numba."""
 
 from __future__ import annotations
 
-import contextlib
-import importlib
 import os
-from collections.abc import Iterator
-from pathlib import Path
 
 MOST_THREADS = 1024
 """Threads that may be asked for; a system may not start more, and numba then ends the process."""
-
-
-@contextlib.contextmanager
-def elsewhere() -> Iterator[None]:
-    """Around the import of a library that reads a settings file of the working folder: it does not find it."""
-    here = os.open(".", getattr(os, "O_PATH", os.O_RDONLY))  # a path may have become unreachable
-    try:
-        os.chdir(Path(__file__).parent)
-        yield
-    finally:
-        os.fchdir(here)
-        os.close(here)
 
 
 def own_compiler() -> None:
@@ -36,6 +20,3 @@ def own_compiler() -> None:
             del os.environ[name]
     # Vector math of another library would change last bits between machines.
     os.environ["NUMBA_DISABLE_INTEL_SVML"] = "1"
-    if os.path.lexists(".numba_config.yaml"):
-        with elsewhere():
-            importlib.import_module("numba")

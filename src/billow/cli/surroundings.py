@@ -12,8 +12,8 @@ import logging
 import os
 import sys
 import warnings
-
-from billow.base.surroundings import elsewhere
+from collections.abc import Iterator
+from pathlib import Path
 
 FOREIGN = (
     *("ATEN_", "C10_", "FSSPEC_", "GOMP_", "GOTO_", "H5PY_", "HDF5_", "KMP_", "MKL_", "NPY_", "OMP_", "OPENBLAS_"),
@@ -24,6 +24,9 @@ FOREIGN = (
 
 KEPT = ("HDF5_USE_FILE_LOCKING",)
 """Of these, what a file system may need and no result depends on."""
+
+SETTINGS_FILES = {".numba_config.yaml": "numba", "matplotlibrc": "matplotlib"}
+"""File of the working folder -> the library that reads it when it is imported, and may not be able to."""
 
 MOST_DIGITS = 4300
 """Python's own limit of digits of a whole number in a text."""
@@ -53,6 +56,18 @@ def settle() -> None:
     for kind in (DeprecationWarning, PendingDeprecationWarning, ImportWarning, ResourceWarning, EncodingWarning):
         warnings.simplefilter("ignore", kind)
     logging.getLogger("matplotlib").setLevel(logging.ERROR)
-    if os.path.lexists("matplotlibrc"):
-        with contextlib.suppress(ImportError), elsewhere():
-            importlib.import_module("matplotlib")
+    for name, library in SETTINGS_FILES.items():
+        if os.path.lexists(name):
+            with contextlib.suppress(ImportError), _elsewhere():
+                importlib.import_module(library)
+
+
+@contextlib.contextmanager
+def _elsewhere() -> Iterator[None]:
+    here = os.open(".", getattr(os, "O_PATH", os.O_RDONLY))  # a path may have become unreachable
+    try:
+        os.chdir(Path(__file__).parent)
+        yield
+    finally:
+        os.fchdir(here)
+        os.close(here)
