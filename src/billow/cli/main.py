@@ -9,7 +9,7 @@ import traceback
 from pathlib import Path
 from typing import Annotated
 
-from billow.cli.surroundings import settle, show_any_letter
+from billow.cli.surroundings import settle, show_any_letter, take_away
 
 settle()
 # ruff: noqa: E402  what follows imports libraries
@@ -186,6 +186,8 @@ def study(
     from billow.study.study import Study
 
     console = make_console()
+    if scheduler is None:
+        take_away(("DASK_",))  # settings of clusters, which could keep local workers from starting
     made = Study.create(study_file, out)
     with study_progress(console) as report:
         summary = made.run(workers, scheduler, report, retry_failed=retry_failed)

@@ -39,11 +39,16 @@ def show_any_letter() -> None:
             stream.reconfigure(errors="replace")
 
 
+def take_away(prefixes: tuple[str, ...]) -> None:
+    """Remove the environment variables whose names begin so."""
+    for name in list(os.environ):
+        if name.startswith(prefixes) and name not in KEPT:
+            del os.environ[name]
+
+
 def settle() -> None:
     """Take away what surrounds this process. To be called before its libraries are imported."""
-    for name in list(os.environ):
-        if name.startswith(FOREIGN) and name not in KEPT:
-            del os.environ[name]
+    take_away(FOREIGN)
     # OpenBLAS threads spin while they wait: beside other work they cost more than they gain (a POD of 0.2 s took 17 s),
     # and the last bits of a POD depend on their number.
     os.environ["OPENBLAS_NUM_THREADS"] = "1"

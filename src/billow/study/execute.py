@@ -71,14 +71,24 @@ def dask_client(workers: int, scheduler: str | None) -> Iterator:
 
     InputError E-STU-015 if no scheduler answers there. Local workers end with the block; a cluster stays as it was.
     """
-    import dask
-    from distributed import Client, LocalCluster, WorkerPlugin
+    try:
+        import dask
+        from distributed import Client, LocalCluster, WorkerPlugin
+    except (OSError, ValueError, TypeError, AttributeError) as error:
+        raise NO_WORKERS(
+            count=workers,
+            what="Dask cannot read its settings",
+            where="the files of ~/.config/dask and DASK_CONFIG, and the variables that begin with DASK_",
+            why=error if "config file" in str(error) else "they do not say what Dask expects",
+            remedy="correct or remove them; a study on this machine needs none",
+        ) from error
 
     if scheduler is not None:
         try:
             client = Client(scheduler, timeout=ANSWER_SECONDS)
-        except (OSError, ValueError, ImportError) as error:  # no answer, no address, a protocol not installed
-            raise NO_SCHEDULER(where=scheduler, why=error) from error
+        except Exception as error:  # no address, a protocol not installed, or one that needs settings of its own
+            why = error if isinstance(error, OSError) else "Dask cannot use such an address"
+            raise NO_SCHEDULER(where=f"--scheduler {scheduler!r}", why=why) from error
         with client:
             yield client
         return
@@ -112,7 +122,7 @@ def dask_client(workers: int, scheduler: str | None) -> Iterator:
                 local_directory=scratch,
                 silence_logs=logging.CRITICAL,
             )
-        except RuntimeError as error:
+        except (RuntimeError, OSError, ValueError, TypeError) as error:
             raise NO_WORKERS(count=workers, why=error) from error
         stack.enter_context(cluster)
         client = stack.enter_context(Client(cluster))
