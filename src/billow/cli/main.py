@@ -35,6 +35,14 @@ UNUSABLE_PLACE = ResourceError.declare(
     cause="no permission, a full disk, or a path that does not exist",
     remedy="check path, permissions and free space, or choose another place with --out",
 )
+OUT_OF_MEMORY = ResourceError.declare(
+    "E-CLI-009",
+    "there is not enough memory",
+    where="this process",
+    why="the system gave no more",
+    cause="a fine mesh, many obstacles, a large dataset, or other programs",
+    remedy="see what `billow check` says the case needs; use a coarser mesh, or close other programs",
+)
 BILLOW_FAILED = BillowError.declare(
     "E-CLI-070",
     "Billow itself failed",
@@ -80,18 +88,32 @@ def main() -> None:
 
 
 def _unexpected(problem: Exception) -> BillowError:
-    """What the operating system refuses, E-CLI-005; anything else is a mistake in Billow, E-CLI-070."""
+    """What the operating system refuses, E-CLI-005 and -009; anything else is a mistake in Billow, E-CLI-070."""
+    place = traceback.extract_tb(problem.__traceback__)[-1]
     if isinstance(problem, OSError):
         return UNUSABLE_PLACE(path=problem.filename or "unknown", why=problem)
-    place = traceback.extract_tb(problem.__traceback__)[-1]
-    with tempfile.NamedTemporaryFile("w", prefix="billow-report-", suffix=".txt", delete=False) as report:
-        report.write(f"Billow {__version__}, {sys.argv[1:]}\n" + "".join(traceback.format_exception(problem)))
+    if isinstance(problem, UnicodeEncodeError):  # a name, where Python writes names in ASCII
+        return UNUSABLE_PLACE(path=problem.object, why="its letters are not in the encoding of the environment")
+    if isinstance(problem, RecursionError) and Path(place.filename).name == "pathlib.py":
+        return UNUSABLE_PLACE(path="a path of the command", why="it has too many folders")
+    if isinstance(problem, MemoryError):
+        return OUT_OF_MEMORY(why=str(problem) or None)
+    text = f"Billow {__version__}, {sys.argv[1:]}\n" + "".join(traceback.format_exception(problem))
+    try:
+        with tempfile.NamedTemporaryFile(
+            "w", prefix="billow-report-", suffix=".txt", delete=False, encoding="utf-8", errors="replace"
+        ) as report:
+            report.write(text)
+        written = report.name
+    except OSError:
+        print(text, file=sys.stderr)
+        written = "what stands above"
     return BILLOW_FAILED(
         file=Path(place.filename).name,
         line=place.lineno,
         kind=type(problem).__name__,
         problem=str(problem),
-        report=report.name,
+        report=written,
     )
 
 

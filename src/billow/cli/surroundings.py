@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import importlib
+import io
 import logging
 import os
 import sys
@@ -35,7 +36,7 @@ MOST_DIGITS = 4300
 def show_any_letter() -> None:
     """A terminal that cannot show a letter shows another in its place."""
     for stream in (sys.stdout, sys.stderr):
-        if stream is not None:  # None: closed
+        if isinstance(stream, io.TextIOWrapper):  # not if it is closed
             stream.reconfigure(errors="replace")
 
 
