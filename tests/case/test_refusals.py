@@ -43,6 +43,7 @@ REFUSED = [
     ("[fabric]\nyoung_warp = 0.4", "E-CASE-005", "fabric.young_warp", "0.4", 'write "0.4 MPa"'),
     ("[run]\nend_time = 50", "E-CASE-005", "run.end_time", "50", 'write "50 ms"'),
     ("[run]\ndt_scale = 1.5", "E-CASE-005", "run.dt_scale", "1.5", "range 0.01 to 1"),
+    ('[[obstacles]]\nshape = "plate"\n' * 1001, "E-CASE-005", "case", "", "1001 tables obstacles; at most 1000"),
     ("[run]\nframes = 0", "E-CASE-005", "run.frames", "0", "1 to 10000"),
     ("[bag.vents]\ncount = -1", "E-CASE-005", "bag.vents.count", "-1", "0 to 12"),
     ("[bag]\ndiameter = nan", "E-CASE-005", "bag.diameter", "nan", ""),

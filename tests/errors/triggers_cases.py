@@ -66,6 +66,14 @@ def bug_in_a_command(here: Here) -> Told:
     return told
 
 
+def no_memory_for_a_command(here: Here) -> Told:
+    def describe(case):
+        raise MemoryError
+
+    here.patch.setattr("billow.run.check.describe", describe)
+    return command("check", str(here.bench.place / "case.toml"))
+
+
 TRIGGERS: dict[str, Callable[[Here], object]] = {
     "E-CASE-001": lambda here: Case.load(here.place / "none.toml"),
     "E-CASE-002": lambda here: Case.load(here.write("case.toml", "title =")),
@@ -82,6 +90,7 @@ TRIGGERS: dict[str, Callable[[Here], object]] = {
     "E-CLI-007": lambda here: command("coupon", "strip", "--peak", "5 mm", "--out", str(here.place / "out")),
     "E-CLI-005": lambda here: command("demo", "--out", str(here.write("file", "") / "below")),
     "E-CLI-008": lambda here: command("paper", "--out", str(here.place / "out")),
+    "E-CLI-009": no_memory_for_a_command,
     "E-CLI-030": lambda here: command("verify", "X9"),
     "E-CLI-070": bug_in_a_command,
     "E-GEO-010": case(bag__straps__stitch_radius=0.5),

@@ -18,10 +18,22 @@ from billow.base.units import other_scales, to_si
 ZERO_CELSIUS = 273.15  # K
 
 
+MOST_TABLES = 1000
+"""Obstacles, straps, sensors and the like of one case; each has arrays as long as the mesh, or columns of its own."""
+
+
 class Strict(
     BaseModel, extra="forbid", frozen=True, allow_inf_nan=False, use_attribute_docstrings=True, validate_default=True
 ):
-    """Unknown keys are refused, values never change, numbers are finite."""
+    """Unknown keys are refused, values never change, numbers are finite, lists of tables have an end."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _bounded(cls, data: Any) -> Any:
+        for key, items in data.items() if isinstance(data, dict) else ():
+            if isinstance(items, (list, tuple)) and len(items) > MOST_TABLES and isinstance(items[0], dict):
+                raise refused(f"{len(items)} tables {key}; at most {MOST_TABLES} are allowed, to fit into memory")
+        return data
 
 
 def refused(reason: str, remedy: str | None = None, kind: str = "value") -> PydanticCustomError:

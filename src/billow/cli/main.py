@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import errno
 import json
-import os
 import sys
 import tempfile
 import traceback
 from pathlib import Path
 from typing import Annotated
+
+from billow.cli.surroundings import settle, show_any_letter, take_away
+
+settle()
+# ruff: noqa: E402  what follows imports libraries
 
 import typer
 
@@ -34,6 +38,14 @@ UNUSABLE_PLACE = ResourceError.declare(
     cause="no permission, a full disk, or a path that does not exist",
     remedy="check path, permissions and free space, or choose another place with --out",
 )
+OUT_OF_MEMORY = ResourceError.declare(
+    "E-CLI-009",
+    "there is not enough memory",
+    where="this process",
+    why="the system gave no more",
+    cause="a fine mesh, many obstacles, a large dataset, or other programs",
+    remedy="see what `billow check` says the case needs; use a coarser mesh, or close other programs",
+)
 BILLOW_FAILED = BillowError.declare(
     "E-CLI-070",
     "Billow itself failed",
@@ -43,9 +55,6 @@ BILLOW_FAILED = BillowError.declare(
     remedy="please report it together with {report}",
 )
 
-# OpenBLAS threads spin while they wait: beside other work they cost more than they gain (a POD of 0.2 s took 17 s),
-# and the last bits of a POD depend on their number. Must be set before NumPy is imported.
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 app = typer.Typer(
     name="billow",
@@ -67,6 +76,7 @@ A first round:
 
 def main() -> None:
     """Entry point: every failure becomes a message in four parts and an exit code, never a traceback."""
+    show_any_letter()
     end_as_with_ctrl_c()
     with lasting_streams():
         code = 0
@@ -88,24 +98,35 @@ def main() -> None:
 
 
 def _unexpected(problem: Exception) -> BillowError:
-    """What the operating system refuses, E-RES-020 or E-CLI-005; anything else is a mistake in Billow, E-CLI-070."""
+    """What the operating system refuses, E-RES-020, E-CLI-005 and -009; anything else is a mistake in Billow,
+    E-CLI-070."""
+    place = traceback.extract_tb(problem.__traceback__)[-1]
     if isinstance(problem, OSError) and problem.errno in (errno.ENOSPC, errno.EDQUOT):
         return NOT_WRITTEN(folder=problem.filename or "unknown", why=problem)
     if isinstance(problem, OSError):
         return UNUSABLE_PLACE(path=problem.filename or "unknown", why=problem)
-    place = traceback.extract_tb(problem.__traceback__)[-1]
+    if isinstance(problem, UnicodeEncodeError):  # a name, where Python writes names in ASCII
+        return UNUSABLE_PLACE(path=problem.object, why="its letters are not in the encoding of the environment")
+    if isinstance(problem, RecursionError) and Path(place.filename).name == "pathlib.py":
+        return UNUSABLE_PLACE(path="a path of the command", why="it has too many folders")
+    if isinstance(problem, MemoryError):
+        return OUT_OF_MEMORY(why=str(problem) or None)
     text = f"Billow {__version__}, {sys.argv[1:]}\n" + "".join(traceback.format_exception(problem))
     try:
-        with tempfile.NamedTemporaryFile("w", prefix="billow-report-", suffix=".txt", delete=False) as report:
+        with tempfile.NamedTemporaryFile(
+            "w", prefix="billow-report-", suffix=".txt", delete=False, encoding="utf-8", errors="replace"
+        ) as report:
             report.write(text)
+        written = report.name
     except OSError:  # no room for it there either
         print(text, file=sys.stderr)
+        written = "what stands above"
     return BILLOW_FAILED(
         file=Path(place.filename).name,
         line=place.lineno,
         kind=type(problem).__name__,
         problem=str(problem),
-        report=report.name,
+        report=written,
     )
 
 
@@ -202,6 +223,8 @@ def study(
     from billow.study.study import Study
 
     console = make_console()
+    if scheduler is None:
+        take_away(("DASK_",))  # settings of clusters, which could keep local workers from starting
     made = Study.create(study_file, out)
     with interruptible(CONTINUES), study_progress(console) as report:
         summary = made.run(workers, scheduler, report, retry_failed=retry_failed)

@@ -97,14 +97,24 @@ def dask_client(workers: int, scheduler: str | None, scratch: Path | None = None
     scratch: a folder for what local workers keep on disk. Local workers end with the block; a cluster stays as it was.
     InputError E-STU-015 if no scheduler answers there.
     """
-    import dask
-    from distributed import Client, LocalCluster
+    try:
+        import dask
+        from distributed import Client, LocalCluster
+    except (OSError, ValueError, TypeError, AttributeError) as error:
+        raise NO_WORKERS(
+            count=workers,
+            what="Dask cannot read its settings",
+            where="the files of ~/.config/dask and DASK_CONFIG, and the variables that begin with DASK_",
+            why=error if "config file" in str(error) else "they do not say what Dask expects",
+            remedy="correct or remove them; a study on this machine needs none",
+        ) from error
 
     if scheduler is not None:
         try:
             client = Client(scheduler, timeout=ANSWER_SECONDS)
-        except (OSError, ValueError, ImportError) as error:  # no answer, no address, a protocol not installed
-            raise NO_SCHEDULER(where=scheduler, why=error) from error
+        except Exception as error:  # no address, a protocol not installed, or one that needs settings of its own
+            why = error if isinstance(error, OSError) else "Dask cannot use such an address"
+            raise NO_SCHEDULER(where=f"--scheduler {scheduler!r}", why=why) from error
         with client:
             yield client
         return
@@ -144,7 +154,7 @@ def dask_client(workers: int, scheduler: str | None, scratch: Path | None = None
                 )
                 started.enter_context(cluster)
                 client = started.enter_context(Client(cluster))
-        except RuntimeError as error:
+        except (RuntimeError, OSError, ValueError, TypeError) as error:
             raise NO_WORKERS(count=workers, why=error) from error
         try:
             yield client

@@ -13,7 +13,7 @@ from billow.apps.coupon.bench import Measured, run_test
 from billow.apps.coupon.rating import match, ripple
 from billow.apps.coupon.specimen import Biaxial, PictureFrame, Specimen, Strip
 from billow.base.errors import InputError
-from billow.base.plot_style import png
+from billow.base.plot_style import png, styled
 from billow.case.fabric import schema_fabric
 from billow.case.fabric.build_fabric import build_fabric
 from billow.case.schema import Case
@@ -158,18 +158,19 @@ def _write(folder: Path, test: str, fabric: schema_fabric.Fabric, measured: Mapp
 def stress_strain(title: str, measured: Mapping[str, Measured], data: Mapping[str, Points]) -> bytes:
     """Stress against strain of every law and of the test data, a panel a curve, as PNG. measured: law -> test."""
     curves = next(iter(measured.values())).curves
-    figure = Figure(figsize=(5.6 * len(curves), 4.2), layout="constrained")
-    for k, (axes, curve) in enumerate(zip(np.atleast_1d(figure.subplots(1, len(curves))), curves, strict=True)):
-        scale = 180.0 / np.pi if curve == "shear" else 100.0
-        if curve in data:
-            strain, stress = data[curve]
-            axes.plot(scale * strain, 1e-6 * stress, "ko", markersize=3.5, label="test data")
-        for law, test in measured.items():
-            colour = COLOURS.get(law, "#666666")
-            axes.plot(scale * test.strain[:, k], 1e-6 * test.stress[:, k], color=colour, linewidth=1.3, label=law)
-        axes.set_xlabel("shear angle [deg]" if curve == "shear" else "true strain [%]")
-        axes.set_ylabel("shear stress [MPa]" if curve == "shear" else "true stress [MPa]")
-        axes.set_title(f"{title}: {curve}")
-        axes.grid(alpha=0.3)
-        axes.legend(frameon=False)
-    return png(figure, 130)
+    with styled():
+        figure = Figure(figsize=(5.6 * len(curves), 4.2), layout="constrained")
+        for k, (axes, curve) in enumerate(zip(np.atleast_1d(figure.subplots(1, len(curves))), curves, strict=True)):
+            scale = 180.0 / np.pi if curve == "shear" else 100.0
+            if curve in data:
+                strain, stress = data[curve]
+                axes.plot(scale * strain, 1e-6 * stress, "ko", markersize=3.5, label="test data")
+            for law, test in measured.items():
+                colour = COLOURS.get(law, "#666666")
+                axes.plot(scale * test.strain[:, k], 1e-6 * test.stress[:, k], color=colour, linewidth=1.3, label=law)
+            axes.set_xlabel("shear angle [deg]" if curve == "shear" else "true strain [%]")
+            axes.set_ylabel("shear stress [MPa]" if curve == "shear" else "true stress [MPa]")
+            axes.set_title(f"{title}: {curve}")
+            axes.grid(alpha=0.3)
+            axes.legend(frameon=False)
+        return png(figure, 130)

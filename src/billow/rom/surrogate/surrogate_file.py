@@ -105,10 +105,10 @@ def read_checked(path: str | Path, fields: Callable[[dict, dict], object], comma
         )
     try:
         return fields(tensors, record)
-    except KeyError as error:
-        raise damaged(f"it has no {error}") from error
-    except (TypeError, ValueError, IndexError, AttributeError, OverflowError, RecursionError) as error:
-        raise damaged(f"its parts do not fit together ({error})") from error
+    except (KeyError, TypeError, ValueError, IndexError, AttributeError, OverflowError, RecursionError) as error:
+        kinds = ((KeyError, f"{error} is missing"), (ValueError, str(error)), (Exception, "a value of another kind"))
+        told = next(text for kind, text in kinds if isinstance(error, kind))
+        raise damaged(f"its parts do not fit together ({told})") from error
 
 
 def surrogate_fields(tensors: dict[str, np.ndarray], record: dict) -> dict:
