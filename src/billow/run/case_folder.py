@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from billow.geometry.mesh_file import LARGEST_FILE, UNREADABLE
+from billow.base.input_file import LARGEST_DATA, read_bytes
+from billow.geometry.mesh_file import UNREADABLE
 from billow.results.atomic import write_atomically
 
 
@@ -18,9 +19,7 @@ def keep_case(case, folder: Path, header: str = ""):
     for key, path in case.files.items():
         names[key] = f"bag_{key}{path.suffix.lower()}"
         try:
-            if not path.is_file() or path.stat().st_size > LARGEST_FILE:
-                raise OSError(f"it is not a file, or longer than {LARGEST_FILE} bytes")
-            content = path.read_bytes()
+            content = read_bytes(path, LARGEST_DATA)
         except OSError as error:
             raise UNREADABLE(name=path.name, path=str(path), why=error) from error
         write_atomically(folder / names[key], content)

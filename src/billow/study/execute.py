@@ -102,7 +102,6 @@ def dask_client(workers: int, scheduler: str | None, scratch: Path | None = None
         from distributed import Client, LocalCluster
     except (OSError, ValueError, TypeError, AttributeError) as error:
         raise NO_WORKERS(
-            count=workers,
             what="Dask cannot read its settings",
             where="the files of ~/.config/dask and DASK_CONFIG, and the variables that begin with DASK_",
             why=error if "config file" in str(error) else "they do not say what Dask expects",
