@@ -22,7 +22,7 @@ verify: $(READY)          ## closed-form cases: measured, expected, tolerance
 bench: $(READY)           ## the measurements quoted in the README
 	$(BIN)/python benchmarks/run.py
 
-trust: $(READY)           ## reliability goals as a table: determinism, restart, conservation, faults, fuzzing
+trust: $(READY)           ## reliability goals as a table: determinism, restart, faults, fuzzing, kills, locks, full disks
 	$(BIN)/python -m trust
 
 mutants: $(READY)         ## mistakes put into a copy of the package: each is caught by its test

@@ -40,6 +40,7 @@ GROUPS = {
     "ROM": "Surrogates",
     "STU": "Studies",
     "TANK": "Tank tests",
+    "UNIT": "Units",
 }
 """What the middle of a code stands for."""
 

@@ -13,7 +13,7 @@ from pathlib import Path
 from billow.base.units import CONVERSIONS
 from billow.case import schema
 from billow.case.quantity import Documented, Strict, unit_of
-from billow.cli.demo import CASE
+from billow.cli.example import EXAMPLE
 
 TARGET = Path(__file__).with_name("case.md")
 
@@ -26,7 +26,7 @@ has a default except where none makes sense; the run's `case.toml` holds all of 
 An example (`billow check --example`):
 
 ```toml
-{CASE.strip()}
+{EXAMPLE.strip()}
 ```
 
 Curves against time are tables of equally long lists, piecewise linear:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import re
+from pathlib import Path
+
 import h5py
 import numpy as np
 import pytest
@@ -99,3 +102,21 @@ def test_what_cannot_be_recorded_is_refused(changes, words):
     with pytest.raises(InputError, match="E-CASE-005") as caught:
         Case.from_dict(SEEN).vary(changes)
     assert words in str(caught.value)
+
+
+def test_every_field_has_its_unit_beside_it_as_documented(seen):
+    """ParaView shows names; the unit of each is in the file, and in docs/histories.md with what it means."""
+    page = (Path(__file__).parents[1] / "docs" / "histories.md").read_text(encoding="utf-8")
+    documented, file = {}, ""
+    for row in re.findall(r"^\| (`\w+\.vtkhdf`)? ?\| `(\w+)` \| (\S+) \|", page, flags=re.MULTILINE):
+        file = row[0].strip("`") or file
+        documented[file, row[1]] = row[2]
+    written = {}
+    for path in seen.folder.glob("*.vtkhdf"):
+        with h5py.File(path) as opened:
+            grid = opened["VTKHDF"]
+            fields = {**grid.get("PointData", {}), **grid["CellData"], "Points": grid["Points"]}
+            written |= {(path.name, name): field.attrs["units"] for name, field in fields.items()}
+    for clouds in ("gas.vtkhdf", "particles.vtkhdf"):
+        written.pop((clouds, "Points"))
+    assert written == documented

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from trust import conservation, cost, determinism, faults, fuzz, study_kills
+from trust import conservation, cost, determinism, disks, faults, fuzz, owners, study_kills
 
 
 @dataclass(frozen=True)
@@ -94,6 +94,29 @@ def killed() -> Iterator[Goal]:
     yield Goal("STU-1", "same dataset as without kills", "same" if report.same else "another", report.same)
 
 
+def full_disks() -> Iterator[Goal]:
+    sweeps = disks.sweep()
+    if sweeps is None:
+        yield Goal("STU-3", "full disks", "not measured", False)
+        print(f"{'':11} no disk can be mounted here: neither root nor user namespaces")
+    for one in sweeps or ():
+        promise = f"{one.command}: exit 4 and nothing damaged at {one.attempts} sizes of free space"
+        yield Goal("STU-3", promise, f"{len(one.wrong)} wrong", not one.wrong)
+        for line in one.wrong[:5]:
+            print(f"{'':11} {line}")
+
+
+def two_owners() -> Iterator[Goal]:
+    with tempfile.TemporaryDirectory(prefix="billow-owners-") as place:
+        refused, tries = owners.meet(Path(place), 20, random.Random(1))
+    yield Goal(
+        "LOCK",
+        "two commands, one folder: the second refused, the first named",
+        f"{refused} of {tries}",
+        refused == tries,
+    )
+
+
 def spent() -> Iterator[Goal]:
     books, checkpoints = cost.share()
     total = books + checkpoints
@@ -114,7 +137,8 @@ def reachable() -> Iterator[Goal]:
 
 
 MEASURES: tuple[Callable[[], Iterator[Goal]], ...] = (
-    conserved, thread_determinism, restart_determinism, diagnosed, reachable, fuzzing, escapes, killed, spent,
+    conserved, thread_determinism, restart_determinism, diagnosed, reachable, fuzzing, escapes, killed, two_owners,
+    full_disks, spent,
 )  # fmt: skip
 
 

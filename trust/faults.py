@@ -109,7 +109,7 @@ FAULTS = [
     Fault("missing file", "E-CASE-001", ("no such file",), text=lambda text: None),
     Fault("not TOML", "E-CASE-002", ("line",), text=lambda text: text.replace("=", ":", 1)),
     Fault("file cut short", "E-CASE-002", ("toml",), text=cut),
-    Fault("binary file", "E-CASE-002", ("utf-8",), text=lambda text: b"\x89HDF\r\n" + text.encode()),
+    Fault("binary file", "E-CASE-002", ("not a text file",), text=lambda text: b"\x89HDF\r\n\x1a\n" + text.encode()),
     # --- curves and gas ----------------------------------------------------------------------------------------------
     Fault("empty curve", "E-CASE-005", ("mass_flow", "two points"), {"inflator.mass_flow": {"time": [], "value": []}}),
     Fault("curve of one point", "E-CASE-005", ("two points",), {"inflator.mass_flow": {"time": [0], "value": [1]}}),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 import json
 import os
 import shutil
@@ -222,10 +223,9 @@ def forged_runs(attempt: Attempt, count: int, random: Random, bench: Bench) -> N
 
 def _read_all(result: Result) -> None:
     result.fabric.points(-1)
-    for name in ("times", "reference", "triangles", "displacement", "contact_force", "pressure", "histories"):
-        getattr(result, name)
-    for name in ("case_toml", "status", "ledger", "wall_seconds"):
-        getattr(result, name)
+    for name, kind in vars(Result).items():
+        if isinstance(kind, (property, functools.cached_property)):
+            getattr(result, name)
 
 
 def damaged_checkpoints(attempt: Attempt, count: int, random: Random, bench: Bench) -> None:
@@ -283,13 +283,16 @@ def forged_surrogates(attempt: Attempt, count: int, random: Random, bench: Bench
 
 def _forged_array(array: np.ndarray, random: Random) -> np.ndarray:
     flat = array.reshape(-1)
+    with np.errstate(invalid="ignore"):
+        absent = np.where(np.arange(flat.size) == 0, np.nan, flat).reshape(array.shape).astype(array.dtype)
     return random.choice(
         [
+            absent,
+            np.full_like(array, 3e38) if array.dtype.kind == "f" else np.full_like(array, 2**30 - 1),
             array[..., :0],
             array[:-1],
             array.astype(np.float16),
             flat,
-            np.where(np.arange(flat.size) == 0, np.nan, flat).reshape(array.shape).astype(array.dtype),
             np.full_like(array, 2**30),
             -array,
             np.concatenate([array, array]),

@@ -104,8 +104,8 @@ MUTANTS = (
     Mutant(
         "a column of a chamber dropped",
         "parts/gas/gas_part.py",
-        'for name in ("pressure", "temperature", ',
-        'for name in ("pressure", ',
+        'OF_CHAMBERS = ("pressure", "temperature", ',
+        'OF_CHAMBERS = ("pressure", ',
         COLUMNS + "test_a_run_with_chambers",
     ),
     Mutant(

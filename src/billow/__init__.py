@@ -6,8 +6,13 @@
     study = billow.Study.open("my_study")
     surrogate = billow.train(study.dataset())
 
-Names are imported on first use, so that `import billow` loads neither compiled kernels nor torch.
+Names are imported on first use, so that `import billow` loads neither compiled kernels nor torch. It takes numba's
+variables out of the environment: kernels are compiled in one way only.
 """
+
+from billow.base.surroundings import own_compiler
+
+own_compiler()
 
 __version__ = "0.1.0"
 

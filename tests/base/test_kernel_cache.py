@@ -8,11 +8,13 @@ import shutil
 import subprocess
 import sys
 import threading
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
-from billow.base import compiled
+import billow
+from billow.base import compiled, surroundings
 
 LAW = """
 from billow.base.compiled import scalar
@@ -43,8 +45,11 @@ def forces(n, strain):
 """
 
 PROGRAM = """
-import importlib, json, sys
+import importlib, json, os, sys
 modules = {name: importlib.import_module("billow.toy." + name) for name in sys.argv[1:]}
+if "PROCESSOR" in os.environ:
+    import numba
+    numba.config.CPU_NAME = os.environ["PROCESSOR"]
 print("ready", flush=True)
 sys.stdin.readline()
 answers = {name: module.forces(1, 1.0) for name, module in modules.items()}
@@ -81,7 +86,9 @@ def package(tmp_path) -> Path:
     for folder in (toy.parent, toy.parent / "base", toy):
         folder.mkdir(parents=True, exist_ok=True)
         (folder / "__init__.py").touch()
-    shutil.copy(compiled.__file__, toy.parent / "base")
+    shutil.copy(billow.__file__, toy.parent)
+    for module in (compiled, surroundings):
+        shutil.copy(module.__file__, toy.parent / "base")
     (toy / "law.py").write_text(LAW)
     (toy / "between.py").write_text("from billow.toy.law import stress as stress\n")
     for name, imports in MEMBRANES.items():
@@ -100,10 +107,11 @@ def start(package: Path, *arguments: str, program: str = PROGRAM, **environment:
     )
 
 
-def answer(*processes: subprocess.Popen) -> list:
+def answer(*processes: subprocess.Popen, meanwhile: Callable[[], None] = lambda: None) -> list:
     """What they print last. They begin when all are ready."""
     for process in processes:
         assert process.stdout.readline() == "ready\n"
+    meanwhile()
     for process in processes:
         process.stdin.write("\n")
         process.stdin.flush()
@@ -149,14 +157,83 @@ def test_a_process_killed_while_it_compiles_keeps_nobody_waiting(package):
 
 def test_damaged_files_are_compiled_again_and_other_processors_have_their_own(package):
     answer(start(package, "one"))
-    for path in (package.parent / "cache").rglob("*.nb?"):
-        path.write_bytes(path.read_bytes()[:40])
+    for path in (package.parent / "cache").rglob("*.nbc"):
+        data = bytearray(path.read_bytes())
+        data[len(data) // 2] ^= 1  # in the machine code
+        path.write_bytes(data)
     (again,) = answer(start(package, "one"))
     assert again["answers"] == {"one": 3.0}
     assert set(again["compiled"].values()) == {1}
-    same, other = answer(start(package, "one"), start(package, "one", NUMBA_CPU_NAME="generic"))
+    same, other = answer(start(package, "one"), start(package, "one", PROCESSOR="generic"))
     assert set(same["compiled"].values()) == {0}
     assert set(other["compiled"].values()) == {1}
+
+
+def test_no_damage_to_an_entry_is_taken_for_a_kernel(tmp_path):
+    entries, other = compiled._Entries(str(tmp_path), "forces"), compiled._Entries(str(tmp_path), "other")
+    other.save("key", "other code")
+    entries.save("key", "code")
+    assert entries.load("key") == "code"
+    for path in sorted(tmp_path.glob("forces-*")):
+        sound = path.read_bytes()
+        foreign = next(tmp_path.glob(f"other-*{''.join(path.suffixes)}")).read_bytes()
+        damaged = [sound[:end] for end in range(len(sound))] + [foreign, sound + b"x"]
+        damaged += [sound[:k] + bytes([sound[k] ^ 1]) + sound[k + 1 :] for k in range(len(sound))]
+        for content in damaged:
+            path.write_bytes(content)
+            assert entries.load("key") is None
+        path.unlink()
+        for put in (lambda: None, path.mkdir, lambda path=path: os.mkfifo(path)):
+            put()
+            assert entries.load("key") is None
+            if path.is_dir():
+                path.rmdir()
+        path.unlink()
+        path.write_bytes(sound)
+    assert entries.load("key") == "code"
+
+
+def test_a_cache_that_vanishes_stops_nobody(package):
+    def vanish() -> None:
+        shutil.rmtree(package.parent / "cache")
+        (package.parent / "cache").touch()
+
+    (found,) = answer(start(package, "one"), meanwhile=vanish)
+    assert found["answers"] == {"one": 3.0}
+
+
+def test_surroundings_do_not_change_how_kernels_are_compiled(package, tmp_path, monkeypatch):
+    """Variables of numba, and its settings file in the working folder."""
+    (first,) = answer(start(package, "one"))
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / ".numba_config.yaml").write_text("opt: 0\nboundscheck: 1\ncpu_name: generic\ndisable_jit: 1\n")
+    hostile = {
+        "OPT": "0", "CPU_NAME": "generic", "DISABLE_JIT": "1", "NUM_THREADS": "0", "THREADING_LAYER": "none",
+        "CACHE_LOCATOR_CLASSES": "none", "LOOP_VECTORIZE": "no", "DEBUGINFO": "1", "DUMP_IR": "1",
+    }  # fmt: skip
+    (same,) = answer(start(package, "one", **{f"NUMBA_{name}": value for name, value in hostile.items()}))
+    assert same["answers"] == first["answers"]
+    assert set(same["compiled"].values()) == {0}
+
+
+@pytest.mark.parametrize(
+    ("variables", "root"),
+    [
+        ({"HOME": "/home/a"}, "/home/a/.cache/billow"),
+        ({"HOME": "/home/a", "XDG_CACHE_HOME": "/cache"}, "/cache/billow"),
+        ({"HOME": "/home/a", "XDG_CACHE_HOME": "cache"}, "/home/a/.cache/billow"),
+        ({"HOME": "/home/a", "BILLOW_CACHE": "~/mine"}, "/home/a/mine"),
+        ({"HOME": "~"}, None),
+        ({"HOME": "~", "BILLOW_CACHE": "~/mine"}, None),
+        ({"HOME": "~", "BILLOW_CACHE": "/mine"}, "/mine"),
+    ],
+)
+def test_the_cache_is_never_a_folder_named_tilde(variables, root, monkeypatch):
+    for name in ("HOME", "XDG_CACHE_HOME", "BILLOW_CACHE"):
+        monkeypatch.delenv(name, raising=False)
+    for name, value in variables.items():
+        monkeypatch.setenv(name, value)
+    assert compiled._cache_root() == root
 
 
 def test_kernels_are_compiled_in_every_process_without_a_file_or_a_folder_that_can_be_written(package):

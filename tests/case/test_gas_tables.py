@@ -63,7 +63,7 @@ def test_chambers_are_joined_by_openings_and_named_in_the_passages():
 def test_vents_take_curves_and_ways_to_open():
     vents = {
         "discharge": {"time": [0, "10 ms"], "value": [0.5, 0.9]},
-        "area_factor": {"pressure": [0, "20 kPa"], "value": [0.2, 1.0]},
+        "area_factor": {"gauge_pressure": [0, "20 kPa"], "value": [0.2, 1.0]},
         "blockage": True,
         "through_blocked": 0.1,
     }
@@ -197,7 +197,7 @@ REFUSED = [
         "times must increase",
     ),
     (
-        {"bag": {"vents": {"area_factor": {"pressure": [0, 1], "value": [1]}}}},
+        {"bag": {"vents": {"area_factor": {"gauge_pressure": [0, 1], "value": [1]}}}},
         "bag.vents.area_factor",
         "pressure has 2 points",
     ),

@@ -66,12 +66,21 @@ def bug_in_a_command(here: Here) -> Told:
     return told
 
 
+def no_memory_for_a_command(here: Here) -> Told:
+    def describe(case):
+        raise MemoryError
+
+    here.patch.setattr("billow.run.check.describe", describe)
+    return command("check", str(here.bench.place / "case.toml"))
+
+
 TRIGGERS: dict[str, Callable[[Here], object]] = {
     "E-CASE-001": lambda here: Case.load(here.place / "none.toml"),
     "E-CASE-002": lambda here: Case.load(here.write("case.toml", "title =")),
     "E-CASE-003": case(bag__diametre=0.7),
     "E-CASE-004": case(inflator__mass_flow={"time": [0.0, 0.05]}),
     "E-CASE-005": case(fabric__thickness=0.3),
+    "E-CASE-007": case(obstacles__1__name="vent_1"),
     "E-CASE-006": lambda here: Case.from_dict(SOUND).vary({"obstacles.sphere.degree": 3.0}),
     "E-CLI-001": lambda here: command("check", str(here.bench.place / "case.toml"), "--set", "permeability"),
     "E-CLI-002": demo_over_another,
@@ -81,11 +90,13 @@ TRIGGERS: dict[str, Callable[[Here], object]] = {
     "E-CLI-007": lambda here: command("coupon", "strip", "--peak", "5 mm", "--out", str(here.place / "out")),
     "E-CLI-005": lambda here: command("demo", "--out", str(here.write("file", "") / "below")),
     "E-CLI-008": lambda here: command("paper", "--out", str(here.place / "out")),
+    "E-CLI-009": no_memory_for_a_command,
     "E-CLI-030": lambda here: command("verify", "X9"),
     "E-CLI-070": bug_in_a_command,
     "E-GEO-010": case(bag__straps__stitch_radius=0.5),
     "E-GEO-011": case(bag__element_size=5e-4),
     "E-GEO-020": case(obstacles__0__height=0.01),
+    "E-GEO-022": case(obstacles__0={"shape": "plate", "height": 0.4, "normal": [0, 0, -1]}),
     "E-GEO-021": case(bag__initial_gap=0.2, obstacles__1=inject.PEBBLE),
     "W-FAB-001": warns("W-FAB-001", fabric__young_warp=4e5, fabric__young_weft=4e5),
     "W-FAB-002": warns("W-FAB-002", fabric__thickness=3e-5),

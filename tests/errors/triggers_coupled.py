@@ -30,7 +30,8 @@ def study_of(locked: bool) -> SimpleNamespace:
             }
         )  # fmt: skip
 
-    return SimpleNamespace(result=result, design=lambda runs: np.ones((len(runs), 2)))
+    parameters = SimpleNamespace(name="a"), SimpleNamespace(name="b")
+    return SimpleNamespace(result=result, parameters=parameters, design=lambda runs: np.ones((len(runs), 2)))
 
 
 def couple_with_forces(here: Here):
@@ -41,11 +42,18 @@ def couple_with_forces(here: Here):
     Coupled.train(SimpleNamespace(result=lambda name: run), surrogate)
 
 
+def never_judged(here: Here):
+    bag = SimpleNamespace(runs=("0",))
+    Coupled(bag, SimpleNamespace(name="head"), None, np.arange(9) * 1e-4, np.zeros(3)).deploy({})
+
+
 TRIGGERS = {
     "E-CPL-001": lambda here: learn_force_inputs(None, (), 3, "w", 0),
     "E-CPL-002": lambda here: Surrogate.load(here.bench.surrogate).predict(ANSWERABLE, previous_forces=np.zeros(3)),
     "E-CPL-003": lambda here: ImpactorOfDesign.learn(study_of(locked=True), ["0", "1"]),
     "E-CPL-004": lambda here: ImpactorOfDesign.learn(study_of(locked=False), ["0", "1"]),
     "E-CPL-005": couple_with_forces,
+    "E-CPL-007": never_judged,
+    "E-CPL-008": lambda here: ImpactorOfDesign("head", -np.ones((12, 2)))(np.ones(1)),
     "E-CPL-006": lambda here: Coupled.load(here.bench.surrogate),
 }

@@ -76,6 +76,10 @@ TRIGGERS: dict[str, Callable[[Here], object]] = {
     "E-GEO-035": checked(mesh(digest=hashlib.sha256(b"other").hexdigest())),
     "E-GEO-036": checked(mesh(reference=with_points("0 0 0  0.3 0 0  0 0.3 0  0.1 0.5 0"))),
     "E-GEO-037": checked(mesh(parts=[PARTS[0], {**PARTS[1], "seen_from": "inside", "warp_angle": 30.0}])),
+    "E-GEO-038": checked(mesh(reference=TETRAHEDRON.replace("0.3", "300"))),
+    "E-UNIT-001": checked(mesh(TETRAHEDRON.replace("0.3", "300"))),
+    "W-UNIT-001": warned("W-UNIT-001", mesh(TETRAHEDRON.replace("0.3", "20"))),
+    "W-MESH-006": warned("W-MESH-006", mesh(with_points("0 0 0  0.3 0 0  0 0.3 0  0.1 0 1e-5"))),
     "W-MESH-004": warned("W-MESH-004", mesh(reference=TETRAHEDRON.replace("0.3", "0.4"))),
     "W-MESH-005": warned("W-MESH-005", mesh(with_points("0 0 0  0.3 0 0  0 0.3 0  0 0 1e-5"), TETRAHEDRON)),
 }

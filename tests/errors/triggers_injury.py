@@ -18,7 +18,5 @@ TRIGGERS = {
     "E-INJ-002": lambda here: channel_filter(TIMES, WAVE, 300),
     "E-INJ-003": lambda here: channel_filter(2.0 * TIMES, WAVE, 1000),
     "E-INJ-004": lambda here: rate(TIMES, WAVE, np.ones(501)),
-    "E-INJ-005": lambda here: assess_run(
-        SimpleNamespace(histories=SimpleNamespace(moving_bodies=()), folder=here.place)
-    ),
+    "E-INJ-005": lambda here: assess_run(SimpleNamespace(free_obstacles=(), folder=here.place)),
 }

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import contextlib
+import errno
+import fcntl
+import os
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -10,14 +13,20 @@ from pathlib import Path
 from here import Here, dotted
 
 from billow.case.schema import Case
-from billow.results import run_file
+from billow.results import ownership, run_file
 from billow.results.dataset import Dataset
 from billow.results.histories import read_histories
+from billow.results.ownership import owned
 from billow.results.result import Result
 from billow.results.vtkhdf import FabricFile
 from billow.run.simulate import resume, simulate
 from trust import injections as inject
 from trust.faults import SOUND, changed
+
+THROWN_PAST_THE_BAG = {
+    "shape": "super-ellipsoid", "radii": 0.05, "clearance": 0.0, "offset": [0.5, 0.0], "locked": False, "slope": 1.0,
+    "velocity": [0.0, 0.0, -80.0],
+}  # fmt: skip
 
 
 def spoilt(spoil: Callable, **changes) -> Callable[[Here], object]:
@@ -67,9 +76,9 @@ def changed_file(name: str, load: Callable[[Path], object]) -> Callable[[Here], 
 
 def other_format(here: Here):
     run = here.run()
-    here.patch.setattr(run_file, "FORMAT", 2)
+    here.patch.setattr(run_file, "FORMAT", 3)
     run_file.write_run_file(run, {"status": "completed"})
-    here.patch.setattr(run_file, "FORMAT", 1)
+    here.patch.setattr(run_file, "FORMAT", 2)
     Result.open(run)
 
 
@@ -110,6 +119,22 @@ def left_behind(name: str, damage: Callable[[bytes], bytes] | None) -> Callable[
     return trigger
 
 
+def two_at_once(here: Here):
+    with owned(here.place / "run.partial"):
+        simulate(here.bench.case, here.place / "run")
+
+
+def without_locks(here: Here):
+    def refuse(*_):
+        raise OSError(errno.ENOLCK, os.strerror(errno.ENOLCK))
+
+    told = []
+    here.patch.setattr(fcntl, "flock", refuse)
+    here.patch.setattr(ownership, "print", lambda concern, file: told.append(concern), raising=False)
+    with owned(here.place / "run.partial"):
+        return told[0]
+
+
 TRIGGERS: dict[str, Callable[[Here], object]] = {
     "E-GEO-001": spoilt(inject.hole),
     "E-GEO-002": spoilt(inject.flipped_triangle),
@@ -122,6 +147,7 @@ TRIGGERS: dict[str, Callable[[Here], object]] = {
     "E-NUM-005": spoilt(tearing),
     "E-NUM-006": spoilt(contextlib.nullcontext, obstacles__1__slope=1.0),
     "E-NUM-008": spoilt(losing_a_particle, gas={"model": "corpuscular", "particles": 2000}),
+    "E-NUM-010": spoilt(contextlib.nullcontext, obstacles__0__slope=1.0, obstacles__1=THROWN_PAST_THE_BAG),
     "E-NUM-009": spoilt(bag_turned_inside_out),
     "E-RES-001": lambda here: Result.open(here.place / "none"),
     "E-RES-002": lambda here: Result.open(here.place),
@@ -141,8 +167,12 @@ TRIGGERS: dict[str, Callable[[Here], object]] = {
     "E-RES-020": spoilt(inject.full_disk),
     "E-RES-021": lambda here: resume(here.place / "none"),
     "E-RES-022": lambda here: simulate(here.bench.case, here.interrupted().with_suffix("")),
+    "E-RES-023": two_at_once,
+    "E-RES-024": lambda here: simulate(here.bench.case, here.write("run.partial", "mine").with_suffix("")),
+    "E-RES-025": lambda here: simulate(here.bench.case, here.place / "none" / ".."),
     "E-RES-030": left_behind("journal.bin", lambda data: data[:1000]),
     "E-RES-031": left_behind("checkpoint_a.safetensors", lambda data: data[:-9]),
     "E-RES-032": left_behind("checkpoint_a.safetensors", None),
     "E-RES-033": left_behind("case.toml", lambda data: data[:100]),
+    "W-RES-001": without_locks,
 }

@@ -88,12 +88,6 @@ def stopping_quietly(case, folder, *, threads):
     )
 
 
-def driven_twice(here: Here):
-    study = here.study()
-    with study.store.driving():
-        study.run(workers=1)
-
-
 def cluster_that(ends: Callable[[], tuple[str, BaseException | None]]) -> Callable[[Here], object]:
     """Run a study on a cluster all of whose futures end in this way."""
 
@@ -181,7 +175,6 @@ TRIGGERS: dict[str, Callable[[Here], object]] = {
     "E-STU-011": lambda here: varied_mesh(here, unseen=True),
     "E-STU-040": varied_mesh,
     "E-STU-012": failing_runs(full),
-    "E-STU-013": driven_twice,
     "E-STU-014": failing_runs(stopping_quietly),
     "E-STU-015": lambda here: fresh_study(here).run(scheduler="nonsense://host"),
     "E-STU-016": failing_runs(buggy),
@@ -196,6 +189,6 @@ TRIGGERS: dict[str, Callable[[Here], object]] = {
     "E-STU-025": grown("train = 3", "train = 4"),
     "E-STU-026": lambda here: foreign(here, "run,a\nr0,0\nr1,1\nr2,2\n"),
     "E-STU-027": lambda here: foreign(here, r1=np.full((3, 4, 3), np.nan)),
-    "E-STU-028": lambda here: foreign(here, r1=np.zeros((3, 5, 3))),
+    "E-STU-028": lambda here: foreign(here, r1=np.ones((3, 5, 3)) * np.arange(5.0)[:, None]),
     "E-STU-029": lambda here: foreign(here, triangles=np.array([[0, 1, 9]])),
 }

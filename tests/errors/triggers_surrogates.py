@@ -20,6 +20,7 @@ from billow.rom.learn.suggest import suggest
 from billow.rom.learn.train import Recipe, train
 from billow.rom.surrogate import onnx_export
 from billow.rom.surrogate.intervals import Intervals
+from billow.rom.surrogate.judgement import UNSEEN, Comparison, Judgement
 from billow.rom.surrogate.onnx_export import export_onnx
 from billow.rom.surrogate.surrogate import Surrogate
 from trust.small_surrogate import small_surrogate
@@ -107,6 +108,17 @@ def with_forces(here: Here):
     export_onnx(onnx_graph_of, here.place / "s.onnx")
 
 
+def that_lost(here: Here):
+    comparison = Comparison("nodes are off by [mm]", "mean trajectory", 9.0, 7.0, ignores_design=True)
+    dataclasses.replace(small_surrogate(), judgement=Judgement(UNSEEN, 5, (comparison,))).predict(ANSWERABLE)
+
+
+def overflowing(here: Here):
+    made = small_surrogate().regression
+    loud = dataclasses.replace(made, weights=tuple(np.full_like(w, 1e30) for w in made.weights))
+    dataclasses.replace(small_surrogate(), regression=loud).predict(ANSWERABLE)
+
+
 TRIGGERS: dict[str, Callable[[Here], object]] = {
     "E-ROM-001": ask({"permeability": 0.03}),
     "E-ROM-002": ask({"permeability": 0.3, "temperature": 600.0}),
@@ -129,5 +141,9 @@ TRIGGERS: dict[str, Callable[[Here], object]] = {
     "E-ROM-019": with_forces,
     "E-ROM-020": answering_otherwise,
     "E-ROM-021": lambda here: suggest(small_surrogate(), 0, []),
+    "E-ROM-023": that_lost,
+    "E-ROM-024": overflowing,
+    "E-ROM-025": ask(times=[]),
+    "E-ROM-026": lambda here: train(dataset(), Recipe(epochs=0)),
     "E-ROM-022": lambda here: compare_jets(dataset(), dataset(), ("one", "other"), "jet_direction"),
 }

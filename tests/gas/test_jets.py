@@ -48,7 +48,8 @@ def dome(rings=14, sectors=60, radius=0.3):
 
 
 TRIANGLES, POSITIONS = dome()
-JETS = Jets(RING, np.array([0]), np.array([0.0, 0.0, 1.0]))
+UP, X = np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0])
+JETS = Jets(RING, np.array([0]), UP, X)
 
 
 @cache
@@ -218,7 +219,7 @@ FLOOR = np.concatenate([[0], np.arange(len(POSITIONS) - 60, len(POSITIONS))])
 def test_jets_turn_with_their_mouth(angle, time):
     """A scene that is tilted, twisted and moved away gives the same jets in its own frame."""
     spinning = JetRing(COUNT, 0.04, 0.005, LEAN, spin=40.0)
-    jets = Jets(spinning, FLOOR, np.array([0.0, 0.0, 1.0]), mouth_start=POSITIONS[FLOOR])
+    jets = Jets(spinning, FLOOR, UP, X, mouth_start=POSITIONS[FLOOR])
     turn = turned_by(angle, [0.4, -1.0, 0.7])
     there = POSITIONS @ turn.T + [0.3, -2.0, 1.0]
     assert jets.turn(there) == pytest.approx(turn, abs=1e-14)
@@ -244,8 +245,8 @@ def test_the_last_force_is_weighed_with_the_velocities_of_now():
 
 
 def test_a_mouth_that_stays_changes_no_digit():
-    jets = Jets(RING, FLOOR, JETS.axis, mouth_start=POSITIONS[FLOOR])
-    free = Jets(RING, FLOOR, JETS.axis)
+    jets = Jets(RING, FLOOR, UP, X, mouth_start=POSITIONS[FLOOR])
+    free = Jets(RING, FLOOR, UP, X)
     for held, never in zip(jets.nozzles(POSITIONS), free.nozzles(POSITIONS), strict=True):
         assert held.tobytes() == never.tobytes()
 
@@ -261,7 +262,7 @@ def two_rooms(chamber):
 
 def test_jets_fall_on_the_walls_of_their_own_chamber():
     triangles, positions, walls = two_rooms(0)
-    jets = Jets(RING, np.array([0]), np.array([0.0, 0.0, 1.0]), walls, np.zeros(len(walls), bool))
+    jets = Jets(RING, np.array([0]), UP, X, walls, np.zeros(len(walls), bool))
     alone, inside = aim(JETS, TRIANGLES, POSITIONS), aim(jets, triangles, positions)
     assert np.array_equal(inside.triangles, alone.triangles)
     assert np.array_equal(inside.share, alone.share)
@@ -272,7 +273,7 @@ def test_a_wall_whose_normal_points_into_the_chamber_is_pushed_out_of_it():
     turned = np.arange(len(TRIANGLES)) % 3 == 0
     triangles = TRIANGLES.copy()
     triangles[turned] = triangles[turned][:, ::-1]
-    jets = Jets(RING, np.array([0]), np.array([0.0, 0.0, 1.0]), np.arange(len(triangles)), turned)
+    jets = Jets(RING, np.array([0]), UP, X, np.arange(len(triangles)), turned)
     pattern = aim(jets, triangles, POSITIONS)
     force, same = np.zeros((len(triangles), 3, 3)), np.zeros((len(triangles), 3, 3))
     still = np.zeros_like(POSITIONS)

@@ -17,6 +17,8 @@ from billow.geometry.mesh_file import read_mesh
 from billow.geometry.surface import check_closed
 from billow.geometry.triangulation import diagonals, split
 from billow.results.vtkhdf import FabricWriter
+from billow.solver.model import start_state
+from billow.solver.step import advance
 
 PARTS = [{"name": "front", "number": 1}, {"name": "rear", "number": 2}]
 
@@ -225,6 +227,31 @@ def test_what_does_not_fit_is_refused(files, bag, code, words):
     error = refusal(files, **bag)
     assert error.code == code
     assert words in error.what
+
+
+def test_a_strap_without_length_is_refused(tmp_path):
+    points, cells, part, *_ = pillow()
+    start = {"start": str(write_vtk(tmp_path / "twin.vtk", [*points, points[16]], cells, part))}
+    strap = {"nodes": [[16, 74]]}
+    error = refusal(start, straps=[strap])
+    assert error.code == "E-GEO-010"
+    assert "nodes 16 and 74, are 0 mm apart" in error.why
+    assert len(build_shape(case(start, straps=[{**strap, "slack": 0.1}]).bag).straps) == 1
+
+
+def test_points_that_no_cell_uses_change_nothing(tmp_path):
+    points, cells, part, *_ = pillow()
+    runs = []
+    for name, more in (("plain", []), ("more", [[9.0, 9.0, 9.0]])):
+        start = {"start": str(write_vtk(tmp_path / f"{name}.vtk", [*points, *more], cells, part))}
+        model = build_model(case(start).vary({"run.gravity": [0.0, 0.0, -9.81]}))
+        state = start_state(model)
+        for _ in range(20):
+            advance(model, state, 1e-5)
+        runs.append(state)
+    np.testing.assert_array_equal(runs[1].positions[:-1], runs[0].positions)
+    assert runs[0].positions[16, 2] != points[16, 2]
+    assert runs[1].positions[-1].tolist() == [9.0, 9.0, 9.0]
 
 
 def test_a_reference_of_another_mesh_is_refused(files, tmp_path):

@@ -106,6 +106,24 @@ def test_an_inside_out_bag_is_refused():
     assert refusal(BOX, BOX_POINTS * [1.0, 1.0, -1.0]).code == "E-GEO-003"
 
 
+def two_boxes(second, shift, scale):
+    """A box, and another one moved and scaled, whose triangles are given."""
+    return np.concatenate([BOX, second + 8]), np.concatenate([BOX_POINTS, BOX_POINTS * scale + shift])
+
+
+def test_each_closed_piece_has_outward_normals():
+    triangles, points = two_boxes(BOX[:, ::-1], [5.0, 0.0, 0.0], 0.5)
+    error = refusal(triangles, points)
+    assert error.code == "E-GEO-003"
+    assert "a closed piece of 12 triangles" in error.what
+    assert "around (5.5, 0.75, 0.125) m" in error.where
+    assert refusal(*two_boxes(BOX[:, ::-1], [5.0, 0.0, 0.0], 2.0)).code == "E-GEO-003"  # also the larger of two
+    triangles, points = two_boxes(BOX, [5.0, 0.0, 0.0], 0.5)
+    check_closed(surface(triangles, 16), points, "two bags")
+    triangles, points = two_boxes(BOX[:, ::-1], [0.5, 0.5, 0.1], 0.5)
+    check_closed(surface(triangles, 16), points, "a bag with a cavity")
+
+
 def test_parts_are_found_by_name():
     s = Surface.build(BOX, np.repeat([0, 1], 6), ("front", "rear"), 8)
     assert s.triangles_of("rear").tolist() == [6, 7, 8, 9, 10, 11]

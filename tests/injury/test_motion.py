@@ -45,10 +45,10 @@ def test_mean_acceleration_keeps_the_velocity():
 def test_every_free_obstacle_of_a_run_and_none():
     velocity = half_sine(500.0, 10e-3)[:, None] * np.array([0.0, 0.0, 1.0])
     curves = histories(velocity)
-    run = SimpleNamespace(histories=curves, body=curves.of, folder="RUN")
+    run = SimpleNamespace(histories=curves, free_obstacles=("head",), body=curves.of, folder="RUN")
     assert assess_run(run)["head"].peak == pytest.approx(500.0, rel=3e-3)
     with pytest.raises(InputError, match="E-INJ-005"):
-        assess_run(SimpleNamespace(histories=History({"time [s]": TIMES}), folder="RUN"))
+        assess_run(SimpleNamespace(histories=curves, free_obstacles=(), folder="RUN"))
 
 
 def test_coarse_histories_are_refused():

@@ -118,6 +118,12 @@ def near_ball(numbers, pose, rx, ry, rz, tx, ty, tz):
     near = far < numbers[0] + math.sqrt(tx * tx + ty * ty + tz * tz) and far > 0.0
     over = max(far, 1e-12)
     return near, numbers[0] - far, rx / over, ry / over, rz / over
+
+
+@scalar
+def farthest_of_ball(numbers, dx, dy, dz):
+    scale = numbers[0] / math.sqrt(dx * dx + dy * dy + dz * dz)
+    return scale * dx, scale * dy, scale * dz
 '''
 
 TABLE = '''class Ball(ObstacleTable):
@@ -224,12 +230,19 @@ ENTRIES = {
         ("GAS_MODELS = {", 'GAS_MODELS = {\n    "pump": Kind(lambda case, shape, supply: Pump(), has_supply=False),'),
     ],
     "geometry/shapes/kinds.py": [
-        imports("billow.geometry.shapes.ball", "Ball, near_ball", "billow.geometry.shapes.half_space"),
+        imports(
+            "billow.geometry.shapes.ball", "Ball, farthest_of_ball, near_ball", "billow.geometry.shapes.half_space"
+        ),
         ("SHAPES = (HalfSpace, SuperEllipsoid)", "SHAPES = (HalfSpace, SuperEllipsoid, Ball)"),
         (
             "    return near_super_ellipsoid(",
             "    if number == 2:\n        return near_ball(numbers, pose, rx, ry, rz, tx, ty, tz)\n"
             "    return near_super_ellipsoid(",
+        ),
+        (
+            "    return farthest_of_super_ellipsoid(",
+            "    if number == 2:\n        return farthest_of_ball(numbers, dx, dy, dz)\n"
+            "    return farthest_of_super_ellipsoid(",
         ),
     ],
     "case/obstacles/obstacles.py": [

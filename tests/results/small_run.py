@@ -27,7 +27,10 @@ def write_small_run(folder: Path, amount: float = 1.0, points=POINTS, times=TIME
         for time, moved in zip(times, displacement(amount), strict=True):
             force = np.tile([time, 0.0, amount], (len(points), 1))
             fabric.append(
-                time, points + moved, {"displacement": moved, "contact_force": force}, {"pressure": [time, 2 * time]}
+                time,
+                points + moved,
+                {"displacement": moved, "contact_force": force},
+                {"gauge_pressure": [time, 2 * time]},
             )
     write_histories(partial / "histories.csv", {"time [s]": times, "pressure [Pa]": 3 * times})
     write_run_file(partial, {"status": status, "reason": None, "case_digest": "00", "wall_seconds": 2.5, "ledger": {}})

@@ -58,6 +58,7 @@ def test_a_run_with_bodies_and_straps(gas, tmp_path):
         **({"sensor": ["middle"], "self_contact": [""]} if gas == "corpuscular" else {}),
         each_obstacle=["plate", "wall", "impactor"],
         free_obstacle=["impactor"],
+        can_meet_another=["plate", "wall", "impactor"],
         strap=["strap_1", "strap_2"],
     )
 

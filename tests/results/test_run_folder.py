@@ -1,10 +1,12 @@
 import json
 
+import h5py
 import numpy as np
 import pytest
 from small_run import TIMES, displacement, write_small_run
 
 from billow.base.errors import BillowError, InputError, IntegrityError
+from billow.results import run_file
 from billow.results.histories import read_histories, write_histories
 from billow.results.result import Result
 from billow.results.run_file import FILES, read_run_file, write_run_file
@@ -21,8 +23,17 @@ def test_a_result_gives_back_what_the_run_wrote(run):
     np.testing.assert_array_equal(result.times, TIMES)
     np.testing.assert_array_equal(result.displacement, displacement(1.0))
     np.testing.assert_array_equal(result.contact_force[1, 0], np.float32([0.01, 0, 1]))
-    np.testing.assert_array_equal(result.pressure[1], np.float32([0.01, 0.02]))
+    np.testing.assert_array_equal(result.gauge_pressure[1], np.float32([0.01, 0.02]))
     np.testing.assert_array_equal(result.histories["pressure [Pa]"], 3 * TIMES)
+
+
+def test_a_run_of_format_1_opens_with_its_pressure_under_the_name_of_today(run, monkeypatch):
+    with h5py.File(run / "fabric.vtkhdf", "r+") as file:
+        file.move("VTKHDF/CellData/gauge_pressure", "VTKHDF/CellData/pressure")
+    monkeypatch.setattr(run_file, "FORMAT", 1)
+    record = read_run_file(run, verify=False)
+    write_run_file(run, {key: record[key] for key in ("status", "case_digest", "wall_seconds", "ledger")})
+    np.testing.assert_array_equal(Result.open(run).gauge_pressure[1], np.float32([0.01, 0.02]))
 
 
 def test_the_same_run_written_twice_is_the_same_bytes(tmp_path, run):

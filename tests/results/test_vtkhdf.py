@@ -22,7 +22,7 @@ def test_what_is_written_is_read(path):
     np.testing.assert_array_equal(fabric.reference, POINTS)
     np.testing.assert_array_equal(fabric.points(-1), POINTS + displacement(1.0)[-1])
     np.testing.assert_array_equal(fabric.point_data("displacement"), displacement(1.0))
-    np.testing.assert_array_equal(fabric.cell_data("pressure"), np.float32([[0, 0], [0.01, 0.02], [0.02, 0.04]]))
+    np.testing.assert_array_equal(fabric.cell_data("gauge_pressure"), np.float32([[0, 0], [0.01, 0.02], [0.02, 0.04]]))
     assert fabric.point_data("displacement").dtype == fabric.points(0).dtype == np.float32
 
 
@@ -38,7 +38,7 @@ def test_the_mesh_is_stored_once_and_every_frame_says_where_it_begins(path):
         assert grid["Points"].shape == (12, 3)
         assert steps["PointOffsets"][:].tolist() == [0, 4, 8]
         assert steps["PointDataOffsets/displacement"][:].tolist() == [0, 4, 8]
-        assert steps["CellDataOffsets/pressure"][:].tolist() == [0, 2, 4]
+        assert steps["CellDataOffsets/gauge_pressure"][:].tolist() == [0, 2, 4]
         assert steps["CellDataOffsets/part"][:].tolist() == [0, 0, 0]
         assert steps["CellOffsets"][:].tolist() == steps["ConnectivityIdOffsets"][:].tolist() == [[0], [0], [0]]
         assert steps["PartOffsets"][:].tolist() == [0, 0, 0]
@@ -62,7 +62,7 @@ def test_vtk_reads_it(path):
         assert [grid.GetCell(1).GetPointId(corner) for corner in range(3)] == [0, 2, 3]
         np.testing.assert_array_equal(vtk_to_numpy(grid.GetPoints().GetData()), np.float32(POINTS + moved))
         np.testing.assert_array_equal(vtk_to_numpy(grid.GetPointData().GetArray("displacement")), moved)
-        pressure = vtk_to_numpy(grid.GetCellData().GetArray("pressure"))
+        pressure = vtk_to_numpy(grid.GetCellData().GetArray("gauge_pressure"))
         np.testing.assert_array_equal(pressure, np.float32([TIMES[frame], 2 * TIMES[frame]]))
         np.testing.assert_array_equal(vtk_to_numpy(grid.GetCellData().GetArray("part")), [0, 1])
 

@@ -151,7 +151,7 @@ def test_a_surrogate_with_forces_survives_its_file_and_asks_for_them(pushed, tmp
 
 
 def test_a_surrogate_without_forces_refuses_them(pushed):
-    surrogate = train(pushed, Recipe(modes=2, epochs=1))
+    surrogate = train(pushed, Recipe(modes=2, epochs=1, calibrate=False))
     with pytest.raises(InputError, match="E-CPL-002"):
         surrogate.predict(pushed.design(pushed.test)[0], previous_forces=np.zeros((12, 200, 3)))
 

@@ -19,6 +19,7 @@ def dataset(done: int, unseen: int = 5, **verdicts):
         train=tuple(TRAIN[:done]),
         test=tuple(TEST[:unseen]),
         verdict=lambda run: verdicts.get(f"r{run}", "PASS"),
+        result=lambda run: SimpleNamespace(record={"quality": {"verdict": verdicts.get(f"r{run}", "PASS")}}),
         doubts=lambda run: ("short", "shooting nodes") if run == "0003" else ("short",),
     )
 
@@ -51,6 +52,12 @@ def test_a_run_to_review_is_used_and_counted():
     there = available(dataset(40, r0003="REVIEW", r0030="REVIEW"), TRAIN, TEST, (10, 20, 40))
     assert len(there.sizes[40]) == 40
     assert there.notes == ("2 of the 40 training runs used carry the verdict REVIEW: short (2), shooting nodes (1).",)
+
+
+def test_an_unseen_run_that_failed_is_no_truth():
+    there = available(dataset(40, r0041="FAIL"), TRAIN, TEST, (10, 20, 40))
+    assert "0041" not in there.unseen
+    assert any("0041" in note for note in there.notes)
 
 
 def test_fewer_runs_than_the_smallest_design_stand_for_one():

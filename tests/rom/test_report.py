@@ -14,6 +14,7 @@ from billow.rom.judge.evaluate import evaluate
 from billow.rom.judge.figures import cut, outline
 from billow.rom.judge.findings import verdict, weaknesses
 from billow.rom.judge.report import page, write_report
+from billow.rom.judge.unseen import UnseenRuns
 from billow.rom.learn.train import Recipe, train
 
 
@@ -86,7 +87,7 @@ def test_worst_run_is_named_and_a_cause_only_when_shown(evaluation):
             evaluation,
             errors=dict.fromkeys(evaluation.errors, errors),
             spread=errors,
-            test=tuple("abcdefghijkl"),
+            unseen=UnseenRuns(tuple("abcdefghijkl"), {}, {}),
             design=design,
         )
         return next(sentence for sentence in weaknesses(doctored) if sentence.startswith("The worst unseen run"))

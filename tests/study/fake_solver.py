@@ -10,6 +10,7 @@ import os
 import time
 import tomllib
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 import tomli_w
@@ -76,6 +77,11 @@ class FakeCase:
                 raise InputError("E-CASE-005", f"{entry} = {value} too large", where=entry, why="limit", remedy="less")
             content[table][key] = value
         return FakeCase(content)
+
+    files: ClassVar = {}
+
+    def with_files(self, paths):
+        return self
 
     def to_toml(self):
         return tomli_w.dumps(self.content)

@@ -7,8 +7,8 @@ from billow.study.definition import StudyDefinition
 WRONG = [
     ("train = 4", "train = 1", "E-STU-004", "train", "greater than or equal to 2"),
     ("test = 2", "test = 0", "E-STU-004", "test", "greater than or equal to 1"),
-    ("train = 4", 'train = "4"', "E-STU-004", "train", "integer"),
-    ("train = 4", "train = 4.0", "E-STU-004", "train", "integer"),
+    ("train = 4", 'train = "4"', "E-STU-004", "train", "whole number"),
+    ("train = 4", "train = 4.0", "E-STU-004", "train", "whole number"),
     ("train = 4", "trian = 4", "E-STU-005", "train", "missing"),
     ("seed = 3", "seed = 3\nsede = 4", "E-STU-003", "sede", "did you mean 'seed'?"),
     ("reference_length = 0.28", "reference_length = nan", "E-STU-004", "reference_length", "finite"),

@@ -132,10 +132,10 @@ def test_added_designs_become_training_runs(study, definition, tmp_path):
     [
         ("lift [m]\n1.5\n", "its columns are"),
         (ROWS + "1.5,2000.0\n", "twice"),
-        (ROWS + "2.5,2000.0\n", "row 3: lift = 2.5 is not between 1 and 2"),
-        (ROWS + "1.5\n", "row 3 has 1 values"),
+        (ROWS + "2.5,2000.0\n", "line 4: lift = 2.5 is not between 1 and 2"),
+        (ROWS + "1.5\n", "line 4 has 1 value, the header"),
         (ROWS + "1.5,soft\n", "soft"),
-        (ROWS + "nan,2000.0\n", "row 3: lift = nan"),
+        (ROWS + "nan,2000.0\n", "line 4: the value of 'lift [m]' is 'nan'"),
     ],
 )
 def test_rows_that_cannot_be_added_are_refused(definition, tmp_path, rows, told):

@@ -218,13 +218,44 @@ def test_a_crash_in_publishing_leaves_a_study_that_continues(study, monkeypatch)
     assert os.listdir(study.folder / "runs") == []
     assert len(os.listdir(study.folder / "work")) == 1
     monkeypatch.undo()
-    (study.folder / "runs/0000.partial").mkdir()
     assert study.run(workers=1, runner=simulate).completed == tuple(study.runs)
     assert sorted(os.listdir(study.folder / "runs")) == list(study.runs)
 
 
+def test_what_killed_processes_left_is_removed_and_nothing_else(study):
+    study.store.work.mkdir()
+    study.store.begin("workers")
+    (study.folder / "work" / "notes").mkdir()
+    (study.folder / "runs").mkdir()
+    (study.folder / "runs" / "mine.partial").mkdir()
+    assert study.run(workers=1, runner=simulate).completed == tuple(study.runs)
+    assert os.listdir(study.folder / "work") == ["notes"]
+    assert (study.folder / "runs" / "mine.partial").is_dir()
+
+
+def test_folders_behind_links_are_left_alone(study, tmp_path):
+    (tmp_path / "elsewhere" / "0000.partial").mkdir(parents=True)
+    for name in ("runs", "failed", "work", "set_aside"):
+        (study.folder / name).symlink_to(tmp_path / "elsewhere")
+        with pytest.raises(InputError, match="E-RES-024"):
+            study.run(workers=1, runner=simulate)
+        (study.folder / name).unlink()
+    assert (tmp_path / "elsewhere" / "0000.partial").is_dir()
+
+
+def test_a_study_that_was_not_written_to_the_end_is_written_again(definition, tmp_path):
+    folder = tmp_path / "again"
+    Study.create(definition, folder)
+    (folder / "study.toml").unlink()  # the last of its files
+    assert Study.create(definition, folder).run(workers=1, runner=simulate).completed
+    (folder / "study.toml").unlink()
+    (folder / "billow.lock").unlink()
+    with pytest.raises(InputError, match="E-STU-008"):
+        Study.create(definition, folder)
+
+
 def test_one_study_is_driven_by_one_process(study):
-    with study.store.driving(), pytest.raises(InputError, match=f"E-STU-013(.|\n)*process {os.getpid()}"):
+    with study.store.driving(), pytest.raises(InputError, match=f"E-RES-023(.|\n)*process {os.getpid()}"):
         study.run(workers=1, runner=simulate)
     for wrong in ({"workers": 0}, {"workers": 2, "scheduler": "tcp://localhost:1"}):
         with pytest.raises(InputError, match="E-STU-021"):

@@ -49,6 +49,6 @@ def test_worker_processes_make_the_runs_and_a_run_that_kills_them_is_given_up(st
 
 def test_a_scheduler_that_is_not_there(study, monkeypatch):
     monkeypatch.setattr(execute, "ANSWER_SECONDS", 0.3)
-    for address in ("tcp://127.0.0.1:9", "nonsense://x"):
+    for address in ("tcp://127.0.0.1:9", "nonsense://x", "tls://127.0.0.1:9", "inproc://x", ""):
         with pytest.raises(InputError, match="E-STU-015"):
             study.run(scheduler=address, runner=simulate)

@@ -1,8 +1,10 @@
 """Compiled kernels: one decorator, two compilations, one set of bits (docs/architecture.md, Compiled code).
 
 No fastmath: it breaks NaN checks and reproducibility. The key of the cache is content: the text of a kernel's file and
-of every file of the package that it imports, the types of the arguments, the processor, and the versions of numba and
-Python. Neither the place of a file nor its date counts.
+of every file of the package that it imports, the types of the arguments, the processor, and the versions of Python,
+NumPy, numba and llvmlite. Neither the place of a file nor its date counts.
+
+Variables and files that would make numba compile in another way do not count: `base/surroundings.py`.
 """
 
 from __future__ import annotations
@@ -13,14 +15,21 @@ import fcntl
 import functools
 import hashlib
 import os
+import platform
 import types
 from collections.abc import Iterator
 from pathlib import Path
 from typing import ClassVar
 
+import llvmlite
 import numba
+import numpy as np
+from numba.core import config
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataCacheFile, _CacheLocator
 from numba.core.compiler_lock import global_compiler_lock
+
+config._config_fname = os.devnull  # numba looks for its settings file in the working folder
+config.reload_config()
 
 CHUNK = 1024
 """Items summed by one chunk; fixed, because it decides the order of additions and thereby the last bits."""
@@ -59,27 +68,37 @@ def _digest(source: Path) -> str:
         if path not in found:
             found.add(path)
             open_ends += _text_and_imports(path)[1]
-    digest = hashlib.sha256(numba.__version__.encode())
+    versions = platform.python_version(), np.__version__, numba.__version__, llvmlite.__version__
+    digest = hashlib.sha256(" ".join(versions).encode())
     # By its place in the package; a file outside it, by its name.
     named = [(p.relative_to(_PACKAGE).as_posix() if p.is_relative_to(_PACKAGE) else p.name, p) for p in found]
     for name, path in sorted(named):
         text = _text_and_imports(path)[0]
-        digest.update(f"{name} {len(text)} ".encode() + text)
+        digest.update(os.fsencode(f"{name} {len(text)} ") + text)
     return digest.hexdigest()
+
+
+def _cache_root() -> str | None:
+    """BILLOW_CACHE, or `billow` in the user's cache; None without a home: "~" would become a folder of that name."""
+    own = os.path.expanduser(os.environ.get("BILLOW_CACHE", ""))
+    if own and not own.startswith("~"):
+        return os.path.abspath(own)
+    home = os.environ.get("XDG_CACHE_HOME", "")
+    home = home if os.path.isabs(home) else os.path.expanduser("~/.cache")
+    return os.path.join(home, "billow") if os.path.isabs(home) else None
 
 
 @functools.cache
 def _module_folder(source: str) -> str | None:
-    """Folder for the kernels of one file (BILLOW_CACHE moves it); None if it cannot be written, or if there is
-    no file (a kernel typed into a prompt)."""
-    if not Path(source).is_file():
+    """Folder for the kernels of one file; None if it cannot be written, or if there is no file (a kernel typed into a
+    prompt): kernels are then compiled again in every process."""
+    root = _cache_root()
+    if root is None or not Path(source).is_file():
         return None
-    home = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
-    root = os.environ.get("BILLOW_CACHE") or os.path.join(home, "billow")
     folder = Path(root, "kernels", f"{Path(source).stem}-{_digest(Path(source))[:16]}")
     try:
         folder.mkdir(parents=True, exist_ok=True)
-    except OSError:  # a read-only home: kernels are compiled again in every process
+    except OSError:  # a read-only home
         return None
     return str(folder) if os.access(folder, os.W_OK) else None
 
@@ -110,30 +129,44 @@ class _Impl(CompileResultCacheImpl):
 
 
 class _Entries:
-    """The compilations of one kernel on disk, each in a file of its own.
+    """The compilations of one kernel on disk, each in files of its own: numba's index and data, and their SHA-256.
 
-    Two writers could set numba's index of all compilations of a kernel against each other's files; with an index of one
-    entry they write the same twice at worst. numba renames finished files: a kill leaves nothing half-written.
+    What does not match its sum never reaches numba and LLVM, which could end the process: damaged, half-written and
+    foreign files are compiled again. Two writers could set numba's index of all compilations of a kernel against each
+    other's files; with an index of one entry they write the same twice at worst.
     """
 
     def __init__(self, folder: str, kernel: str):
         self._folder, self._kernel = folder, kernel
 
-    def _file(self, key) -> IndexDataCacheFile:
-        digest = hashlib.sha256(repr(key).encode()).hexdigest()[:16]
-        return IndexDataCacheFile(self._folder, f"{self._kernel}-{digest}", "")
+    def _entry(self, key) -> tuple[IndexDataCacheFile, Path]:
+        """numba's files, and the file of their sum."""
+        name = f"{self._kernel}-{hashlib.sha256(repr(key).encode()).hexdigest()[:16]}"
+        return IndexDataCacheFile(self._folder, name, ""), Path(self._folder, f"{name}.sha256")
+
+    @staticmethod
+    def _sum(path: Path) -> str:
+        digest = hashlib.sha256()
+        for part in (path.with_suffix(".nbi"), path.with_suffix(".1.nbc")):
+            if not part.is_file():
+                raise FileNotFoundError(part)
+            digest.update(os.fsencode(f"{path.parent.name}/{part.name} ") + part.read_bytes())
+        return digest.hexdigest()
 
     def load(self, key):
         """What was saved under `key` (argument types, processor, bytecode), or None."""
+        file, path = self._entry(key)
         try:
-            return self._file(key).load(key)
-        except Exception:  # damaged, e.g. by a loss of power: it is compiled again
+            return file.load(key) if path.is_file() and path.read_bytes() == self._sum(path).encode() else None
+        except OSError:
             return None
 
     def save(self, key, data) -> None:
-        file = self._file(key)
+        file, path = self._entry(key)
         file.flush()  # a damaged index could not be added to
         file.save(key, data)
+        with file._open_for_write(str(path)) as whole:  # renamed when it is finished
+            whole.write(self._sum(path).encode())
 
     def flush(self) -> None:
         """Nothing: a folder belongs to one text and never grows stale."""
@@ -178,10 +211,15 @@ class _KernelCache(FunctionCache):
             found = super().load_overload(sig, target_context)
         return found
 
+    def save_overload(self, sig, data) -> None:
+        """A folder that is full or gone costs the next process a compilation, and this one nothing."""
+        with contextlib.suppress(OSError):
+            super().save_overload(sig, data)
+
 
 def _compile(function, **options):
     compiled = numba.njit(function, error_model="numpy", **options)
-    if numba.config.DISABLE_JIT or _module_folder(function.__code__.co_filename) is None:
+    if config.DISABLE_JIT or _module_folder(function.__code__.co_filename) is None:
         return compiled
     cache = compiled._cache = _KernelCache(function)
     load_or_compile = compiled.compile
@@ -192,9 +230,6 @@ def _compile(function, **options):
 
     compiled.compile = compile_once
     return compiled
-
-
-numba.config.DISABLE_INTEL_SVML = 1  # vector math of another library would change last bits between machines
 
 
 def scalar(function):

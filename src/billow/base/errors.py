@@ -21,6 +21,7 @@ A `Concern` says the same of a case that can be run but is probably not what was
 from __future__ import annotations
 
 import functools
+import re
 from dataclasses import dataclass
 from typing import Any
 
@@ -57,6 +58,9 @@ class Code:
         }
         return self.kind(self.code, **texts)
 
+
+_NUMBER_OF_ERROR = re.compile(r"\[Errno -?\d+\] ")
+"""What Python puts before the words of the operating system."""
 
 CODES: dict[str, Code] = {}
 """The codes of all modules imported so far."""
@@ -115,12 +119,17 @@ class Concern(_Message):
 def shown(value: object) -> str:
     """A value a user gave as a message shows it: short things as they are, others by their type."""
     # Python refuses to write integers of more than 4,300 digits.
+    if isinstance(value, bool):
+        return "true" if value else "false"
     plain = isinstance(value, (float, str)) or (isinstance(value, int) and abs(value) < 10**80)
-    return repr(value)[:80] if plain else type(value).__name__
+    kinds = {"dict": "a table", "list": "a list", "tuple": "a list", "NoneType": "nothing", "int": "a huge number"}
+    name = type(value).__name__
+    return repr(value)[:80] if plain else kinds.get(name, f"a {name}")
 
 
 def _in_one_line(text: str) -> str:
     """Text as it is safe to print: what files and users wrote may hold control characters, and have any length."""
+    text = _NUMBER_OF_ERROR.sub("", text)
     if len(text) > LONGEST_TEXT:
         text = f"{text[: LONGEST_TEXT // 2]} ... {text[-LONGEST_TEXT // 2 :]}"
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)

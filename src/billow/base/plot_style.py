@@ -1,9 +1,12 @@
-"""How all figures look (matplotlib settings), and their bytes."""
+"""How all figures look, whatever matplotlib is told by its surroundings, and their bytes."""
 
 from __future__ import annotations
 
+import contextlib
 import io
+from collections.abc import Iterator
 
+import matplotlib
 from matplotlib.figure import Figure
 
 INK, GREY, FAINT = "#22303c", "#7b8794", "#e3e8ec"
@@ -28,6 +31,15 @@ STYLE = {
     "lines.linewidth": 1.8,
     "svg.hashsalt": "billow",  # same numbers, same file
 }
+
+
+@contextlib.contextmanager
+def styled() -> Iterator[None]:
+    """Where a figure is drawn and saved: our style over matplotlib's own defaults, not over those of the user."""
+    with matplotlib.rc_context():
+        matplotlib.rcdefaults()
+        matplotlib.rcParams.update(STYLE)
+        yield
 
 
 def png(figure: Figure, dpi: int = 140) -> bytes:

@@ -18,7 +18,8 @@ SHORT = "time missing to 1.2 times the pressure peak"
 
 @dataclass(frozen=True)
 class Criterion:
-    """One line of the verdict: measured value, largest value that passes, value from which it fails, in `unit`."""
+    """One line of the verdict: measured value, largest value that passes, value from which it fails, in `unit`; remedy:
+    what to try if it does not pass."""
 
     name: str
     measured: float
@@ -26,6 +27,13 @@ class Criterion:
     fails: float
     unit: str
     verdict: str
+    remedy: str
+
+    @property
+    def line(self) -> str:
+        """For the log, if it does not pass."""
+        measured = f"{self.name} = {self.measured:.4g} {self.unit} (passes up to {self.passes:g})"
+        return f"{self.verdict}: {measured}; try: {self.remedy}"
 
     def record(self) -> dict:
         """Plain dictionary, for run.json."""
@@ -42,9 +50,13 @@ def doubts(quality: Mapping) -> tuple[str, ...]:
     return tuple(line["name"] for line in quality.get("criteria", ()) if line["verdict"] != "PASS")
 
 
-def criterion(name: str, measured: float, passes: float, fails: float, unit: str) -> Criterion:
+SMALLER_STEPS = "a smaller run.dt_scale; 0.5 is often enough"
+"""What helps against most errors of a run."""
+
+
+def criterion(name: str, measured: float, passes: float, fails: float, unit: str, remedy: str) -> Criterion:
     """PASS up to `passes`, FAIL from `fails` on or if not finite, REVIEW between them."""
     verdict = "PASS" if measured <= passes else "FAIL" if measured >= fails else "REVIEW"
     if not np.isfinite(measured):
         verdict = "FAIL"
-    return Criterion(name, float(measured), float(passes), float(fails), unit, verdict)
+    return Criterion(name, float(measured), float(passes), float(fails), unit, verdict, remedy)

@@ -14,8 +14,8 @@ from billow.case.gas.models import GAS_MODELS
 from billow.case.obstacles.obstacles import build_body
 from billow.geometry.bag_shapes import BagShape
 from billow.geometry.flat_cut import flat_area
-from billow.geometry.surface import check_closed, nodal_share
-from billow.parts.bodies.bodies import Bodies
+from billow.geometry.surface import check_closed, encloses, nodal_share
+from billow.parts.bodies.bodies import TOUCHES, Bodies
 from billow.parts.fabric.birth import Birth
 from billow.parts.fabric.fabric import Fabric
 from billow.parts.fabric.membrane import Membrane
@@ -31,6 +31,14 @@ PENETRATES = InputError.declare(
     why="the penalty force would shoot the fabric away",
     cause="a clearance that is too small for the start shape, or a plate above z = 0",
     remedy="raise its clearance, or lower the height of the plate",
+)
+OVERLAP = InputError.declare(
+    "E-GEO-022",
+    "{one} and {other} overlap at the start by {depth:.3g} mm",
+    where="obstacles.{one}, obstacles.{other}",
+    why="at least one of them is free to move, and their contact would throw it away",
+    cause="a clearance or an offset that is too small, or a plate at the height of another obstacle",
+    remedy="move them apart, or lock both",
 )
 INSIDE = InputError.declare(
     "E-GEO-021",
@@ -91,21 +99,13 @@ def nodal_mass(shape: BagShape, membrane: Membrane, straps: Straps) -> np.ndarra
 
 
 def require_start_clear(model: Model) -> None:
-    """Raises InputError if an obstacle touches the bag at the start, E-GEO-020, or lies inside it, E-GEO-021."""
+    """Raises InputError if an obstacle touches the bag at the start, E-GEO-020, lies inside it, E-GEO-021, or overlaps
+    another of which one can move, E-GEO-022."""
+    for one, other, depth in model.bodies.meetings.overlaps([body.start for body in model.bodies.bodies]):
+        if depth > TOUCHES:
+            raise OVERLAP(one=one.name, other=other.name, depth=1e3 * depth)
     for body, deepest in model.bodies.touching_at_start(model.start, model.inverse_mass):
         raise PENETRATES(body=body.name, depth=1e3 * deepest)
     for body in model.bodies.bodies:
-        if body.is_bounded and _encloses(model, body.start.centre):
+        if body.is_bounded and encloses(model.surface.triangles, model.start, body.start.centre):
             raise INSIDE(body=body.name)
-
-
-def _encloses(model: Model, point: np.ndarray) -> bool:
-    """Whether the closed bag surrounds a point [m]: its triangles then fill the whole view, 4 pi (van Oosterom and
-    Strackee, IEEE Trans. Biomed. Eng. 30 (1983) 125)."""
-    corners = model.start[model.surface.triangles] - point
-    a, b, c = (corners[:, k] for k in range(3))
-    la, lb, lc = (np.linalg.norm(v, axis=1) for v in (a, b, c))
-    ab, bc, ca = (np.einsum("ij,ij->i", u, v) for u, v in ((a, b), (b, c), (c, a)))
-    box = np.einsum("ij,ij->i", a, np.cross(b, c))
-    half_angle = np.arctan2(box, la * lb * lc + ab * lc + bc * la + ca * lb)
-    return abs(half_angle.sum()) > np.pi

@@ -6,7 +6,6 @@ It knows no schema of its own: `model` is the pydantic class to fill, and its ke
 from __future__ import annotations
 
 import difflib
-import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, TypeVar, get_args
@@ -14,12 +13,11 @@ from typing import Any, TypeVar, get_args
 from pydantic import ValidationError
 
 from billow.base.errors import InputError, shown
+from billow.base.toml_file import read_toml
 from billow.case.named_files import with_files_settled
-from billow.case.quantity import Strict
+from billow.case.quantity import Strict, listed, missing_beside, reason_of
 
 Model = TypeVar("Model", bound=Strict)
-LARGEST_FILE = 1_000_000  # bytes; a case file is a few kilobytes
-
 
 UNREADABLE = InputError.declare(
     "E-CASE-001",
@@ -45,9 +43,9 @@ UNKNOWN_KEY = InputError.declare(
 )
 MISSING_KEY = InputError.declare(
     "E-CASE-004",
-    "{key} is missing",
+    "{keys} missing in {table}",
     where="{file}, key {key}",
-    why="it has no default",
+    why="there is no default",
     cause="a curve with times and no values",
     remedy="add {last}; docs/case.md describes it",
 )
@@ -66,27 +64,10 @@ def load_case(model: type[Model], path: str | Path) -> Model:
     `validate`."""
     path = Path(path)
     try:
-        with open(path, "rb") as file:
-            content = file.read(LARGEST_FILE + 1)  # a device such as /dev/zero never ends
-    except (OSError, ValueError) as error:  # ValueError: a path that no file can have
+        data = read_toml(path)
+    except OSError as error:
         raise UNREADABLE(path=str(path), why=error) from None
-    try:
-        if len(content) > LARGEST_FILE:
-            raise NOT_TOML(
-                what=f"{path.name} is not a case file: it is too long",
-                path=path,
-                why=f"case files are text of at most {LARGEST_FILE} bytes",
-                remedy="give the path of a TOML case",
-            )
-        data = tomllib.loads(content.decode("utf-8"))
-    except UnicodeDecodeError as error:
-        raise NOT_TOML(
-            what=f"{path.name} is not a text file",
-            where=f"{path}, byte {error.start}",
-            why="TOML is UTF-8 text",
-            remedy="save the file as UTF-8",
-        ) from None
-    except (ValueError, RecursionError) as error:  # TOMLDecodeError, or an integer of thousands of digits
+    except ValueError as error:
         raise NOT_TOML(name=path.name, path=path, why=error) from None
     return validate(model, with_files_settled(data, path.parent), str(path))
 
@@ -108,7 +89,11 @@ def _explain(error: ValidationError, model: type[Strict], where: str) -> InputEr
     # the branch of the curve is meant.
     problem = max(
         problems,
-        key=lambda p: (p["type"] in ("range", "unit", "curve") and not isinstance(p["input"], dict), len(p["loc"])),
+        key=lambda p: (
+            p["type"] in ("range", "unit", "curve") and not isinstance(p["input"], dict),
+            len(p["loc"]),
+            p["type"] == "extra_forbidden",  # a misspelt key is also missing
+        ),
     )
     *path, last = problem["loc"] or ("case",)
     # A user's key may have the name of a union branch; it comes last.
@@ -117,25 +102,29 @@ def _explain(error: ValidationError, model: type[Strict], where: str) -> InputEr
     keys = [str(k) for k in path if not _is_branch(str(k), variants)]
     keys += [str(last)] if named or not _is_branch(str(last), variants) else []
     key = ".".join(keys) or "case"
-    more = f" ({len(problems) - 1} more)" if len(problems) > 1 and len({p["loc"][:2] for p in problems}) > 1 else ""
+    others = len(problems) - 1 if len({p["loc"][:2] for p in problems}) > 1 else 0
     if problem["type"] == "extra_forbidden":
-        table = next(_tables(_find(model, problem["loc"][:-1])), None)
-        known = sorted(getattr(table, "model_fields", {}))
+        tables = _tables(_find(model, problem["loc"][:-1]))
+        known = sorted({field for table in tables for field in table.model_fields})
         close = difflib.get_close_matches(keys[-1], known, n=1)
         remedy = f"did you mean {close[0]!r}?" if close else None
         told = UNKNOWN_KEY(key=key, file=where, known=", ".join(known), remedy=remedy)
     elif problem["type"] == "missing":
-        remedy = f"write a list of at least {last + 1} entries" if isinstance(last, int) else None
-        told = MISSING_KEY(key=key, file=where, last=keys[-1], remedy=remedy)
+        names, remedy = missing_beside(problem, problems), None
+        others = max(others - len(names) + 1, 0)
+        if isinstance(last, int):
+            names, remedy = [f"entry {last + 1}"], f"write a list of at least {last + 1} entries"
+        table, said = ".".join(keys[:-1]) or "the file", f"{listed(names)} {'are' if len(names) > 1 else 'is'}"
+        told = MISSING_KEY(keys=said, table=table, key=key, file=where, last=listed(names), remedy=remedy)
     else:
         told = UNUSABLE_VALUE(
             key=key,
             value=shown(problem["input"]),
             file=where,
-            why="a list is expected here" if problem["type"] == "tuple_type" else problem["msg"],
+            why=reason_of(problem),
             remedy=(problem.get("ctx") or {}).get("try") or _remedy(model, problem, keys),
         )
-    told.what += more
+    told.what += f" ({others} more)" if others else ""
     return told
 
 
@@ -153,7 +142,7 @@ def _remedy(model: type[Strict], problem: dict[str, Any], keys: list[str]) -> st
 
 def _is_branch(text: str, variants: set[str]) -> bool:
     """Whether a location part is pydantic's name of a union branch rather than a key."""
-    return "[" in text or text == "float" or text in variants or text.startswith(("function", "constrained"))
+    return "[" in text or text in ("float", "bool") or text in variants or text.startswith(("function", "constrained"))
 
 
 def _find(model: type[Strict], location: tuple) -> Any:

@@ -6,13 +6,16 @@ its record, and turn its verdict to REVIEW. Each part has its own; those of the 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 import numpy as np
 
 from billow.base.errors import Concern
+from billow.base.plausible import unusual
 from billow.case.schema import Case
 from billow.geometry.reference_check import NOTICED, Panel, panels, place
+from billow.parts.fabric.fabric import STEP_FACTOR
 from billow.solver.model import Model
 
 START_STRAIN = 0.05  # of fabric or straps at the start: from here on it cannot be meant
@@ -60,12 +63,39 @@ COLLAPSED = Concern.declare(
     remedy="move the nodes of the start shape apart",
 )
 
+SLIVERS = Concern.declare(
+    "W-MESH-006",
+    "slivers, {count} of {triangles} triangles, make the step {now:.3g} us instead of {without:.3g} us",
+    where="{place}; {key}",
+    why="the smallest height of a triangle sets the step; the run takes {times:.3g} times as long",
+    cause="slivers left by a mesher or by merging nodes",
+    remedy="collapse the short edges of these triangles, or mesh that spot again",
+)
+FEW = 0.01
+"""Share of the triangles, but at least four, that is compared with the others."""
+COSTLY = 5.0
+"""Times by which they may shorten the step."""
+
 
 def concerns_of(case: Case, model: Model) -> list[Concern]:
     """Everything about a case that looks unintended."""
     setting = model.setting(case.run.end_time)
     of_parts = [concern for _, part in model.parts for concern in part.concerns(setting)]
-    return [*_size(case, model), *_panels(case, model), *_straps(case, model), *of_parts]
+    of_mesh = [concern for ask in (_units, _size, _slivers, _panels, _straps) for concern in ask(case, model)]
+    return [*of_mesh, *of_parts]
+
+
+def _units(case: Case, model: Model) -> Iterator[Concern]:
+    """What hints at numbers in another unit comes first."""
+    bag = case.bag
+    size = float(np.ptp(model.start[np.unique(model.surface.triangles)], axis=0).max())
+    if bag.shape == "mesh":
+        change = 'write bag.unit = "{unit}"'
+        yield from unusual("bag size", size, "the width of the mesh", bag.start, change, bag.unit)
+    else:
+        yield from unusual("bag size", size, "the width of the bag", "bag", "write the unit")
+    pressure = case.ambient.pressure
+    yield from unusual("ambient pressure", pressure, "the ambient pressure", "ambient.pressure", "write the unit")
 
 
 def _size(case: Case, model: Model) -> Iterator[Concern]:
@@ -76,6 +106,21 @@ def _size(case: Case, model: Model) -> Iterator[Concern]:
     if edge > across / FEWEST:
         key = "bag.start" if case.bag.shape == "mesh" else "bag.element_size"
         yield COARSE(count=across / edge, room="bag" if chambers == 1 else "chambers", key=key)
+
+
+def _slivers(case: Case, model: Model) -> Iterator[Concern]:
+    for membrane in model.fabric.membranes:
+        order = np.argsort(-membrane.squared_rate)
+        steps = STEP_FACTOR / np.sqrt(membrane.squared_rate[order])
+        few = min(max(math.ceil(FEW * len(steps)), 4), len(steps) // 4)
+        count = int(np.searchsorted(steps[:few], steps[few] / COSTLY))
+        if count:
+            now, times = 1e6 * steps[0], steps[count] / steps[0]
+            worst = place(model.surface, model.start, int(membrane.elements[order[0]]))
+            key = "bag.start" if case.bag.shape == "mesh" else "bag"
+            yield SLIVERS(
+                count=count, triangles=len(steps), now=now, without=now * times, times=times, place=worst, key=key
+            )
 
 
 def _straps(case: Case, model: Model) -> Iterator[Concern]:

@@ -6,7 +6,7 @@ import hashlib
 from pathlib import Path
 from typing import Any
 
-from billow.geometry.mesh_file import LARGEST_FILE
+from billow.base.input_file import LARGEST_DATA, require_file
 from billow.parts.fabric.curve_file import read_curve_file
 
 
@@ -33,11 +33,10 @@ def files_digest(*paths: Any) -> str:
     digest = hashlib.sha256()
     try:
         for path in filter(None, paths):
-            if not Path(path).is_file() or Path(path).stat().st_size > LARGEST_FILE:
-                return ""
+            require_file(path, LARGEST_DATA)
             with open(path, "rb") as file:
                 digest.update(hashlib.file_digest(file, "sha256").digest())
-    except (OSError, ValueError, TypeError):
+    except (OSError, TypeError):
         return ""
     return digest.hexdigest()
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import reduce
 from operator import or_
@@ -18,15 +18,63 @@ from billow.base.units import other_scales, to_si
 ZERO_CELSIUS = 273.15  # K
 
 
+MOST_TABLES = 1000
+"""Obstacles, straps, sensors and the like of one case; each has arrays as long as the mesh, or columns of its own."""
+
+
 class Strict(
     BaseModel, extra="forbid", frozen=True, allow_inf_nan=False, use_attribute_docstrings=True, validate_default=True
 ):
-    """Unknown keys are refused, values never change, numbers are finite."""
+    """Unknown keys are refused, values never change, numbers are finite, lists of tables have an end."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _bounded(cls, data: Any) -> Any:
+        for key, items in data.items() if isinstance(data, dict) else ():
+            if isinstance(items, (list, tuple)) and len(items) > MOST_TABLES and isinstance(items[0], dict):
+                raise refused(f"{len(items)} tables {key}; at most {MOST_TABLES} are allowed, to fit into memory")
+        return data
 
 
 def refused(reason: str, remedy: str | None = None, kind: str = "value") -> PydanticCustomError:
     """What a validator raises; reason and remedy become the lines "why" and "try" of the message."""
     return PydanticCustomError(kind, "{reason}", {"reason": reason, "try": remedy})
+
+
+_REASONS = {
+    "string_type": "a text in quotes is expected",
+    "int_type": "a whole number is expected",
+    "int_parsing": "a whole number is expected",
+    "int_from_float": "a whole number is expected",
+    "int_parsing_size": "the number is too large",
+    "float_type": "a number is expected",
+    "float_parsing": "a number is expected",
+    "finite_number": "the number is not finite",
+    "bool_type": "true or false is expected",
+    "bool_parsing": "true or false is expected",
+    "dict_type": "a table is expected",
+    "model_type": "a table is expected",
+    "model_attributes_type": "a table is expected",
+    "tuple_type": "a list is expected",
+    "list_type": "a list is expected",
+}
+"""pydantic's name of a problem -> its reason in the words of this program."""
+
+
+def reason_of(problem: Mapping[str, Any]) -> str:
+    """Why a value was refused, from an entry of a ValidationError."""
+    return _REASONS.get(problem["type"], problem["msg"].replace("Input should", "it should"))
+
+
+def listed(names: Sequence[str]) -> str:
+    """Names in a sentence: a, b and c."""
+    return f"{', '.join(names[:-1])} and {names[-1]}" if len(names) > 1 else names[0]
+
+
+def missing_beside(problem: Mapping[str, Any], problems: Sequence[Mapping[str, Any]]) -> list[str]:
+    """All keys that are missing in the table in which `problem` misses one, at most twenty."""
+    table = problem["loc"][:-1]
+    return [str(p["loc"][-1]) for p in problems if p["type"] == "missing" and p["loc"][:-1] == table][:20]
 
 
 def quantity(unit: str, low: float, high: float) -> Any:
@@ -50,12 +98,18 @@ def quantity(unit: str, low: float, high: float) -> Any:
 def whole(low: int, high: int, noun: str = "") -> Any:
     """A whole number from low to high; noun: what it counts, for messages."""
 
+    def plain(value: Any) -> Any:
+        if isinstance(value, bool):  # which Python counts among the whole numbers
+            raise refused("a whole number is expected, not true or false", kind="range")
+        return value
+
     def check(value: int) -> int:
         if low <= value <= high:
             return value
-        raise refused(f"{value}{noun and ' '}{noun}; expected {low} to {high}", kind="range")
+        given = str(value) if abs(value) < 10**18 else f"{value:.3g}" if abs(value) < 10**300 else "a huge number"
+        raise refused(f"{given}{noun and ' '}{noun}; expected {low} to {high}", kind="range")
 
-    return Annotated[int, AfterValidator(check), Documented("", low, high)]
+    return Annotated[int, BeforeValidator(plain), AfterValidator(check), Documented("", low, high)]
 
 
 def _meant(value: float, unit: str, low: float, high: float) -> str | None:
@@ -80,7 +134,8 @@ def unit_of(field) -> Documented | None:
     return next((m for m in field.metadata if isinstance(m, Documented) and m.unit), None)
 
 
-AXES = {"time": ("s", quantity("s", 0.0, 10.0)), "pressure": ("Pa", quantity("Pa", -1e6, 1e7))}
+_pressure = ("Pa", quantity("Pa", -1e6, 1e7))
+AXES = {"time": ("s", quantity("s", 0.0, 10.0)), "pressure": _pressure, "gauge_pressure": _pressure}
 """What curves run against: its unit, and the type of its points."""
 
 

@@ -7,6 +7,7 @@ docs/case.md is generated from this file.
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ from billow.case.bag.schema_bag import Bag, DriverBag
 from billow.case.case_file import load_case, validate
 from billow.case.fabric.schema_fabric import Fabric
 from billow.case.gas.schema_gas import NO_INFLATOR, Ambient, Gas, Inflator, Inflators, Leakage
+from billow.case.named_files import files_digest
 from billow.case.obstacles.obstacles import Obstacle, Plate
 from billow.case.quantity import Name, Strict, Text, distinct, quantity, refused, whole
 from billow.case.vary import vary
@@ -122,9 +124,25 @@ class Case(Strict):
         """The effective case as TOML."""
         return tomli_w.dumps(self.to_dict())
 
+    @property
+    def files(self) -> dict[str, Path]:
+        """Mesh files that the case needs, by their key in [bag]."""
+        named = {key: getattr(self.bag, key, "") for key in ("start", "reference")}
+        return {key: Path(path) for key, path in named.items() if path}
+
+    def with_files(self, paths: Mapping[str, str]) -> Case:
+        """The case with the same mesh files at other paths, by their key in [bag]; their digest is noted."""
+        if not self.files:
+            return self
+        digest = self.bag.digest or files_digest(*self.files.values())
+        return self.model_copy(update={"bag": self.bag.model_copy(update={**paths, "digest": digest})})
+
     def digest(self) -> str:
-        """SHA-256 of the effective case: equal for equal physics and settings."""
-        return hashlib.sha256(self.to_toml().encode()).hexdigest()
+        """SHA-256 of the effective case: equal for equal physics and settings, wherever its files lie."""
+        data = self.to_dict()
+        if self.files and (content := self.bag.digest or files_digest(*self.files.values())):
+            data["bag"] |= {**dict.fromkeys(self.files, ""), "digest": content}
+        return hashlib.sha256(tomli_w.dumps(data).encode()).hexdigest()
 
     def vary(self, changes: dict[str, Any]) -> Case:
         """The case with dotted keys replaced, for example {"fabric.permeability": 0.03, "obstacles.impactor.degree":

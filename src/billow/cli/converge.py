@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from billow.base.units import to_si
+from billow.cli.endings import CONTINUES, interruptible
 from billow.cli.options import CaseFile, Settings, Threads, make_console, parse_settings, steps, usable
 
 
@@ -37,6 +38,7 @@ def converge(
     from billow.apps.converge.study import report, run_study
     from billow.apps.converge.sweep import Sweep
     from billow.case.schema import Case
+    from billow.results.ownership import owned
 
     with usable("converge", "tolerance", tolerance, "write for example --tolerance '2 %'"):
         good = to_si(tolerance, "-")
@@ -49,6 +51,6 @@ def converge(
             raise ValueError("a number of particles is from 1000 to 20000000")
     sweep = Sweep.of(case, counts, seeds)
     console = make_console()
-    with steps(console) as progress:
+    with interruptible(CONTINUES), owned(out, "convergence.csv"), steps(console) as progress:
         found = run_study(sweep, out, good, progress, threads)
     console.print(f"{report(found, good)}\n{out}: written")

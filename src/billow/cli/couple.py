@@ -10,6 +10,7 @@ import typer
 
 from billow.cli.options import (
     DesignValues,
+    DespiteVerdict,
     Extrapolate,
     StudyFolder,
     SurrogateOption,
@@ -43,17 +44,28 @@ def train(
     out: Annotated[Path | None, typer.Option(help="Coupled file (default: STUDY/coupled.safetensors).")] = None,
     seed: Annotated[int, typer.Option(help="Seed of the networks.")] = 0,
 ) -> None:
-    """Learn the contact force on the free obstacle, from the training runs of the surrogate."""
+    """Learn the contact force on the free obstacle, from the training runs of the surrogate.
+
+    Bag and force are learned up to four more times, each time without a quarter of the runs: their errors on these make
+    the intervals of every answer, and the verdict.
+    """
     from billow.results.dataset import Dataset
+    from billow.results.ownership import owned_file
+    from billow.results.tensor_file import SIGN as TENSORS
     from billow.rom.coupled.coupled_model import Coupled
+    from billow.rom.learn.train import import_network
+    from billow.rom.surrogate.prediction import describe_judgement
     from billow.rom.surrogate.surrogate import Surrogate
 
+    import_network()
     dataset = Dataset.open(folder)
     surrogate = Surrogate.load(surrogate_file or folder / "surrogate.safetensors")
-    with epochs(make_console(), "training") as progress:
+    out = out or folder / "coupled.safetensors"
+    with owned_file(out, TENSORS), epochs(make_console(), "training") as progress:
         coupled = Coupled.train(dataset, surrogate, seed, progress)
-    path = coupled.save(out or folder / "coupled.safetensors")
+        path = coupled.save(out)
     make_console().print(f"{path}: {coupled}")
+    make_console().print(f"motion {describe_judgement(coupled.judgement, 'billow couple evaluate STUDY')}")
 
 
 @app.command()
@@ -64,26 +76,32 @@ def evaluate(
     ] = None,
     out: Annotated[Path | None, typer.Option(help="Write the numbers as JSON.")] = None,
 ) -> None:
-    """Compare with the solver on unseen runs: ISO/TS 18571 ratings and injury metrics."""
+    """Compare with the solver on unseen runs: ISO/TS 18571 ratings and injury metrics.
+
+    The coupled file keeps the verdict, and says it with every answer.
+    """
+    from dataclasses import replace
+
     from billow.results.atomic import write_atomically
     from billow.results.dataset import Dataset
-    from billow.rom.coupled.coupled_evaluation import MEAN_MOTION, QUANTITIES, TRUE_CONTACT, evaluate_coupled
+    from billow.results.ownership import owned_file
+    from billow.results.tensor_file import SIGN as TENSORS
+    from billow.rom.coupled.coupled_evaluation import describe_evaluation, evaluate_coupled
     from billow.rom.coupled.coupled_model import Coupled
 
     dataset = Dataset.open(folder)
-    coupled = Coupled.load(coupled_file or folder / "coupled.safetensors")
+    path = coupled_file or folder / "coupled.safetensors"
+    coupled = Coupled.load(path)
     with steps(make_console()) as progress:
         found = evaluate_coupled(dataset, coupled, progress)
-    print(f"{len(found.runs)} unseen runs; ISO/TS 18571 ratings against the solver, median and worst")
-    print(f"  {'':<20} {'  '.join(f'{answer:<20}' for answer in found.ratings)}")
-    for quantity in QUANTITIES:
-        pairs = (f"{found.median(quantity, a):.3f}  {found.worst(quantity, a):.3f}" for a in found.ratings)
-        print(f"  {quantity:<20} {'  '.join(f'{pair:<20}' for pair in pairs)}")
-    print(f"  {TRUE_CONTACT}: the same steps under the force the solver recorded: the best a perfect law can reach;")
-    print(f"  {MEAN_MOTION}: mean of the training runs, which ignores the design")
-    print(f"  one deployment takes {found.seconds:.3g} s")
     if out is not None:
-        write_atomically(out, json.dumps(found.record(), indent=1, allow_nan=False) + "\n")
+        with owned_file(out, b'{\n "runs": ['):
+            write_atomically(out, json.dumps(found.record(), indent=1, allow_nan=False) + "\n")
+    calibration = coupled.calibration and replace(coupled.calibration, of_injury=found.of_injury)
+    with owned_file(path, TENSORS):
+        replace(coupled, judgement=found.judgement, calibration=calibration).save(path)
+    print(describe_evaluation(found))
+    print(f"{path} keeps the verdict")
 
 
 @app.command()
@@ -92,9 +110,10 @@ def predict(
     settings: DesignValues = None,
     out: Annotated[Path | None, typer.Option(help="Write motion.csv, injury.json and motion.svg here.")] = None,
     extrapolate: Extrapolate = False,
+    despite_verdict: DespiteVerdict = False,
 ) -> None:
     """Motion and injury metrics of the obstacle in one deployment. Without --set, list the parameters."""
-    from billow.rom.coupled.coupled_evaluation import injury_record, write_motion
+    from billow.rom.coupled.coupled_answer import describe_answer
     from billow.rom.coupled.coupled_model import Coupled
     from billow.rom.surrogate.prediction import describe_surrogate
 
@@ -102,14 +121,14 @@ def predict(
     if not settings:
         print(describe_surrogate(coupled.surrogate))
         return
-    from billow.injury.criteria import assess
-
-    motion = coupled.deploy(parse_settings(settings), extrapolate=extrapolate)
-    found = injury_record(assess(motion.times, motion.velocity))
-    print(
-        f"{coupled.impactor.name}: HIC15 {found['hic15']:.1f}, HIC36 {found['hic36']:.1f}, 3 ms clip "
-        f"{found['clip_3ms_g']:.1f} g, peak {found['peak_g']:.1f} g, speed at the end {motion.velocity[-1, 2]:.2f} m/s"
-    )
+    if despite_verdict:
+        coupled = coupled.despite_verdict()
+    answer = coupled.answer(parse_settings(settings), extrapolate=extrapolate)
+    print(describe_answer(answer, despite_verdict))
     if out is not None:
-        write_motion(motion, coupled.impactor.name, out)
+        from billow.results.ownership import owned
+        from billow.rom.coupled.answer_files import write_answer
+
+        with owned(out):
+            write_answer(answer, out)
         print(f"{out}: motion.csv, injury.json, motion.svg")

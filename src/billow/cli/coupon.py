@@ -57,7 +57,9 @@ def coupon(
     """
     from billow.apps.coupon import comparison
     from billow.case.schema import Case
+    from billow.results.atomic import new_place
 
+    new_place(out)
     _known("test", test, comparison.TESTS)
     _known("direction", direction, ("warp", "weft"))
     given = Case.load(fabric_file).fabric if fabric_file else Case.from_dict({"fabric": {"law": "curves-shear"}}).fabric

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 from pathlib import Path
 
 from rich.console import Console
@@ -10,6 +11,7 @@ from rich.console import Console
 from billow.base.errors import InputError
 from billow.cli.options import epochs, steps
 from billow.results.atomic import write_atomically
+from billow.results.ownership import owned
 
 OTHER_DEMO = InputError.declare(
     "E-CLI-002",
@@ -75,35 +77,41 @@ reference_length = 0.28
 def run_demo(folder: Path, train: int, test: int, workers: int | None, console: Console) -> None:
     """Simulate, train, evaluate. May be interrupted and started again.
 
-    Raises InputError E-CLI-002 if the folder holds something else.
+    Raises InputError E-CLI-002 if the folder holds something else, ResourceError E-ROM-006 without PyTorch.
     """
     from billow.rom.judge.evaluate import evaluate
     from billow.rom.judge.report import write_report
     from billow.rom.learn.left_out import left_out
+    from billow.rom.learn.train import import_network
     from billow.rom.learn.train import train as learn
     from billow.study.progress import study_progress
     from billow.study.study import Study
 
+    import_network()  # before minutes of simulation
     begun = time.perf_counter()
-    folder.mkdir(parents=True, exist_ok=True)
-    for name, text in (("case.toml", CASE), ("study.toml", STUDY.format(train=train, test=test))):
-        path = folder / name
+    texts = {folder / "case.toml": CASE, folder / "study.toml": STUDY.format(train=train, test=test)}
+    for path, text in texts.items():
         if path.exists() and path.read_text(encoding="utf-8") != text:
             raise OTHER_DEMO(path=path)
-        write_atomically(path, text)
-    study = Study.create(folder / "study.toml", folder / "study")
-    console.print(f"1/3 simulating {len(study.runs)} deployments (kernels are compiled at the first one, about 20 s)")
-    with study_progress(console) as report:
-        study.run(workers=workers, progress=report)
-    dataset = study.dataset()
-    lost = left_out(dataset, dataset.trusted)
-    note = f" ({len(lost.why)} left out: {lost.reasons()})" if lost.why else ""
-    console.print(f"2/3 training on {len(dataset.trusted)} runs{note}")
-    with epochs(console, "training") as progress:
-        surrogate = learn(dataset, progress=progress)
-    surrogate.save(folder / "surrogate.safetensors")
-    console.print(f"3/3 evaluating on {len(dataset.test)} unseen runs")
-    with steps(console) as progress:
-        evaluation = evaluate(dataset, surrogate, progress=progress)
-    path = write_report(dataset, evaluation, folder)
-    console.print(f"done in {time.perf_counter() - begun:.0f} s: {path}")
+    with owned(folder, "study/study.toml"):
+        for path, text in texts.items():
+            write_atomically(path, text)
+        study = Study.create(folder / "study.toml", folder / "study")
+        console.print(
+            f"1/3 simulating {len(study.runs)} deployments (kernels are compiled at the first one, about 20 s)"
+        )
+        with study_progress(console) as report:
+            study.run(workers=workers, progress=report)
+        dataset = study.dataset()
+        lost = left_out(dataset, dataset.trusted)
+        note = f" ({len(lost.why)} left out: {lost.reasons()})" if lost.why else ""
+        console.print(f"2/3 training on {len(dataset.trusted)} runs{note}")
+        with epochs(console, "training") as progress:
+            surrogate = learn(dataset, progress=progress)
+        surrogate.save(folder / "surrogate.safetensors")
+        console.print(f"3/3 evaluating on {len(dataset.test)} unseen runs")
+        with steps(console) as progress:
+            evaluation = evaluate(dataset, surrogate, progress=progress)
+        replace(surrogate, judgement=evaluation.judgement).save(folder / "surrogate.safetensors")
+        path = write_report(dataset, evaluation, folder)
+        console.print(f"done in {time.perf_counter() - begun:.0f} s: {path}")

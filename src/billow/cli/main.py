@@ -2,20 +2,27 @@
 
 from __future__ import annotations
 
+import errno
 import json
-import os
 import sys
 import tempfile
 import traceback
 from pathlib import Path
 from typing import Annotated
 
+from billow.cli.surroundings import settle, show_any_letter, take_away
+
+settle()
+# ruff: noqa: E402  what follows imports libraries
+
 import typer
 
 from billow import __version__
 from billow.base.errors import BillowError, InputError, ResourceError
 from billow.cli import converge, couple, coupon, paper, surrogates, tank
+from billow.cli.endings import CONTINUES, end_as_with_ctrl_c, interruptible, lasting_streams
 from billow.cli.options import CaseFile, Quiet, Settings, Threads, make_console, parse_settings
+from billow.results.atomic import NOT_WRITTEN
 
 NO_CASE = InputError.declare(
     "E-CLI-003",
@@ -31,6 +38,14 @@ UNUSABLE_PLACE = ResourceError.declare(
     cause="no permission, a full disk, or a path that does not exist",
     remedy="check path, permissions and free space, or choose another place with --out",
 )
+OUT_OF_MEMORY = ResourceError.declare(
+    "E-CLI-009",
+    "there is not enough memory",
+    where="this process",
+    why="the system gave no more",
+    cause="a fine mesh, many obstacles, a large dataset, or other programs",
+    remedy="see what `billow check` says the case needs; use a coarser mesh, or close other programs",
+)
 BILLOW_FAILED = BillowError.declare(
     "E-CLI-070",
     "Billow itself failed",
@@ -40,11 +55,6 @@ BILLOW_FAILED = BillowError.declare(
     remedy="please report it together with {report}",
 )
 
-INTERRUPTED = 130  # exit code after Ctrl-C
-
-# OpenBLAS threads spin while they wait: beside other work they cost more than they gain (a POD of 0.2 s took 17 s),
-# and the last bits of a POD depend on their number. Must be set before NumPy is imported.
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 app = typer.Typer(
     name="billow",
@@ -66,31 +76,57 @@ A first round:
 
 def main() -> None:
     """Entry point: every failure becomes a message in four parts and an exit code, never a traceback."""
-    try:
-        app()
-    except SystemExit as end:
-        if end.code == INTERRUPTED:  # what typer makes of Ctrl-C
-            print("interrupted; continue a run with billow resume RUN, a study with the same command", file=sys.stderr)
-        raise
-    except Exception as problem:
-        error = problem if isinstance(problem, BillowError) else _unexpected(problem)
-        print(error, file=sys.stderr)
-        sys.exit(error.exit_code)
+    show_any_letter()
+    end_as_with_ctrl_c()
+    with lasting_streams():
+        code = 0
+        try:
+            app()
+        except SystemExit as end:
+            code = end.code
+        except Exception as problem:
+            error = problem if isinstance(problem, BillowError) else _unexpected(problem)
+            print(error, file=sys.stderr)
+            code = error.exit_code
+        if sys.stdout is not None:
+            sys.stdout.flush()
+            if sys.stdout.problem is not None:
+                error = UNUSABLE_PLACE(path="standard output", why=sys.stdout.problem)
+                print(error, file=sys.stderr)
+                code = code or error.exit_code
+    sys.exit(code)
 
 
 def _unexpected(problem: Exception) -> BillowError:
-    """What the operating system refuses, E-CLI-005; anything else is a mistake in Billow, E-CLI-070."""
+    """What the operating system refuses, E-RES-020, E-CLI-005 and -009; anything else is a mistake in Billow,
+    E-CLI-070."""
+    place = traceback.extract_tb(problem.__traceback__)[-1]
+    if isinstance(problem, OSError) and problem.errno in (errno.ENOSPC, errno.EDQUOT):
+        return NOT_WRITTEN(folder=problem.filename or "unknown", why=problem)
     if isinstance(problem, OSError):
         return UNUSABLE_PLACE(path=problem.filename or "unknown", why=problem)
-    place = traceback.extract_tb(problem.__traceback__)[-1]
-    with tempfile.NamedTemporaryFile("w", prefix="billow-report-", suffix=".txt", delete=False) as report:
-        report.write(f"Billow {__version__}, {sys.argv[1:]}\n" + "".join(traceback.format_exception(problem)))
+    if isinstance(problem, UnicodeEncodeError):  # a name, where Python writes names in ASCII
+        return UNUSABLE_PLACE(path=problem.object, why="its letters are not in the encoding of the environment")
+    if isinstance(problem, RecursionError) and Path(place.filename).name == "pathlib.py":
+        return UNUSABLE_PLACE(path="a path of the command", why="it has too many folders")
+    if isinstance(problem, MemoryError):
+        return OUT_OF_MEMORY(why=str(problem) or None)
+    text = f"Billow {__version__}, {sys.argv[1:]}\n" + "".join(traceback.format_exception(problem))
+    try:
+        with tempfile.NamedTemporaryFile(
+            "w", prefix="billow-report-", suffix=".txt", delete=False, encoding="utf-8", errors="replace"
+        ) as report:
+            report.write(text)
+        written = report.name
+    except OSError:  # no room for it there either
+        print(text, file=sys.stderr)
+        written = "what stands above"
     return BILLOW_FAILED(
         file=Path(place.filename).name,
         line=place.lineno,
         kind=type(problem).__name__,
         problem=str(problem),
-        report=report.name,
+        report=written,
     )
 
 
@@ -117,9 +153,9 @@ def check(
 ) -> None:
     """Read a case and build its model without running it: errors, size, mass, time step, amount of gas."""
     if example:
-        from billow.cli.demo import CASE
+        from billow.cli.example import EXAMPLE
 
-        print(CASE, end="")
+        print(EXAMPLE, end="")
         return
     if case_file is None:
         raise NO_CASE()
@@ -149,7 +185,8 @@ def run(
     from billow.run.simulate import simulate
 
     case = Case.load(case_file).vary(parse_settings(settings))
-    result = simulate(case, out, progress=None if quiet else _show, threads=threads)
+    with interruptible("it had saved nothing yet; the same command begins again", out):
+        result = simulate(case, out, progress=None if quiet else _show, threads=threads)
     print(f"{result.folder}: {result.status}")
 
 
@@ -161,12 +198,13 @@ def resume(
 ) -> None:
     """Continue an interrupted run from its newest checkpoint.
 
-    A run saves itself every 30 s, on SIGUSR2, and when asked to stop: Ctrl-C, SIGTERM, or a file named STOP in
-    its .partial folder. The results are the same bits as without interruption, whatever the number of threads.
+    A run saves itself every 30 s, on SIGUSR2, and when asked to stop: Ctrl-C, SIGTERM, SIGHUP, SIGXCPU, or a file named
+    STOP in its .partial folder. The results are the same bits as without interruption, whatever the number of threads.
     """
     from billow.run.simulate import resume as continue_run
 
-    result = continue_run(folder, progress=None if quiet else _show, threads=threads)
+    with interruptible(CONTINUES, folder):
+        result = continue_run(folder, progress=None if quiet else _show, threads=threads)
     print(f"{result.folder}: {result.status}")
 
 
@@ -185,8 +223,10 @@ def study(
     from billow.study.study import Study
 
     console = make_console()
+    if scheduler is None:
+        take_away(("DASK_",))  # settings of clusters, which could keep local workers from starting
     made = Study.create(study_file, out)
-    with study_progress(console) as report:
+    with interruptible(CONTINUES), study_progress(console) as report:
         summary = made.run(workers, scheduler, report, retry_failed=retry_failed)
     for line in (*summary.reasons, *(f"run {name} failed: {reason}" for name, reason in summary.failed.items())):
         console.print(line, markup=False, soft_wrap=True)
@@ -271,7 +311,8 @@ def demo(
     """A small study from start to report: 60 deployments, a surrogate trained on 48 of them and tested on 12."""
     from billow.cli.demo import run_demo
 
-    run_demo(out, train, test, workers, make_console())
+    with interruptible(CONTINUES):
+        run_demo(out, train, test, workers, make_console())
 
 
 for command in (

@@ -39,23 +39,28 @@ def make_console() -> Console:
 
 
 @contextlib.contextmanager
-def epochs(console: Console, title: str) -> Iterator[Callable[[int, int, float], None]]:
-    """A function (epoch, epochs, loss) for training to call."""
+def epochs(console: Console, title: str) -> Iterator[Callable[..., None]]:
+    """A function (epoch, epochs, loss, which) for training to call, as `Progress` of rom/learn/progress.py."""
     if console.is_terminal:
-        columns = (TextColumn(title), BarColumn(), MofNCompleteColumn(), TextColumn("loss {task.fields[loss]:.2e}"))
+        columns = (TextColumn(title), BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[loss]}"))
         with Progress(*columns, TimeElapsedColumn(), TimeRemainingColumn(), console=console) as bar:
-            task = bar.add_task(title, total=None, loss=float("nan"))
-            yield lambda epoch, total, loss: bar.update(task, completed=epoch, total=total, loss=loss)
+            task = bar.add_task(title, total=None, loss="")
+            yield lambda *told: bar.update(task, completed=told[0], total=told[1], loss=_loss(*told))
         return
     spoken = time.monotonic() - QUIET_SECONDS
 
-    def line(epoch: int, total: int, loss: float) -> None:
+    def line(epoch: int, total: int, *told) -> None:
         nonlocal spoken
         if epoch == total or time.monotonic() - spoken >= QUIET_SECONDS:
             spoken = time.monotonic()
-            console.print(f"{title}: epoch {epoch} of {total}, loss {loss:.2e}", markup=False, highlight=False)
+            text = f"{title}: epoch {epoch} of {total} in all, {_loss(epoch, total, *told)}"
+            console.print(text, markup=False, highlight=False)
 
     yield line
+
+
+def _loss(epoch: int, epochs: int, loss: float, which: str = "") -> str:
+    return f"loss of {which} {loss:.2e}" if which else f"loss {loss:.2e}"
 
 
 @contextlib.contextmanager
@@ -76,6 +81,14 @@ def usable(command: str, option: str, text: str, remedy: str | None = None) -> I
         yield
     except ValueError as error:
         raise UNUSABLE_NUMBER(option=option, text=text[:40], command=command, why=error, remedy=remedy) from None
+
+
+def memory_bytes(gibibytes: float, command: str) -> int:
+    """`Memory` in bytes. InputError E-CLI-007 unless it is a finite number."""
+    with usable(command, "memory", str(gibibytes)):
+        if not gibibytes < 2**30:
+            raise ValueError("it is more than any machine has")
+        return int(gibibytes * 2**30)
 
 
 def parse_settings(texts: list[str] | None) -> dict[str, float | str]:
@@ -108,4 +121,7 @@ DesignValues = Annotated[
     list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="Value of a design parameter.")
 ]
 Extrapolate = Annotated[bool, typer.Option("--extrapolate", help="Allow values outside the trained ranges.")]
+DespiteVerdict = Annotated[
+    bool, typer.Option("--despite-verdict", help="Answer even if a simpler answer is better on unseen runs.")
+]
 Memory = Annotated[float, typer.Option(min=0.1, help="GiB of snapshots held at once; more are streamed.")]

@@ -8,7 +8,8 @@ from typing import Annotated
 import typer
 
 from billow.base.errors import InputError
-from billow.cli.options import Memory, make_console, steps
+from billow.cli.endings import CONTINUES, interruptible
+from billow.cli.options import Memory, make_console, memory_bytes, steps
 
 NO_REPORT = InputError.declare(
     "E-CLI-008",
@@ -52,9 +53,14 @@ def paper(
     from billow.reproductions.rom_paper.published import CASES
     from billow.results.dataset import Dataset
     from billow.results.dataset_files import read_split
+    from billow.results.ownership import owned
+    from billow.rom.learn.train import Recipe, check_recipe, import_network
     from billow.study.study import Study
 
     folders = {"locked": locked, "free": free}
+    if any(folders.values()):
+        import_network()
+        check_recipe(Recipe(epochs=paper_recipe_epochs, memory=memory_bytes(memory, "paper")))
     for wrong, why in (
         (jets is None and not any(folders.values()), "none of --locked, --free and --jets names a study"),
         (paper_recipe not in (None, "x", "y", "z"), f"--paper-recipe {paper_recipe} is not one of x, y and z"),
@@ -62,28 +68,29 @@ def paper(
     ):
         if wrong:
             raise NO_REPORT(why=why)
-    console, results, missing = make_console(), [], []
-    for case in CASES:
-        folder = folders[case.name]
-        if folder is None:
-            missing.append(f"{case.heading}: no study was given.")
-            continue
-        dataset = Dataset.open(folder)
-        train, test = read_split(folder)
-        there = available(dataset, train, test, Study.open(folder).definition.sizes)
-        for sentence in there.notes:
-            console.print(f"{case.name}: {sentence}")
-        component = paper_recipe if case.name == paper_recipe_case else None
-        with steps(console) as progress:
-            results.append(case_results(
-                case, dataset, there, Kept(kept or out / "kept"), recipe=component, recipe_epochs=paper_recipe_epochs,
-                memory=int(memory * 2**30), progress=progress,
-            ))  # fmt: skip
-    if paper_recipe is None:
-        missing.append("The paper's own recipe was not trained (--paper-recipe z).")
-    compared = None
-    if jets is None:
-        missing.append("The effect of the jet direction in two gas models was not requested (--jets).")
-    else:
-        compared = compare_jets(*map(Dataset.open, jets), ("uniform pressure", "particles"), jet_parameter)
-    console.print(f"report: {write_document(out, results, compared, missing)}")
+    with interruptible(CONTINUES), owned(out, "tables.json"):
+        console, results, missing = make_console(), [], []
+        for case in CASES:
+            folder = folders[case.name]
+            if folder is None:
+                missing.append(f"{case.heading}: no study was given.")
+                continue
+            dataset = Dataset.open(folder)
+            train, test = read_split(folder)
+            there = available(dataset, train, test, Study.open(folder).definition.sizes)
+            for sentence in there.notes:
+                console.print(f"{case.name}: {sentence}")
+            component = paper_recipe if case.name == paper_recipe_case else None
+            with steps(console) as progress:
+                results.append(case_results(
+                    case, dataset, there, Kept(kept or out / "kept"), recipe=component,
+                    recipe_epochs=paper_recipe_epochs, memory=memory_bytes(memory, "paper"), progress=progress,
+                ))  # fmt: skip
+        if paper_recipe is None:
+            missing.append("The paper's own recipe was not trained (--paper-recipe z).")
+        compared = None
+        if jets is None:
+            missing.append("The effect of the jet direction in two gas models was not requested (--jets).")
+        else:
+            compared = compare_jets(*map(Dataset.open, jets), ("uniform pressure", "particles"), jet_parameter)
+        console.print(f"report: {write_document(out, results, compared, missing)}")

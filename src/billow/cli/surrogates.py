@@ -9,12 +9,14 @@ import typer
 
 from billow.cli.options import (
     DesignValues,
+    DespiteVerdict,
     Extrapolate,
     Memory,
     StudyFolder,
     SurrogateFile,
     SurrogateOption,
     make_console,
+    memory_bytes,
     parse_settings,
     steps,
 )
@@ -33,21 +35,31 @@ def train(
 ) -> None:
     """Train a surrogate on the training runs of a study."""
     from billow.results.dataset import Dataset
+    from billow.results.ownership import owned_file
+    from billow.results.tensor_file import SIGN as TENSORS
     from billow.rom.learn.left_out import left_out
-    from billow.rom.learn.train import Recipe
+    from billow.rom.learn.train import Recipe, check_recipe, import_network, of_one_design
     from billow.rom.learn.train import train as learn
+    from billow.rom.surrogate.prediction import describe_judgement
 
+    import_network()
+    how = Recipe(recipe, modes, seed, epochs, memory=memory_bytes(memory, "train"))
+    check_recipe(how)
     console = make_console()
     dataset = Dataset.open(folder)
     lost = left_out(dataset, dataset.trusted)
     if lost.why:
         console.print(f"{len(lost.why)} training runs are left out: {lost.reasons()}")
-    with show_epochs(console, "training") as progress:
-        how = Recipe(recipe, modes, seed, epochs, memory=int(memory * 2**30))
+    for group in of_one_design(dataset, dataset.trusted):
+        if len(group) > 1:
+            console.print(f"runs {', '.join(group[:9])} have one design: to judge the surrogate they count as one run")
+    out = out or folder / "surrogate.safetensors"
+    with owned_file(out, TENSORS), show_epochs(console, "training") as progress:
         surrogate = learn(dataset, how, runs=dataset.trusted[:runs], progress=progress)
-    path = surrogate.save(out or folder / "surrogate.safetensors")
+        path = surrogate.save(out)
     seconds = surrogate.training["pod_seconds"] + surrogate.training["network_seconds"]
     console.print(f"{path}: trained on {len(surrogate.training['runs'])} runs in {seconds:.1f} s")
+    console.print(describe_judgement(surrogate.judgement, "billow evaluate STUDY"))
 
 
 def evaluate(
@@ -56,18 +68,31 @@ def evaluate(
     out: Annotated[Path | None, typer.Option(help="Report folder (default: STUDY/report).")] = None,
     memory: Memory = 4.0,
 ) -> None:
-    """Test a surrogate on the unseen runs of its study; writes report.html, metrics.json and figures."""
+    """Test a surrogate on the unseen runs of its study; writes report.html, metrics.json and figures.
+
+    The surrogate file keeps the verdict, and says it with every answer.
+    """
+    from dataclasses import replace
+
     from billow.results.dataset import Dataset
+    from billow.results.ownership import owned, owned_file
+    from billow.results.tensor_file import SIGN as TENSORS
     from billow.rom.judge.evaluate import evaluate as measure
     from billow.rom.judge.report import write_report
+    from billow.rom.surrogate.prediction import describe_judgement
     from billow.rom.surrogate.surrogate import Surrogate
 
+    console, held = make_console(), memory_bytes(memory, "evaluate")
     dataset = Dataset.open(folder)
-    surrogate = Surrogate.load(surrogate_file or folder / "surrogate.safetensors")
-    with steps(make_console()) as progress:
-        evaluation = measure(dataset, surrogate, memory=int(memory * 2**30), progress=progress)
-    path = write_report(dataset, evaluation, out or folder / "report")
-    make_console().print(f"report: {path}")
+    path, out = surrogate_file or folder / "surrogate.safetensors", out or folder / "report"
+    surrogate = Surrogate.load(path)
+    with owned(out), steps(console) as progress:
+        evaluation = measure(dataset, surrogate, memory=held, progress=progress)
+        report = write_report(dataset, evaluation, out)
+    with owned_file(path, TENSORS):
+        replace(surrogate, judgement=evaluation.judgement).save(path)
+    console.print(describe_judgement(evaluation.judgement, "billow evaluate STUDY"))
+    console.print(f"report: {report}; {path} keeps the verdict")
 
 
 def predict(
@@ -75,6 +100,7 @@ def predict(
     settings: DesignValues = None,
     out: Annotated[Path | None, typer.Option(help="Write the deployment as .vtkhdf (opens in ParaView).")] = None,
     extrapolate: Extrapolate = False,
+    despite_verdict: DespiteVerdict = False,
 ) -> None:
     """Predict one deployment. Without --set, list the parameters and their trained ranges."""
     from billow.rom.surrogate.prediction import describe_surrogate, write_prediction
@@ -84,6 +110,8 @@ def predict(
     if not settings:
         print(describe_surrogate(surrogate))
         return
+    if despite_verdict:
+        surrogate = surrogate.despite_verdict()
     print(write_prediction(surrogate, parse_settings(settings), out, extrapolate))
 
 
@@ -99,6 +127,7 @@ def suggest(
     run the study command again: it makes the new runs.
     """
     from billow.results.atomic import write_atomically
+    from billow.results.ownership import owned_file
     from billow.rom.learn.suggest import suggest as next_designs
     from billow.rom.surrogate.surrogate import Surrogate
     from billow.study.grow import added_designs_text, read_added_designs
@@ -109,22 +138,29 @@ def suggest(
     added = []
     if study.definition.added_designs is not None:
         added = read_added_designs(folder / ADDED_FILE, study.definition.axes)
-    rows = next_designs(surrogate, count, list(study.runs.values()), seed=len(study.runs))
-    write_atomically(out, added_designs_text(study.definition.axes, [*added, *rows.tolist()]))
+    with owned_file(out, added_designs_text(study.definition.axes, []).encode()):
+        rows = next_designs(surrogate, count, list(study.runs.values()), seed=len(study.runs))
+        write_atomically(out, added_designs_text(study.definition.axes, [*added, *rows.tolist()]))
     print(f"{out}: {len(added)} designs added before, {count} new ones")
     print(f'next: write added_designs = "{out.name}" into the study file, and run the study command again')
 
 
 def export(
-    surrogate_file: SurrogateFile, out: Annotated[Path, typer.Option(help="ONNX file, such as surrogate.onnx.")]
+    surrogate_file: SurrogateFile,
+    out: Annotated[Path, typer.Option(help="ONNX file, such as surrogate.onnx.")],
+    despite_verdict: DespiteVerdict = False,
 ) -> None:
     """Write a surrogate as ONNX: from a design to the displacement of every node at every trained time.
 
     Needs the packages onnx and onnxruntime; the file is checked against NumPy before it is written.
     """
+    from billow.results.ownership import owned_file
     from billow.rom.surrogate.onnx_export import export_onnx
     from billow.rom.surrogate.surrogate import Surrogate
 
     surrogate = Surrogate.load(surrogate_file)
-    difference = export_onnx(surrogate, out)
+    if despite_verdict:
+        surrogate = surrogate.despite_verdict()
+    with owned_file(out, b"billow"):  # the name of its producer
+        difference = export_onnx(surrogate, out)
     print(f"{out}: predictions differ from NumPy's by at most {difference:.1e} of the largest displacement")

@@ -38,7 +38,9 @@ def forward(case_file: CaseFile, out: Out) -> None:
     from billow.apps.tank.evaluate import predict_case
     from billow.apps.tank.folder import write_prediction
     from billow.apps.tank.tank_case import TankCase
+    from billow.results.atomic import new_place
 
+    new_place(out)
     case = TankCase.load(case_file)
     state = predict_case(case)
     write_prediction(case, state, out)
@@ -68,7 +70,9 @@ def inverse(
     from billow.apps.tank.evaluate import evaluate, measured, warnings
     from billow.apps.tank.folder import write_evaluation
     from billow.apps.tank.tank_case import TankCase
+    from billow.results.atomic import new_place
 
+    new_place(out)
     case = TankCase.load(case_file)
     trace = measured(case, trace_file)
     found = evaluate(case, trace)

@@ -46,6 +46,8 @@ class BagShape:
     (3,) unit vector into the bag: where the inflator sits. layers: fabric thickness in units of the fabric's own, [-],
     (triangles,), 1 by default. leak: permeability in units of the fabric's own, [-], (triangles,), 1 by default.
     seen_from_inside: parts whose flat cut is drawn as seen from inside the bag, so that its triangles run clockwise.
+    azimuths_from: direction (3,) from which angles about the mouth's axis count; None for a mesh, which lies in space
+    as it likes: they count from the rim of the mouth.
     """
 
     surface: Surface
@@ -58,6 +60,7 @@ class BagShape:
     layers: np.ndarray | None = None
     leak: np.ndarray | None = None
     seen_from_inside: tuple[str, ...] = ()
+    azimuths_from: np.ndarray | None = field(default_factory=lambda: np.array([1.0, 0.0, 0.0]))
 
     def __post_init__(self):
         for name in ("layers", "leak"):

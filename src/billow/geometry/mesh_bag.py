@@ -92,7 +92,7 @@ def mesh_bag(
     centre, axis = _mouth(triangles[mouth], start.points)
     shape = BagShape(
         surface, start.points, flat, fixed, (), centre, axis, layers, leak,
-        seen_from_inside=tuple(one.name for one in parts if one.from_inside),
+        seen_from_inside=tuple(one.name for one in parts if one.from_inside), azimuths_from=None,
     )  # fmt: skip
     angles = {one.name: one.warp_angle for one in parts if one.kind != "opening"}
     shape = along_warp(shape, angles)

@@ -12,12 +12,21 @@ import h5py
 import numpy as np
 
 from billow.base.errors import InputError
-from billow.geometry.vtk_legacy import QUAD, TRIANGLE, read_legacy
+from billow.base.input_file import LARGEST_DATA, read_bytes, require_file
+from billow.base.table_file import whole_numbers
+from billow.geometry.hdf_arrays import take
+from billow.geometry.vtk_legacy import GHOSTS, QUAD, TRIANGLE, Grid, read_legacy
 
-LARGEST_FILE = 2_000_000_000  # bytes; a frame of a million triangles takes 50 MB
 MOST_CELLS = 2_000_000
+MOST_PARTS = 100_000
 
 SUFFIXES = (".vtkhdf", ".hdf", ".vtk")
+_KINDS = {
+    1: "a vertex", 2: "a set of vertices", 3: "a line", 4: "a polyline", 6: "a strip of triangles", 7: "a polygon",
+    8: "a pixel", 10: "a tetrahedron", 11: "a voxel", 12: "a hexahedron", 13: "a wedge", 14: "a pyramid",
+    21: "a quadratic edge", 22: "a quadratic triangle", 23: "a quadratic quad", 28: "a biquadratic quad",
+}  # fmt: skip
+"""What VTK calls kinds of cells by number, as far as messages name them."""
 
 UNREADABLE = InputError.declare(
     "E-GEO-030",
@@ -45,9 +54,22 @@ class CellMesh:
     part: np.ndarray
     part_names: dict[str, int]
 
+    @property
+    def size(self) -> float:
+        """Largest extent of its cells along an axis, in the unit of the points."""
+        return float(np.ptp(self.points[self.cells[self.cells >= 0]], axis=0).max())
+
+    @property
+    def area(self) -> float:
+        """Of all cells, in the unit of the points squared; quads as two triangles."""
+        a, b, c, d = (self.points[self.cells[:, k]] for k in range(4))
+        halves = np.linalg.norm(np.cross(b - a, c - a), axis=1), np.linalg.norm(np.cross(c - a, d - a), axis=1)
+        return 0.5 * float(halves[0].sum() + halves[1][self.cells[:, 3] >= 0].sum())
+
 
 def read_mesh(path: str | Path, part_field: str = "part", frame: int = 0) -> CellMesh:
-    """Mesh of a .vtkhdf or .vtk file; frame: of a file with several times, negative ones counted from the last.
+    """Mesh of a .vtkhdf or .vtk file; frame: of a file with several times, negative ones counted from the last. Quads
+    that name a node twice in a row are triangles.
 
     Raises InputError E-GEO-030 (cannot be read), E-GEO-031 (holds no mesh of triangles and quads with parts).
     """
@@ -56,66 +78,141 @@ def read_mesh(path: str | Path, part_field: str = "part", frame: int = 0) -> Cel
         why, remedy = f"its name ends in {path.suffix!r}", f"give a file that ends in {', '.join(SUFFIXES)}"
         raise UNREADABLE(name=path.name, path=str(path), why=why, remedy=remedy)
     try:
-        if not path.is_file() or path.stat().st_size > LARGEST_FILE:
-            raise OSError(f"it is not a file, or longer than {LARGEST_FILE} bytes")
-        legacy = path.suffix.lower() == ".vtk"
-        found = (*read_legacy(path.read_bytes(), part_field), {}) if legacy else _read_vtkhdf(path, part_field, frame)
-        points, offsets, connectivity, types, part, names = found
-    except (OSError, KeyError, ValueError, IndexError, RuntimeError, TypeError, OverflowError) as error:
-        why = str(error.args[-1]) if error.args else "it is damaged"
-        raise UNREADABLE(name=path.name, path=str(path), why=why) from None
-    _require_sound(path, points, offsets, connectivity, types, part, part_field)
+        if path.suffix.lower() == ".vtk":
+            if frame not in (0, -1):
+                raise ValueError(f"it has one time; there is no frame {frame}")
+            grid, names = read_legacy(read_bytes(path, LARGEST_DATA)), {}
+        else:
+            require_file(path, LARGEST_DATA)
+            with h5py.File(path, "r") as file:
+                grid, names = _read_vtkhdf(file, part_field, frame)
+    except KeyError as error:
+        raise UNREADABLE(name=path.name, path=str(path), why=f"it has no entry {error.args[0]}") from None
+    except (OSError, ValueError, RuntimeError) as error:
+        raise UNREADABLE(name=path.name, path=str(path), why=error) from None
+    try:
+        cells = corners_of(grid)
+    except ValueError as error:
+        raise NO_USABLE_MESH(name=path.name, path=path, why=error) from None
+    try:
+        part = _parts(grid, part_field)
+    except ValueError as error:
+        remedy = "name the field with the numbers of the parts in bag.part_field"
+        raise NO_USABLE_MESH(name=path.name, path=path, why=error, remedy=remedy) from None
+    return CellMesh(grid.points, cells, part, names)
+
+
+def corners_of(grid: Grid) -> np.ndarray:
+    """Cells (cells, 4) int64 of a grid of triangles and quads, -1 last for triangles, after checking that they and the
+    points are sound. ValueError, with a sentence, if they are not."""
+    points, offsets, nodes, types = grid.points, grid.offsets, grid.connectivity, grid.types
+    if not len(types):
+        raise ValueError("it has no cells")
+    if len(types) > MOST_CELLS:
+        raise ValueError(f"it has {len(types)} cells; at most {MOST_CELLS} are allowed")
+    odd = ~np.isin(types, (TRIANGLE, QUAD))
+    if odd.any():
+        cell = int(np.argmax(odd))
+        kind = _KINDS.get(int(types[cell]), f"a cell of VTK's kind {types[cell]}")
+        raise ValueError(f"cell {cell} is {kind}, neither a triangle nor a quad")
+    count = np.where(types == TRIANGLE, 3, 4)
+    if len(offsets) != len(types) + 1 or offsets[0] != 0 or not np.array_equal(np.diff(offsets), count):
+        raise ValueError("its cells do not have the nodes they should have")
+    if len(nodes) != offsets[-1] or nodes.min() < 0 or nodes.max() >= len(points):
+        raise ValueError(f"a cell names a node that is not among 0 to {len(points) - 1}")
+    if not np.isfinite(points).all() or np.abs(points).max() > 1e6:
+        node = int(np.argmin((np.abs(points) <= 1e6).all(axis=1)))
+        raise ValueError(f"the coordinates of node {node} are not finite, or beyond a million")
     cells = np.full((len(types), 4), -1, dtype=np.int64)
     for kind, corners in ((TRIANGLE, 3), (QUAD, 4)):
         mine = np.flatnonzero(types == kind)
-        cells[mine, :corners] = connectivity[offsets[mine][:, None] + np.arange(corners)]
-    return CellMesh(points, cells, part.astype(np.int64), names)
-
-
-def _read_vtkhdf(path: Path, part_field: str, frame: int):
-    with h5py.File(path, "r") as file:
-        grid = file["VTKHDF"]
-        if grid.attrs["Type"] not in (b"UnstructuredGrid", "UnstructuredGrid"):
-            raise ValueError("it is not an unstructured grid")
-        counts = [int(grid[name][0]) for name in ("NumberOfPoints", "NumberOfCells", "NumberOfConnectivityIds")]
-        nodes, cells, ids = counts
-        if not (0 <= nodes <= 4 * MOST_CELLS and 0 <= cells <= MOST_CELLS and 0 <= ids <= 4 * MOST_CELLS):
-            raise ValueError(f"it has more than {MOST_CELLS} cells")
-        first = 0
-        if "Steps" in grid:
-            first = int(grid["Steps/PointOffsets"][range(int(grid["Steps"].attrs["NSteps"]))[frame]])
-        elif len(grid["NumberOfPoints"]) > 1:
-            raise ValueError("it is in several pieces; save it as one")
-        names = file["billow/part_names"].asstr()[:MOST_CELLS] if "billow/part_names" in file else []
-        part = grid["CellData"][part_field][:cells] if part_field in grid.get("CellData", ()) else np.zeros(cells)
-        return (
-            grid["Points"][first : first + nodes].astype(float).reshape(nodes, 3),
-            grid["Offsets"][: cells + 1].astype(np.int64),
-            grid["Connectivity"][:ids].astype(np.int64),
-            grid["Types"][:cells].astype(np.int64),
-            part,
-            {str(name): number for number, name in enumerate(names)},
+        cells[mine, :corners] = nodes[offsets[mine][:, None] + np.arange(corners)]
+    # Other programs write a triangle as a quad whose last node repeats a neighbour.
+    cells[(cells[:, 3] == cells[:, 2]) | (cells[:, 3] == cells[:, 0]), 3] = -1
+    ordered = np.sort(cells, axis=1)
+    twice = (ordered[:, 1:] == ordered[:, :-1]).any(axis=1)
+    if twice.any():
+        cell = int(np.argmax(twice))
+        listed = ", ".join(str(node) for node in cells[cell] if node >= 0)
+        raise ValueError(
+            f"cell {cell} has a node twice ({listed}); only the last node of a quad may repeat a neighbour"
         )
+    return cells
 
 
-def _require_sound(path: Path, points, offsets, connectivity, types, part, part_field) -> None:
-    def refuse(why: str, remedy: str | None = None) -> None:
-        raise NO_USABLE_MESH(name=path.name, path=path, why=why, remedy=remedy)
+def _parts(grid: Grid, part_field: str) -> np.ndarray:
+    """Number of each cell's part, (cells,) int64; all 0 if the file has no cell fields."""
+    cells = len(grid.types)
+    if part_field not in grid.cell_fields:
+        if grid.cell_fields:
+            listed = ", ".join(sorted(grid.cell_fields)[:20])
+            raise ValueError(f"it has no cell field {part_field!r}; its cell fields are {listed}")
+        return np.zeros(cells, np.int64)
+    values = grid.cell_fields[part_field]
+    if values.shape not in ((cells,), (cells, 1)):
+        raise ValueError(f"its cell field {part_field!r} has shape {values.shape}; expected one number for each cell")
+    numbers = whole_numbers(values.reshape(-1), f"in its cell field {part_field!r} the value")
+    if (np.abs(numbers) > 2**31).any():
+        raise ValueError(f"a value of its cell field {part_field!r} is beyond 2^31")
+    return numbers
 
-    if not len(types):
-        refuse("it has no cells")
-    if len(types) > MOST_CELLS:
-        refuse(f"it has {len(types)} cells; at most {MOST_CELLS} are allowed")
-    if not np.isin(types, (TRIANGLE, QUAD)).all():
-        cell = int(np.argmin(np.isin(types, (TRIANGLE, QUAD))))
-        refuse(f"cell {cell} is neither a triangle nor a quad")
-    corners = np.where(types == TRIANGLE, 3, 4)
-    if len(offsets) != len(types) + 1 or offsets[0] != 0 or not np.array_equal(np.diff(offsets), corners):
-        refuse("its cells do not have the nodes they should have")
-    if len(connectivity) < offsets[-1] or connectivity.min() < 0 or connectivity.max() >= len(points):
-        refuse("a cell names a node that does not exist")
-    if not np.isfinite(points).all() or np.abs(points).max() > 1e6:
-        refuse("the coordinates of a node are not finite, or beyond 1000 km", remedy="correct them")
-    if part.shape != types.shape or not np.isfinite(part).all() or (np.abs(part) > 2**31).any() or (part % 1).any():
-        why = f"a value of its cell field {part_field!r} is not a whole number"
-        refuse(why, remedy="name the field with the numbers of the parts in bag.part_field")
+
+def _read_vtkhdf(file: h5py.File, part_field: str, frame: int) -> tuple[Grid, dict[str, int]]:
+    """The grid of one time, and number by name of the parts."""
+    vtk = file["VTKHDF"]
+    kind = vtk.attrs.get("Type", b"nothing that is known")
+    kind = kind.decode("latin-1") if isinstance(kind, bytes) else str(kind)
+    if kind != "UnstructuredGrid":
+        raise ValueError(f"it holds {kind[:40]}; UnstructuredGrid can be read")
+    piece, begins = 0, dict.fromkeys(("Point", "Cell", "ConnectivityId"), 0)
+    steps = vtk.get("Steps")
+    if steps is not None:
+        times = int(steps.attrs["NSteps"])
+        if not -times <= frame < times:
+            raise ValueError(f"it has {times} times; there is no frame {frame}")
+        step = frame % times
+        if "NumberOfParts" in steps and _one(steps, "NumberOfParts", step) != 1:
+            raise ValueError("it is in several pieces at that time; save it as one")
+        piece = _one(steps, "PartOffsets", step) if "PartOffsets" in steps else 0
+        begins = {name: _one(steps, f"{name}Offsets", step) for name in begins}
+    elif len(vtk["NumberOfPoints"]) > 1:
+        raise ValueError("it is in several pieces; save it as one")
+    elif frame not in (0, -1):
+        raise ValueError(f"it has one time; there is no frame {frame}")
+    nodes, cells, ids = (_one(vtk, f"NumberOf{name}", piece) for name in ("Points", "Cells", "ConnectivityIds"))
+    if not (nodes <= 4 * MOST_CELLS and cells <= MOST_CELLS and ids <= 4 * MOST_CELLS):
+        raise ValueError(f"it has more than {MOST_CELLS} cells")
+    fields = {}
+    for name, data in vtk.get("CellData", {}).items():
+        if name not in (part_field, GHOSTS):
+            fields[name] = np.zeros(0)  # only its name is of interest
+            continue
+        own = f"CellDataOffsets/{name}"
+        begin = _one(steps, own, step) if steps is not None and own in steps else begins["Cell"]
+        fields[name] = take(data, begin, cells)
+    if fields.pop(GHOSTS, np.zeros(0)).any():
+        raise ValueError("it has ghost cells, copies of another piece's; save the whole fabric in one")
+    grid = Grid(
+        points=take(vtk["Points"], begins["Point"], nodes, (3,)).astype(float),
+        # Each piece before has one offset more than cells.
+        offsets=take(vtk["Offsets"], begins["Cell"] + piece, cells + 1).astype(np.int64),
+        connectivity=take(vtk["Connectivity"], begins["ConnectivityId"], ids).astype(np.int64),
+        types=take(vtk["Types"], begins["Cell"], cells).astype(np.int64),
+        cell_fields=fields,
+    )
+    return grid, _names(file)
+
+
+def _one(group: h5py.Group, name: str, row: int) -> int:
+    """A count or an offset of a group."""
+    number = int(np.ravel(take(group[name], row, 1, None))[0])
+    if number < 0:
+        raise ValueError(f"{name} is {number}")
+    return number
+
+
+def _names(file: h5py.File) -> dict[str, int]:
+    if "billow/part_names" not in file:
+        return {}
+    names = file["billow/part_names"].asstr()[:MOST_PARTS]
+    return {str(name): number for number, name in enumerate(names)}

@@ -10,6 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numba import prange
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
 
 from billow.base.compiled import kernel
 from billow.base.errors import InputError
@@ -32,9 +34,9 @@ MIXED_ORIENTATION = InputError.declare(
 )
 NORMALS_POINT_INWARDS = InputError.declare(
     "E-GEO-003",
-    "all normals point inwards (the enclosed volume is negative)",
+    "all normals {of}point inwards (the enclosed volume is negative)",
     why="pressure would crush the bag instead of inflating it",
-    remedy="reverse the node order of every triangle",
+    remedy="reverse the node order of every triangle{there}",
 )
 
 PART_KINDS = ("fabric", "mouth", "vent", "opening")
@@ -129,8 +131,8 @@ def nodal_share(triangles: np.ndarray, per_triangle: np.ndarray, node_count: int
 
 
 def check_closed(surface: Surface, positions: np.ndarray, where: str) -> None:
-    """Require of every chamber: each edge of its boundary is used exactly twice, in opposite directions, and its volume
-    is not negative.
+    """Require of every chamber: each edge of its boundary is used exactly twice, in opposite directions, and the volume
+    of each of its closed pieces is not negative, but for a piece that lies within another.
 
     Raises InputError E-GEO-001 (open or not manifold), E-GEO-002 (mixed orientation), E-GEO-003 (normals point
     inwards).
@@ -138,8 +140,40 @@ def check_closed(surface: Surface, positions: np.ndarray, where: str) -> None:
     for chamber, name in enumerate(surface.chambers.names):
         place = where if surface.chambers.count == 1 else f"{where}, chamber {name}"
         _check_edges(surface, chamber, positions, place)
-        if surface.chambers.volumes(surface.triangles, positions)[chamber] < 0.0:
-            raise NORMALS_POINT_INWARDS(where=place)
+        _check_pieces(surface, chamber, positions, place)
+
+
+def _check_pieces(surface: Surface, chamber: int, positions: np.ndarray, where: str) -> None:
+    boundary = surface.chambers.boundary(chamber, surface.triangles).astype(np.int64)
+    ends = boundary[:, :2].T, boundary[:, 1:].T
+    links = coo_matrix((np.ones(2 * len(boundary)), np.hstack(ends)), shape=(len(positions),) * 2)
+    piece = connected_components(links, directed=False)[1][boundary[:, 0]]
+    corners = positions[boundary] - positions[boundary[0, 0]]
+    volume = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6.0
+    pieces = np.unique(piece)
+    for one in pieces:
+        mine = piece == one
+        size = np.abs(volume[mine]).sum()
+        if volume[mine].sum() >= -1e-12 * size or encloses(boundary[~mine], positions, positions[boundary[mine][0, 0]]):
+            continue
+        names = surface.chambers.boundary(chamber, surface.part)[mine]
+        listed = ", ".join(surface.part_names[p] for p in np.unique(names))
+        centre = ", ".join(f"{v:.4g}" for v in positions[np.unique(boundary[mine])].mean(axis=0))
+        of, there = (f"of a closed piece of {mine.sum()} triangles ", " of that piece") if len(pieces) > 1 else ("", "")
+        at = f"{where}, part {listed}, around ({centre}) m" if len(pieces) > 1 else where
+        raise NORMALS_POINT_INWARDS(where=at, of=of, there=there)
+
+
+def encloses(triangles: np.ndarray, positions: np.ndarray, point: np.ndarray) -> bool:
+    """Whether closed triangles (n, 3) surround a point [m]: they then fill the whole view, 4 pi (van Oosterom and
+    Strackee, IEEE Trans. Biomed. Eng. 30 (1983) 125)."""
+    corners = positions[triangles] - point
+    a, b, c = (corners[:, k] for k in range(3))
+    la, lb, lc = (np.linalg.norm(v, axis=1) for v in (a, b, c))
+    ab, bc, ca = (np.einsum("ij,ij->i", u, v) for u, v in ((a, b), (b, c), (c, a)))
+    box = np.einsum("ij,ij->i", a, np.cross(b, c))
+    half_angle = np.arctan2(box, la * lb * lc + ab * lc + bc * la + ca * lb)
+    return bool(abs(half_angle.sum()) > np.pi)
 
 
 def _check_edges(surface: Surface, chamber: int, positions: np.ndarray, where: str) -> None:

@@ -216,7 +216,7 @@ def assess(times: np.ndarray, velocity: np.ndarray) -> Injury:
 def assess_run(result) -> dict[str, Injury]:
     """Injury metrics of every free obstacle of a `Result`, from its histories. Raises InputError E-INJ-005 if the run
     has none, and the errors of `assess`."""
-    bodies = result.histories.moving_bodies
+    bodies = result.free_obstacles
     if not bodies:
         raise NO_FREE_OBSTACLE(folder=result.folder)
     return {name: assess(result.histories.time, result.body(name).velocity) for name in bodies}

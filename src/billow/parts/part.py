@@ -74,6 +74,19 @@ class Quantity(NamedTuple):
     value: float | np.ndarray
 
 
+WHOLE_MODEL = "the whole model"
+"""Kind of the owner without a name."""
+
+
+class Owner(NamedTuple):
+    """Something that quantities belong to. kind: what a user calls it, "vent" or "free obstacle"; name: the user's;
+    quantities: names of those it may have."""
+
+    kind: str
+    name: str
+    quantities: tuple[str, ...]
+
+
 class Moment(NamedTuple):
     """A run between two steps: time [s], number of the step, its length dt [s]; positions [m] and velocities [m/s]:
     (nodes, 3)."""
@@ -120,7 +133,7 @@ class Setting:
 
     @property
     def across(self) -> float:
-        """Largest horizontal size of the bag [m]."""
+        """Size of the bag [m]."""
         return extent(self.start)
 
     @property
@@ -132,8 +145,8 @@ class Setting:
 
 
 def extent(points: np.ndarray) -> float:
-    """Largest horizontal size [m] of points [m] (n, 3); zero if there are none."""
-    return float(np.ptp(points[:, :2], axis=0).max()) if len(points) else 0.0
+    """Size [m] of points [m] (n, 3), however they are turned: across the sphere about their middle that holds all."""
+    return 2.0 * float(np.linalg.norm(points - points.mean(axis=0), axis=1).max()) if len(points) else 0.0
 
 
 @dataclass
@@ -157,6 +170,10 @@ class Part:
     def start(self, bag):
         """Its state at time zero; bag: surface, positions and velocities of the nodes then."""
         return None
+
+    def owners(self) -> Iterator[Owner]:
+        """What its quantities belong to."""
+        return iter(())
 
     def quantities(self, state, moment: Moment) -> Iterator[Quantity]:
         """Its share of a row of the histories."""

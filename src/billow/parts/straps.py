@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from billow.base.compiled import kernel
-from billow.parts.part import DAMPING, HYSTERESIS, STORED, Account, Booking, Moment, Part, Quantity
+from billow.parts.part import DAMPING, HYSTERESIS, STORED, Account, Booking, Moment, Owner, Part, Quantity
 
 STRAP = Account("strap", STORED, renewed=True)
 """Recoverable energy of the straps."""
@@ -74,6 +74,10 @@ class Straps(Part):
         rows = np.where(other_is_free, 2.0 * spring, spring)
         stiffness = np.bincount(self.bars.ravel(), rows.ravel(), len(inverse_mass))
         return 0.25 * float((stiffness * inverse_mass).max()) / STEP_FACTOR**2
+
+    def owners(self) -> Iterator[Owner]:
+        for k in range(self.strap_count):
+            yield Owner("strap", f"strap_{k + 1}", ("tension", "elongation"))
 
     def quantities(self, bar: np.ndarray, moment: Moment) -> Iterator[Quantity]:
         for k in range(self.strap_count):

@@ -13,6 +13,7 @@ import numpy as np
 
 from billow.base import quality
 from billow.base.errors import BillowError, InputError, IntegrityError
+from billow.base.input_file import read_text
 from billow.results.dataset_files import (
     NO_COMPLETED_RUN,
     DatasetRecord,
@@ -223,7 +224,7 @@ def difference(shared: DatasetRecord, result: Result) -> str:
 def why_failed(path: Path) -> str | None:
     """Code and reason of a failed run from failed/<run>.json; None if it is missing or unreadable."""
     try:
-        record = json.loads(path.read_text(encoding="utf-8"))
+        record = json.loads(read_text(path))
         return f"{record['code']}: {record['what']}; {record['why']}"
-    except (OSError, ValueError, TypeError, KeyError):
+    except (OSError, ValueError, TypeError, KeyError, RecursionError):
         return None

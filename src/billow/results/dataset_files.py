@@ -4,9 +4,7 @@ dataset)."""
 from __future__ import annotations
 
 import hashlib
-import math
 import re
-import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -15,8 +13,10 @@ import numpy as np
 import tomli_w
 
 from billow.base.errors import InputError, IntegrityError, shown
+from billow.base.table_file import read_table
+from billow.base.toml_file import read_toml
 from billow.results.atomic import write_atomically
-from billow.results.csv_files import csv_text, read_csv
+from billow.results.csv_files import csv_text
 
 NO_COMPLETED_RUN = InputError.declare(
     "E-RES-010",
@@ -89,18 +89,18 @@ def read_dataset_file(folder: str | Path) -> DatasetRecord:
     if not path.is_file():
         raise NO_COMPLETED_RUN(folder=folder, why=f"{DATASET_FILE}, written when the first run is in, is missing")
     try:
-        content = tomllib.loads(path.read_text(encoding="utf-8"))
+        content = read_toml(path)
         if content["format"] != FORMAT:
             raise ValueError(f"this version of Billow reads format {FORMAT}")
         return DatasetRecord(
             title=_text(content["title"]),
-            reference_length=_number(content["reference_length"]),
+            reference_length=_length(content["reference_length"]),
             seed=int(_number(content["seed"])),
             mesh_sha256=_text(content["mesh_sha256"]),
             times=tuple(map(_number, _list(content["times"]))),
             parameters=tuple(map(parameter_of, _list(content["parameters"]))),
         )
-    except (OSError, ValueError, TypeError, KeyError, RecursionError) as error:
+    except (OSError, ValueError, TypeError, KeyError) as error:
         raise DATASET_FILE_DAMAGED(path=path, why=error) from error
 
 
@@ -123,8 +123,14 @@ def _list(value: object) -> list:
 
 
 def _number(value: object) -> float:
-    if not isinstance(value, int | float) or not abs(value) < 1e300:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < 1e300:
         raise ValueError(f"{shown(value)} stands where a finite number is expected")
+    return float(value)
+
+
+def _length(value: object) -> float:
+    if not _number(value) > 0.0:
+        raise ValueError(f"reference_length = {shown(value)} is not above zero")
     return float(value)
 
 
@@ -141,12 +147,13 @@ def read_design(folder: str | Path, parameters: Sequence[Parameter]) -> dict[str
     """
     path = Path(folder, DESIGN_FILE)
     try:
-        header, rows = read_csv(path, ["run", *design_columns(parameters)])
-        design = {run: tuple(float(value) for value in values) for run, *values in rows}
-        if len(design) != len(rows):
+        table, columns = read_table(path), design_columns(parameters)
+        if table.names != ("run", *columns):
+            raise ValueError(f"its columns are {', '.join(table.names)}; expected run, {', '.join(columns)}")
+        runs = [cells[0] for _, cells in table.rows()]
+        design = dict(zip(runs, map(tuple, table.numbers(columns)[0].tolist()), strict=True))
+        if len(design) != len(runs):
             raise ValueError("a run stands in it twice")
-        if any(len(values) != len(header) - 1 or not all(map(math.isfinite, values)) for values in design.values()):
-            raise ValueError("a row has a missing or a non-finite value")
         for run in design:
             if not RUN_NAME.fullmatch(run):
                 raise ValueError(f"{run!r} cannot be the name of a run, because runs have folders of their name")
@@ -169,10 +176,10 @@ def read_split(folder: str | Path) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Content of `folder`/split.toml: (train, test). IntegrityError E-RES-011 if it cannot be read or they overlap."""
     path = Path(folder, SPLIT_FILE)
     try:
-        content = tomllib.loads(path.read_text(encoding="utf-8"))
+        content = read_toml(path)
         train, test = (tuple(map(_text, _list(content[part]))) for part in ("train", "test"))
         if set(train) & set(test):
             raise ValueError(f"runs used both to train and to test: {sorted(set(train) & set(test))}")
         return train, test
-    except (OSError, ValueError, TypeError, KeyError, RecursionError) as error:
+    except (OSError, ValueError, TypeError, KeyError) as error:
         raise DATASET_FILE_DAMAGED(path=path, why=error) from error

@@ -14,8 +14,10 @@ from pathlib import Path
 import numpy as np
 
 from billow.base.errors import IntegrityError
+from billow.base.input_file import LARGEST_DATA
+from billow.base.table_file import read_table
 from billow.results.atomic import write_atomically
-from billow.results.csv_files import csv_text, read_csv
+from billow.results.csv_files import csv_text
 
 UNREADABLE_HISTORIES = IntegrityError.declare(
     "E-RES-008",
@@ -103,13 +105,6 @@ class History(dict[str, np.ndarray]):
         """[s], (n,)."""
         return self[TIME]
 
-    @cached_property
-    def moving_bodies(self) -> tuple[str, ...]:
-        """Names of the bodies whose motion is recorded."""
-        first = "_centre_x"
-        names = [column.removesuffix(first) for column in self._bare if column.endswith(first)]
-        return tuple(name for name in names if "velocity" in self.of(name))
-
 
 def write_histories(path: str | Path, columns: Mapping[str, np.ndarray]) -> None:
     """Write curves, atomically.
@@ -131,10 +126,10 @@ def write_histories(path: str | Path, columns: Mapping[str, np.ndarray]) -> None
 def read_histories(path: str | Path) -> History:
     """Curves of a histories.csv. IntegrityError E-RES-008 if it is not one."""
     try:
-        header, rows = read_csv(path)
-        values = np.array(rows, dtype=np.float64).reshape(len(rows), len(header))
-        if header[0] != TIME or len(set(header)) != len(header):
-            raise ValueError(f"header {header}")
+        table = read_table(path, LARGEST_DATA)
+        values, _ = table.numbers(finite=False)
+        if table.names[0] != TIME:
+            raise ValueError(f"its first column is {table.names[0]!r}; expected {TIME!r}")
     except (OSError, ValueError) as error:
         raise UNREADABLE_HISTORIES(path=path, why=error) from error
-    return History({name: values[:, column] for column, name in enumerate(header)})
+    return History({name: values[:, column] for column, name in enumerate(table.names)})

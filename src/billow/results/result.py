@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from functools import cached_property
 from operator import attrgetter
 from pathlib import Path
@@ -10,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from billow.base.errors import IntegrityError
+from billow.base.toml_file import read_toml
 from billow.results.histories import Curves, History, read_histories
 from billow.results.run_file import COPY_AGAIN, read_run_file
 from billow.results.vtkhdf import FabricFile
@@ -69,13 +69,14 @@ class Result:
 
     @cached_property
     def contact_force(self) -> np.ndarray:
-        """[N], (times, nodes, 3) float32: what obstacles do to each node."""
+        """[N], (times, nodes, 3) float32: what obstacles that have an end do to each node; plates: `plate_force`."""
         return self.fabric.point_data("contact_force")
 
     @cached_property
-    def pressure(self) -> np.ndarray:
-        """[Pa], (times, triangles) float32: above ambient, on each triangle."""
-        return self.fabric.cell_data("pressure")
+    def gauge_pressure(self) -> np.ndarray:
+        """[Pa], (times, triangles) float32: inside minus outside, on each triangle."""
+        fields = self.fabric.cell_fields  # frames of format 1 call it pressure
+        return self.fabric.cell_data("gauge_pressure" if "gauge_pressure" in fields else "pressure")
 
     @cached_property
     def histories(self) -> History:
@@ -87,28 +88,37 @@ class Result:
         """Curves of the whole gas: pressure, temperature, volume and so on, and of the whole model."""
         return self.histories.of("")
 
+    @cached_property
+    def obstacles(self) -> dict[str, bool]:
+        """Names of the obstacles, and whether each is free to move."""
+        return {shape["name"]: not shape["locked"] for shape in self.record.get("obstacles", ())}
+
+    @property
+    def free_obstacles(self) -> tuple[str, ...]:
+        """Names of the obstacles that are free to move."""
+        return tuple(name for name, free in self.obstacles.items() if free)
+
     def chamber(self, name: str) -> Curves:
         """Curves of the gas in a chamber: pressure, temperature, volume, mass, energy. KeyError if there is none."""
         curves = self.histories.of(name)
-        if "pressure" in curves:
+        if "volume" in curves:  # nothing else has one
             return curves
         if name != SINGLE_CHAMBER:
             raise KeyError(f"no chamber {name!r} in the histories of {self.folder}")
         return self.gas
 
     def body(self, name: str) -> Curves:
-        """Curves of a body: force, contact energy, penetration, and of a free one centre, velocity, acceleration, spin
-        and quaternion. KeyError if there is none."""
-        curves = self.histories.of(name)
-        if "force" not in curves:
-            raise KeyError(f"no body {name!r} in the histories of {self.folder}")
-        return curves
+        """Curves of an obstacle: force, contact energy, penetration, and of a free one centre, velocity, acceleration,
+        spin and quaternion. KeyError if there is none."""
+        if name not in self.obstacles:
+            raise KeyError(f"no obstacle {name!r} in {self.folder}; there are: {', '.join(self.obstacles) or 'none'}")
+        return self.histories.of(name)
 
     @cached_property
     def case_toml(self) -> dict:
         """The effective case, every default filled in. IntegrityError E-RES-015 if it cannot be read."""
         path = self.folder / "case.toml"
         try:
-            return tomllib.loads(path.read_text(encoding="utf-8"))
-        except (OSError, ValueError, RecursionError) as error:
+            return read_toml(path)
+        except (OSError, ValueError) as error:
             raise UNREADABLE_CASE(path=path, why=error) from error

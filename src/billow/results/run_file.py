@@ -9,13 +9,15 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 
 import numpy as np
 
 from billow.base.errors import InputError, IntegrityError, shown
+from billow.base.input_file import LARGEST_TABLE, read_bytes
 from billow.results.atomic import write_atomically
+from billow.results.ownership import LOCK
 
 COPY_AGAIN = "copy the folder again from its source, or run the case again: billow run CASE.toml --out RUN"
 """What helps against a damaged run."""
@@ -62,12 +64,14 @@ UNKNOWN_FORMAT = IntegrityError.declare(
     "E-RES-006",
     "run format {format} is not known",
     where="{path}",
-    why="this version of Billow reads format {known}",
+    why="this version of Billow reads formats up to {known}",
     cause="the run was made with a newer version of Billow",
     remedy="use the version of Billow that the file names as billow_version",
 )
 
-FORMAT = 1
+FORMAT = 2
+READABLE = (1, 2)
+"""Frames of format 1 call the gauge pressure `pressure`."""
 RUN_FILE = "run.json"
 STATUSES = ("completed", "stopped", "interrupted")
 FILES = ("case.toml", "fabric.vtkhdf", "histories.csv")
@@ -98,17 +102,17 @@ def _record_sha256(record: dict) -> str:
     return hashlib.sha256(text.encode("ascii")).hexdigest()
 
 
-def write_run_file(folder: str | Path, record: dict) -> None:
+def write_run_file(folder: str | Path, record: dict, without: Collection[str] = ()) -> None:
     """Write `folder`/run.json, atomically, as the last file of a run.
 
     record: at least "status" ("completed", "stopped", "interrupted"), "reason" (text or None), "case_digest" (SHA-256,
     hexadecimal), "wall_seconds" [s] and "ledger" (name -> float). Added are "format", "files" (name -> SHA-256 of every
-    file now in the folder) and "record_sha256".
+    file now in the folder, except those named in `without`) and "record_sha256".
     FileNotFoundError if one of `FILES` is missing.
     """
     folder = Path(folder)
-    present = {path.name for path in folder.iterdir() if path.is_file() and path.name != RUN_FILE}
-    names = sorted(present | set(FILES))
+    present = {path.name for path in folder.iterdir() if path.is_file()}
+    names = sorted((present | set(FILES)) - {RUN_FILE, LOCK, *without})
     record = _plain({"format": FORMAT, **record, "files": {name: file_sha256(folder / name) for name in names}})
     record["record_sha256"] = _record_sha256(record)
     write_atomically(folder / RUN_FILE, json.dumps(record, indent=2, allow_nan=False) + "\n")
@@ -128,13 +132,13 @@ def read_run_file(folder: str | Path, verify: bool = True) -> dict:
     if not path.is_file():
         raise NOT_A_FINISHED_RUN(folder=folder)
     try:
-        record = json.loads(path.read_bytes())
+        record = json.loads(read_bytes(path, LARGEST_TABLE))
         intact = record["record_sha256"] == _record_sha256(record)
-    except (ValueError, TypeError, KeyError, RecursionError):
+    except (OSError, ValueError, TypeError, KeyError, RecursionError):
         intact = False
     if not intact:
         raise RUN_FILE_DAMAGED(path=path, why="its contents do not match the checksum it carries")
-    if record.get("format") != FORMAT:
+    if record.get("format") not in READABLE:
         raise UNKNOWN_FORMAT(format=shown(record.get("format")), path=path, known=FORMAT)
     if not _is_record(record):
         raise RUN_FILE_DAMAGED(path=path, why="an entry is missing or has the wrong type")

@@ -19,9 +19,12 @@ from safetensors.numpy import load as from_bytes
 from safetensors.numpy import save as to_bytes
 
 from billow.base.errors import IntegrityError
+from billow.base.input_file import LARGEST_DATA, read_bytes
 from billow.results.atomic import write_atomically
 
 KEY = "billow"
+SIGN = b'{"__metadata__":{"billow":'
+"""What such a file has near its beginning."""
 _ZEROS = "0" * 64
 _SUM = re.compile(rb'\\"sha256\\": ?\\"([0-9a-f]{64})\\"')  # JSON inside a JSON string: quotes are escaped
 
@@ -44,7 +47,7 @@ def read_tensors(path: str | Path, damaged: Damaged) -> tuple[dict[str, np.ndarr
 
     Raises what `damaged` makes if the file is damaged or cut short, OSError if it cannot be read.
     """
-    data = Path(path).read_bytes()
+    data = read_bytes(path, LARGEST_DATA)
     end = 8 + int.from_bytes(data[:8], "little")
     if not 8 <= end <= len(data):
         raise damaged(f"it has {len(data)} bytes, fewer than its own header announces")
@@ -55,9 +58,13 @@ def read_tensors(path: str | Path, damaged: Damaged) -> tuple[dict[str, np.ndarr
     if found != said:
         raise damaged(f"its bytes have SHA-256 {found[:8]}..., it says {said[:8]}...")
     try:
-        header = json.loads(data[8:end])
-        return from_bytes(data), json.loads(header["__metadata__"][KEY])
-    except (SafetensorError, ValueError, KeyError) as error:
+        record = json.loads(json.loads(data[8:end])["__metadata__"][KEY])
+        if not isinstance(record, dict):
+            raise ValueError("its record is no table")
+        return from_bytes(data), record
+    except RecursionError as error:
+        raise damaged("its record is nested too deeply") from error
+    except (SafetensorError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise damaged(f"it is not a tensor file of Billow ({error})") from error
 
 

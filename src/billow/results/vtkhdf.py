@@ -13,6 +13,9 @@ import h5py
 import numpy as np
 
 from billow.base.errors import IntegrityError
+from billow.base.input_file import require_file
+from billow.geometry.hdf_arrays import take
+from billow.results.hdf5_file import PatientFile
 
 UNREADABLE_MESH = IntegrityError.declare(
     "E-RES-007",
@@ -23,6 +26,17 @@ UNREADABLE_MESH = IntegrityError.declare(
     "billow run CASE.toml --out RUN",
 )
 
+LARGEST_FRAMES = 1_000_000_000_000
+"""Bytes of the frames of a run, which are read one by one."""
+UNITS = {
+    "Points": "m", "part": "-",
+    "displacement": "m", "velocity": "m/s", "contact_force": "N", "plate_force": "N",
+    "gauge_pressure": "Pa", "gas_temperature": "K", "gas_density": "kg/m^3", "gas_velocity": "m/s",
+    "pressure": "Pa", "temperature": "K", "density": "kg/m^3", "particles": "-",
+    "internal_energy": "J", "species": "-", "chamber": "-",
+}  # fmt: skip
+"""Unit of each field of the frames, kept beside it as the attribute `units`; what they mean: docs/histories.md."""
+
 VERSION = (2, 2)  # the first that allows groups beside /VTKHDF
 _VTK_TRIANGLE = 5
 FRAMES_AT_ONCE = 64
@@ -30,10 +44,14 @@ FRAMES_AT_ONCE = 64
 
 
 class GridWriter:
-    """A temporal unstructured grid that is being written; a context manager. FileExistsError if `path` exists."""
+    """A temporal unstructured grid that is being written; a context manager, without whose end there is no file.
+
+    FileExistsError if `path` exists; OSError as soon as the disk refuses something.
+    """
 
     def __init__(self, path: str | Path):
-        self._file = h5py.File(path, "x")
+        self._disk = PatientFile(path)
+        self._file = h5py.File(self._disk, "w")
         self._grid = self._file.create_group("VTKHDF")
         self._grid.attrs["Version"] = np.array(VERSION, dtype=np.int64)
         self._grid.attrs.create("Type", np.bytes_("UnstructuredGrid"))  # readers insist on a fixed-length string
@@ -42,8 +60,13 @@ class GridWriter:
     def __enter__(self):
         return self
 
-    def __exit__(self, *error) -> None:
-        self.close()
+    def __exit__(self, kind: type | None, *_) -> None:
+        try:
+            if kind is None:
+                self.close()
+        finally:
+            self._file.close()
+            self._disk.abandon()
 
     def _extend(self, name: str, rows: np.ndarray, rows_of_chunk: int) -> int:
         """Add rows to an array of the file, packed; returns where they begin."""
@@ -52,10 +75,13 @@ class GridWriter:
                 name, shape=(0, *rows.shape[1:]), maxshape=(None, *rows.shape[1:]), dtype=rows.dtype,
                 chunks=(rows_of_chunk, *rows.shape[1:]), compression="gzip", compression_opts=1, shuffle=True,
             )  # fmt: skip
+            if unit := UNITS.get(name.rpartition("/")[2]):
+                self._grid[name].attrs["units"] = unit
         dataset = self._grid[name]
         begin = len(dataset)
         dataset.resize(begin + len(rows), axis=0)
         dataset[begin:] = rows
+        self._disk.check()
         return begin
 
     def _end(self, begins: Mapping[str, Sequence[int] | np.ndarray]) -> None:
@@ -73,6 +99,7 @@ class GridWriter:
             shape = (-1, 1) if kind in ("Cell", "ConnectivityId") else (-1,)
             steps[f"{kind}Offsets{slash}{field}"] = np.asarray(begin, dtype=np.int64).reshape(shape)
         self._file.close()
+        self._disk.publish()
 
 
 class FabricWriter(GridWriter):
@@ -107,6 +134,7 @@ class FabricWriter(GridWriter):
             self._grid[name] = np.asarray(value, dtype=np.int64)
         self._grid["Types"] = np.full(self._triangles, _VTK_TRIANGLE, dtype=np.uint8)
         self._grid["CellData/part"] = part.astype(np.int32)
+        self._grid["CellData/part"].attrs["units"] = UNITS["part"]
         self._block: dict[str, list[np.ndarray]] = {}
         self._file["billow/start_points"] = points.astype(np.float32)
         self._file["billow"].create_dataset("part_names", data=list(part_names), dtype=h5py.string_dtype())
@@ -185,11 +213,18 @@ class FabricFile:
             if grid.attrs["Type"] != b"UnstructuredGrid" or grid.attrs["Version"][0] != VERSION[0]:
                 raise KeyError(f"VTKHDF {grid.attrs['Type']} {grid.attrs['Version']}")
             self._frames = int(grid["Steps"].attrs["NSteps"])
-            self.times = grid["Steps/Values"][: self._frames]
-            self.triangles = grid["Connectivity"][()].reshape(-1, 3)
-            self.part = grid["CellData/part"][()]
+            self.times = take(grid["Steps/Values"], 0, self._frames)
+            self.triangles = take(grid["Connectivity"], 0, len(grid["Connectivity"])).reshape(-1, 3)
+            self.part = take(grid["CellData/part"], 0, len(self.triangles))
             self.part_names = [name.decode() for name in file["billow/part_names"][()]]
-            self.reference = file["billow/start_points"][()]
+            self.reference = take(file["billow/start_points"], 0, len(file["billow/start_points"]), (3,))
+            if len(self.triangles) and not 0 <= self.triangles.min() <= self.triangles.max() < len(self.reference):
+                raise ValueError("a triangle names a node that does not exist")
+            if not (np.isfinite(self.times).all() and (np.diff(self.times) > 0.0).all()):
+                raise ValueError("its times do not rise")
+            begins = take(grid["Steps/PointOffsets"], 0, self._frames)
+            if (begins != len(self.reference) * np.arange(self._frames)).any():
+                raise ValueError("its frames have other numbers of nodes than its start shape")
             self.point_fields = tuple(grid.get("PointData", ()))
             self.cell_fields = tuple(name for name in grid["CellData"] if name != "part")
 
@@ -198,7 +233,7 @@ class FabricFile:
         nodes = len(self.reference)
         start = range(self._frames)[step] * nodes
         with self._open() as file:
-            return file["VTKHDF/Points"][start : start + nodes]
+            return take(file["VTKHDF/Points"], start, nodes, (3,))
 
     def point_data(self, name: str) -> np.ndarray:
         """(times, nodes) or (times, nodes, 3) float32."""
@@ -211,12 +246,14 @@ class FabricFile:
     def _field(self, name: str, count: int) -> np.ndarray:
         with self._open() as file:
             dataset = file[f"VTKHDF/{name}"]
-            return dataset[: self._frames * count].reshape(self._frames, count, *dataset.shape[1:])
+            values = take(dataset, 0, self._frames * count, None)
+            return values.reshape(self._frames, count, *dataset.shape[1:])
 
     @contextmanager
     def _open(self) -> Iterator[h5py.File]:
         try:
+            require_file(self.path, LARGEST_FRAMES)
             with h5py.File(self.path, "r") as file:
                 yield file
-        except (KeyError, OSError, ValueError, IndexError) as error:
-            raise UNREADABLE_MESH(path=self.path, why=error.args[0] if error.args else error) from error
+        except (KeyError, OSError, ValueError, IndexError, TypeError, AttributeError, RuntimeError) as error:
+            raise UNREADABLE_MESH(path=self.path, why=error) from error

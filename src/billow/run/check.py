@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from billow.case.assumptions import HEADING, assumptions
 from billow.case.build import build_model, build_schedule, require_start_clear
 from billow.case.concerns import concerns_of, start_panels
 from billow.case.gas.models import GAS_MODELS
 from billow.case.schema import Case
 from billow.results.dataset_files import mesh_sha256
+from billow.run.names import owners, require_distinct
 from billow.solver.checkpoint import flatten
 from billow.solver.model import start_state
 from billow.solver.step import stable_dt
@@ -44,6 +46,7 @@ def describe(case: Case) -> str:
     do not match, normals that point inwards, fabric inside an obstacle, values that cannot be.
     """
     model = build_model(case)
+    require_distinct(owners(model, (sensor.name for sensor in case.run.sensors)))
     require_start_clear(model)
     schedule = build_schedule(case.run)
     state = start_state(model)
@@ -73,7 +76,7 @@ def describe(case: Case) -> str:
             if chambers.count > 1
         ),
         f"  fabric    {model.mass.sum():.4f} kg; start volume {1e3 * surface.volume(model.start):.3f} l, closed",
-        f"  step      {1e6 * dt:.2f} us, about {steps} steps",
+        f"  step      {1e6 * dt:.4g} us, about {steps} steps",
         f"  run time  about {max(1.0, steps * seconds):.0f} s on one core",
         f"  needs     about {memory:.0f} MB of memory and up to {2 * disk / 1e6:.0f} MB of disk",
     ]
@@ -83,4 +86,7 @@ def describe(case: Case) -> str:
         switches = GAS_MODELS[case.gas.model].is_local and case.gas.switch_time
         switch = f" until {1e3 * case.gas.switch_time:g} ms, then uniform-pressure" if switches else ""
         lines.append(f"  gas       {1e3 * mass:.1f} g of {' + '.join(gases)}, {case.gas.model}{switch}")
+    taken = assumptions(case)
+    if taken:
+        lines += [f"  {HEADING}:", *(f"    {line}" for line in taken)]
     return "\n".join([*lines, *map(str, concerns_of(case, model))])

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import billow
 from billow.base.errors import IntegrityError
+from billow.results.atomic import CHECKPOINTS as SLOTS
 from billow.results.tensor_file import read_tensors, write_tensors
 from billow.solver.checkpoint import flatten, restore
 from billow.solver.model import Model, State, start_state
@@ -25,8 +26,6 @@ NO_CHECKPOINT = IntegrityError.declare(
     cause="the first checkpoint is written 30 s after the start",
     remedy="run the case again: billow run CASE.toml --out RUN",
 )
-
-SLOTS = ("checkpoint_a.safetensors", "checkpoint_b.safetensors")
 
 
 def write_checkpoint(path: Path, state: State, case_digest: str, journal_offset: int) -> None:

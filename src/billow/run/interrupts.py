@@ -1,9 +1,11 @@
 """How a run is asked to save itself or to stop: signals and a STOP file.
 
-    SIGTERM, Ctrl-C, or a file named STOP in the run's .partial folder: save a checkpoint and stop
+    Ctrl-C, SIGTERM, SIGHUP (the terminal was closed), SIGXCPU (the processor time that a queue allows is used up), or a
+    file named STOP in the run's .partial folder: save a checkpoint and stop
     SIGUSR2: save a checkpoint and go on
 
-Signals only set a flag; the run acts on it between two steps, when its state is whole.
+Signals only set a flag; the run acts on it between two steps, when its state is whole. A signal that is ignored, as
+SIGHUP is under nohup, stays so.
 """
 
 from __future__ import annotations
@@ -29,9 +31,10 @@ class Interrupts:
 
     def __enter__(self) -> Interrupts:
         if threading.current_thread() is threading.main_thread():
-            flags = {"SIGINT": "stop", "SIGTERM": "stop", "SIGUSR2": "save"}
-            for name, flag in flags.items():
-                if number := getattr(signal, name, None):  # not every system has SIGUSR2
+            stop = dict.fromkeys(("SIGINT", "SIGTERM", "SIGHUP", "SIGXCPU"), "stop")
+            for name, flag in {**stop, "SIGUSR2": "save"}.items():
+                number = getattr(signal, name, None)  # not every system has all of them
+                if number is not None and signal.getsignal(number) is not signal.SIG_IGN:
                     self._before[number] = signal.signal(number, lambda *_, flag=flag: setattr(self, flag, True))
         return self
 

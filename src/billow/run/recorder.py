@@ -59,7 +59,8 @@ class Progress:
 class Told:
     """What a run's record says besides what was computed, and what is wanted of it.
 
-    digest: SHA-256 of whatever the model was made from. concerns: what looked unintended. sensors: places [m] where the
+    digest: SHA-256 of whatever the model was made from. concerns: what looked unintended. assumptions: what was taken
+    from Billow where a measurement belongs. sensors: places [m] where the
     gas is read, by name. particle_times: [s], when particles are recorded. gas_frames: whether the gas is, in boxes.
     """
 
@@ -67,6 +68,7 @@ class Told:
     digest: str
     schedule: Schedule
     concerns: Sequence[Concern] = ()
+    assumptions: Sequence[str] = ()
     ambient_pressure: float = 101325.0
     sensors: Mapping[str, Sequence[float]] = field(default_factory=dict)
     particle_times: Sequence[float] = ()
@@ -109,6 +111,8 @@ class RunRecorder(Recorder):
             f"{surface.triangle_count} triangles, {surface.node_count} nodes, fabric {self.model.mass.sum():.3f} kg; "
             f"triangle {element} ({part}) limits the step"
         )
+        for line in told.assumptions:
+            self.say(f"typical, not measured: {line}")
         for concern in told.concerns:
             self.say(str(concern))
         if (told.sensors or told.particle_times) and self.model.gas.model.view() is None:
@@ -121,7 +125,10 @@ class RunRecorder(Recorder):
         self.log.flush()
         if self.progress is not None:
             now = self.state.time if self.state is not None else 0.0
-            self.progress(Progress(now, self.told.schedule.end, line))
+            try:
+                self.progress(Progress(now, self.told.schedule.end, line))
+            except BrokenPipeError:  # nobody watches any more
+                self.progress = None
 
     def history(self, model: Model, state: State) -> None:
         self.state = state
@@ -187,11 +194,9 @@ class RunRecorder(Recorder):
         self.say(f"quality: {overall(criteria)}")
         for c in criteria:
             if c.verdict != "PASS":
-                self.say(f"  {c.verdict}: {c.name} = {c.measured:.4g} {c.unit} (passes up to {c.passes:g})")
+                self.say(f"  {c.line}")
         self.log.close()
-        if status == "completed":
-            for name in (JOURNAL, *SLOTS):
-                (self.folder / name).unlink(missing_ok=True)
+        needed_no_more = (JOURNAL, *SLOTS) if status == "completed" else ()
         write_run_file(
             self.folder,
             {
@@ -206,11 +211,15 @@ class RunRecorder(Recorder):
                 "simulated_time": self.state.time,
                 "ledger": books,
                 "quality": {"verdict": overall(criteria), "criteria": [c.record() for c in criteria]},
+                "assumptions": list(self.told.assumptions),
                 "warnings": [asdict(concern) for concern in self.told.concerns],
                 "obstacles": [shape for body in self.model.bodies.bodies for shape in body.describe()],
                 "environment": environment(),
             },
+            without=needed_no_more,
         )
+        for name in needed_no_more:  # not before the results are whole
+            (self.folder / name).unlink(missing_ok=True)
         return criteria
 
     def post_mortem(self, stop: NumericalStop) -> None:
@@ -288,9 +297,10 @@ def judge(
     criteria = list(state.ledger.verdicts(books))
     for _, part in model.parts:
         criteria += part.verdicts(books, history)
-    criteria.append(criterion("plausibility warnings", concerns, 0, math.inf, "-"))
+    criteria.append(criterion("plausibility warnings", concerns, 0, math.inf, "-", "what each warning says"))
     missing = 1e3 * max(0.0, end - state.time)
-    criteria.append(criterion("time asked for and not simulated", missing, 1e-9, 1e-6, "ms"))
+    on = "billow resume, if the run was interrupted; what its reason says, if it was stopped"
+    criteria.append(criterion("time asked for and not simulated", missing, 1e-9, 1e-6, "ms", on))
     return books | {"plausibility_warnings": float(concerns)}, criteria
 
 

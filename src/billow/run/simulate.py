@@ -4,45 +4,41 @@ from __future__ import annotations
 
 import contextlib
 import shlex
-import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numba
 
-from billow.base.errors import BillowError, InputError, IntegrityError, NumericalStop, ResourceError
+from billow.base.errors import BillowError, InputError, IntegrityError, NumericalStop
+from billow.case.assumptions import assumptions, header
 from billow.case.build import build_model, build_schedule, require_start_clear
 from billow.case.concerns import concerns_of
 from billow.case.schema import Case
-from billow.results.atomic import FOLDER_EXISTS, publish_folder, write_atomically
+from billow.results.atomic import (
+    NOT_WRITTEN,
+    PARTIAL,
+    new_place,
+    publish_folder,
+    require_nothing_kept,
+    unfinished,
+)
+from billow.results.ownership import clear
 from billow.results.result import Result
+from billow.results.run_file import read_run_file
+from billow.run.case_folder import keep_case
 from billow.run.checkpoint_file import SLOTS, newest_checkpoint
 from billow.run.interrupts import STOP_FILE, Interrupts
+from billow.run.names import owners, require_distinct
 from billow.run.recorder import Progress, RunRecorder, Told
 from billow.solver.model import Model, State
 from billow.solver.run import run
 
-NOT_WRITTEN = ResourceError.declare(
-    "E-RES-020",
-    "the results could not be written",
-    where="{folder}",
-    cause="a full disk, or a folder without permission to write",
-    remedy="free space, then: billow resume RUN",
-)
 NOTHING_TO_RESUME = InputError.declare(
     "E-RES-021",
     "there is no interrupted run to resume",
     where="{folder}",
-    cause="the run has finished, or its --out was another folder",
+    cause="the run has finished, was stopped before its first checkpoint, or its --out was another folder",
     remedy="give the --out folder of the interrupted run",
-)
-INTERRUPTED_RUN_EXISTS = InputError.declare(
-    "E-RES-022",
-    "the folder belongs to an interrupted run",
-    where="{folder}",
-    why="it has a checkpoint; starting over would lose it",
-    cause="the command of an interrupted run was given again",
-    remedy="continue it: billow resume {final}; or delete {name}",
 )
 CASE_NOT_USABLE = IntegrityError.declare(
     "E-RES-033",
@@ -59,35 +55,27 @@ def simulate(
     """Run a case and publish its results in `folder`, which must not exist yet.
 
     progress: called at each output frame. threads: of the compiled kernels, all by default; results do not depend on
-    it. While it runs, everything lies in `folder`.partial; it takes its name when complete. A run that had to be
-    stopped is published too, with status "stopped" and a post-mortem, before NumericalStop is raised. An interrupted
-    run (Ctrl-C, SIGTERM, a file STOP in `folder`.partial) leaves a checkpoint there; `resume(folder)` continues
-    from it.
+    it. While it runs, everything lies in `folder`.partial, which belongs to this process; it takes its name when
+    complete. A run that had to be stopped is published too, with status "stopped" and a post-mortem, before
+    NumericalStop is raised. An interrupted run (Ctrl-C, SIGTERM, SIGHUP, a file STOP in `folder`.partial) leaves a
+    checkpoint there; `resume(folder)` continues from it.
 
     Raises InputError (case, geometry, folder), NumericalStop, ResourceError E-RES-020 (disk).
     """
-    folder = Path(folder).absolute()  # "." has a name only in full
-    partial = _partial(folder)
-    try:
-        if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-            raise FOLDER_EXISTS(folder=folder)
-        if any((partial / name).exists() for name in SLOTS):
-            raise INTERRUPTED_RUN_EXISTS(folder=partial, final=shlex.quote(str(folder)), name=partial.name)
-        shutil.rmtree(partial, ignore_errors=True)  # of an earlier try that never reached a checkpoint
-        partial.mkdir(parents=True)
-    except OSError as error:
-        raise NOT_WRITTEN(folder=folder, why=error, remedy="choose another folder with --out") from error
-    try:
-        model = build_model(case)
-        require_start_clear(model)
-        write_atomically(partial / "case.toml", case.to_toml())
-    except BillowError:
-        shutil.rmtree(partial, ignore_errors=True)
-        raise
-    except OSError as error:
-        remedy = "free space, or choose another folder with --out"
-        raise NOT_WRITTEN(folder=partial, why=error, remedy=remedy) from error
-    return _run(case, model, folder, (None, 0), progress, threads)
+    with _writing(folder):
+        final = new_place(folder)
+        with unfinished(final) as partial:
+            require_nothing_kept(partial, final)
+            clear(partial)  # of an earlier try that never reached a checkpoint
+            try:
+                model = build_model(case)
+                require_distinct(owners(model, (sensor.name for sensor in case.run.sensors)))
+                require_start_clear(model)
+                case = keep_case(case, partial, header(case))
+            except BaseException:
+                clear(partial)
+                raise
+            return _run(case, model, partial, final, (None, 0), progress, threads)
 
 
 def resume(
@@ -98,55 +86,84 @@ def resume(
     folder: the one given to `simulate`. Other arguments and errors as `simulate`; IntegrityError E-RES-030 to -033 if
     there is no checkpoint, or something the run left behind cannot be used.
     """
-    folder = Path(folder).absolute()
-    partial = _partial(folder)
+    folder = Path(folder).absolute()  # "." has a name only in full
+    partial = folder.with_name(folder.name + PARTIAL)
     if not partial.is_dir():
         finished = folder.is_dir()
         why = "the run has finished" if finished else "no such folder"
         raise NOTHING_TO_RESUME(folder=partial, why=why, remedy="open its results" if finished else None)
-    (partial / STOP_FILE).unlink(missing_ok=True)  # it would stop the run again
-    try:
-        case = Case.load(partial / "case.toml")
-    except InputError as error:
-        raise CASE_NOT_USABLE(path=partial / "case.toml", why=f"{error.what}: {error.why}") from error
-    model = build_model(case)
-    return _run(case, model, folder, newest_checkpoint(partial, model, case.digest()), progress, threads)
+    with _writing(folder):
+        final = new_place(folder)
+        with unfinished(final) as partial:
+            if _is_whole(partial):  # it ended just before it was published
+                publish_folder(partial, final)
+                return Result.open(final)
+            for left in (STOP_FILE, *(path.name for path in partial.glob(".*.partial"))):
+                (partial / left).unlink(missing_ok=True)  # it would stop the run again; half a file of a killed process
+            try:
+                case = Case.load(partial / "case.toml")
+            except InputError as error:
+                raise CASE_NOT_USABLE(path=partial / "case.toml", why=f"{error.what}: {error.why}") from error
+            model = build_model(case)
+            start = newest_checkpoint(partial, model, case.digest())
+            return _run(case, model, partial, final, start, progress, threads)
 
 
 def _run(
     case: Case,
     model: Model,
-    folder: Path,
+    partial: Path,
+    final: Path,
     start: tuple[State | None, int],
     progress: Callable[[Progress], None] | None,
     threads: int | None,
 ) -> Result:
     """start: the state to go on from, and where the journal stood then."""
-    partial, (state, offset) = _partial(folder), start
+    state, offset = start
+    with _threads(threads), Interrupts(partial) as interrupts:
+        told = told_by(case, model)
+        recorder = RunRecorder(told, model, partial, interrupts, progress, offset)
+        recorder.greet(state)
+        status, failure = "completed", None
+        try:
+            run(model, told.schedule, recorder, state)
+        except NumericalStop as stop:
+            status, failure = "stopped", stop
+            # What was odd about the case from the beginning is often why a run failed.
+            stop.why += "".join(f"; warned before: {c.code} {c.what} ({c.where})" for c in told.concerns)
+            recorder.post_mortem(stop)
+        except KeyboardInterrupt as interrupt:
+            status, failure = "interrupted", interrupt
+        recorder.finish(status, None if failure is None else str(failure) or "interrupted by the user")
+    if status == "interrupted":
+        raise failure
+    publish_folder(partial, final)
+    if failure is not None:
+        raise failure
+    return Result.open(final)
+
+
+@contextlib.contextmanager
+def _writing(folder: str | Path) -> Iterator[None]:
+    """What the operating system refuses becomes ResourceError E-RES-020, which says whether the run can be resumed."""
     try:
-        with _threads(threads), Interrupts(partial) as interrupts:
-            told = told_by(case, model)
-            recorder = RunRecorder(told, model, partial, interrupts, progress, offset)
-            recorder.greet(state)
-            status, failure = "completed", None
-            try:
-                run(model, told.schedule, recorder, state)
-            except NumericalStop as stop:
-                status, failure = "stopped", stop
-                # What was odd about the case from the beginning is often why a run failed.
-                stop.why += "".join(f"; warned before: {c.code} {c.what} ({c.where})" for c in told.concerns)
-                recorder.post_mortem(stop)
-            except KeyboardInterrupt as interrupt:
-                status, failure = "interrupted", interrupt
-            recorder.finish(status, None if failure is None else str(failure) or "interrupted by the user")
-        if status == "interrupted":
-            raise failure
-        publish_folder(partial, folder)
-        if failure is not None:
-            raise failure
+        yield
     except OSError as error:
-        raise NOT_WRITTEN(folder=partial, why=error) from error
-    return Result.open(folder)
+        folder = Path(folder).absolute()
+        partial = folder.with_name(folder.name + PARTIAL)
+        remedy = None
+        if any((partial / name).exists() for name in SLOTS):
+            remedy = f"free space, then: billow resume {shlex.quote(str(folder))}"
+        elif not partial.is_dir():
+            remedy = "check path and permissions, or choose another folder with --out"
+        raise NOT_WRITTEN(folder=error.filename or partial, why=error, remedy=remedy) from error
+
+
+def _is_whole(partial: Path) -> bool:
+    """Whether a run has ended, with all its files as they should be."""
+    with contextlib.suppress(BillowError):
+        return read_run_file(partial)["status"] != "interrupted"
+    return False
 
 
 def told_by(case: Case, model: Model) -> Told:
@@ -156,15 +173,12 @@ def told_by(case: Case, model: Model) -> Told:
         digest=case.digest(),
         schedule=build_schedule(case.run),
         concerns=tuple(concerns_of(case, model)),
+        assumptions=assumptions(case),
         ambient_pressure=case.ambient.pressure,
         sensors={sensor.name: sensor.position for sensor in case.run.sensors},
         particle_times=case.run.particle_times,
         gas_frames=case.run.gas_frames,
     )
-
-
-def _partial(folder: Path) -> Path:
-    return folder.with_name(folder.name + ".partial")
 
 
 @contextlib.contextmanager

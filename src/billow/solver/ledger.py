@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from billow.base.quality import Criterion, criterion
+from billow.base.quality import SMALLER_STEPS, Criterion, criterion
 from billow.parts.part import LOST, MOTION, RECEIVED, STORED, Account, Booking, Quantity
 
 
@@ -101,5 +101,5 @@ class Ledger:
     @staticmethod
     def verdicts(books: Mapping[str, float]) -> Iterator[Criterion]:
         residual, gain = books["energy_residual_of_largest"], books["energy_gain_of_largest"]
-        yield criterion("energy residual, of the largest energy", 100.0 * residual, 1.0, 5.0, "%")
-        yield criterion("energy gain, of the largest energy", 100.0 * gain, 1.0, 2.0, "%")
+        yield criterion("energy residual, of the largest energy", 100.0 * residual, 1.0, 5.0, "%", SMALLER_STEPS)
+        yield criterion("energy gain, of the largest energy", 100.0 * gain, 1.0, 2.0, "%", SMALLER_STEPS)

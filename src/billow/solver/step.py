@@ -24,6 +24,7 @@ def advance(model: Model, state: State, dt: float) -> None:
     if model.driven is not None:
         model.driven.drive(state.driven, positions, velocities, state.nodal_force, state.time, dt)
     ledger.book(model.bodies.push(state.bodies, positions, velocities, model.inverse_mass, dt))
+    ledger.book(model.bodies.meet(state.bodies, dt))
     ledger.book(gravity_and_damping(model, state, dt))
     ledger.book(model.bodies.move(state.bodies, dt))
     drift(nodes, dt, velocities, positions, model.work.before)

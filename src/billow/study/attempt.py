@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import errno
-import shutil
 import time
 import tomllib
 import traceback
@@ -13,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from billow.base.errors import BillowError, NumericalStop, ResourceError
+from billow.results.ownership import discard
 from billow.results.run_file import read_run_file
 from billow.study.store import RunStore
 
@@ -110,7 +110,7 @@ def attempt_run(folder: str, task: Task, runner: Runner | None = None) -> Outcom
     except Exception as problem:
         status, error = "failed", _out_of_space(problem, store.folder) or _unexpected(task.run, problem)
     if workplace is not None:
-        shutil.rmtree(workplace, ignore_errors=True)
+        discard(workplace)
     return Outcome(task.run, status, time.perf_counter() - started, attempts, error)
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import difflib
 import itertools
 import os
-import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Literal
@@ -14,6 +13,9 @@ import tomli_w
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 
 from billow.base.errors import InputError, shown
+from billow.base.plausible import require_possible
+from billow.base.toml_file import read_toml
+from billow.case.quantity import listed, missing_beside, reason_of
 from billow.results.dataset_files import Parameter
 
 UNREADABLE = InputError.declare(
@@ -45,9 +47,9 @@ UNUSABLE_VALUE = InputError.declare(
 )
 MISSING_KEY = InputError.declare(
     "E-STU-005",
-    "the key {key!r} is missing",
-    why="it has no default",
-    remedy="add {key} = ...; `billow demo` writes an example, study.toml",
+    "{keys} missing",
+    why="there is no default",
+    remedy="add {first}; `billow demo` writes an example, study.toml",
 )
 NO_CASE = InputError.declare(
     "E-STU-006",
@@ -57,7 +59,6 @@ NO_CASE = InputError.declare(
     remedy="give its path relative to the study file",
 )
 
-LARGEST_FILE = 1_000_000  # bytes; a study file is a few kilobytes
 MOST_RUNS = 10_000
 
 
@@ -104,7 +105,7 @@ class StudyDefinition(_Strict):
         """Read and check a study.toml.
 
         InputError E-STU-001: no such file; -002: not TOML; -003: unknown key; -004: a value that cannot be used;
-        -005: a key is missing; -006: the case file does not exist.
+        -005: a key is missing; -006: the case file does not exist; E-UNIT-001: reference_length in another unit.
         """
         path = Path(path)
         content = _read_toml(path)
@@ -112,6 +113,8 @@ class StudyDefinition(_Strict):
             definition = cls.model_validate(content)
         except ValidationError as error:
             raise _told(path, content, error) from error
+        place, change = f"{path}: reference_length", "it is in m"
+        require_possible("bag size", definition.reference_length, "the reference length", place, change)
         for where, what, why, remedy in _contradictions(definition):  # the first is told
             raise UNUSABLE_VALUE(what=f"{what}", where=f"{path}: {where}", why=why, remedy=remedy)
         case = path.parent / definition.case
@@ -136,15 +139,10 @@ class StudyDefinition(_Strict):
 
 def _read_toml(path: Path) -> dict:
     try:
-        with open(path, "rb") as file:
-            content = file.read(LARGEST_FILE + 1)
-    except (OSError, ValueError) as error:  # ValueError: a path that no file can have
+        return read_toml(path)
+    except OSError as error:
         raise UNREADABLE(path=path, why=error) from error
-    try:
-        if len(content) > LARGEST_FILE:
-            raise ValueError(f"a study file has at most {LARGEST_FILE} bytes")
-        return tomllib.loads(content.decode("utf-8"))
-    except (ValueError, RecursionError) as error:  # TOML and UTF-8 alike
+    except ValueError as error:
         raise NOT_TOML(path=path, why=error) from error
 
 
@@ -186,12 +184,16 @@ def _contradictions(definition: StudyDefinition) -> Iterator[tuple[str, str, str
 def _told(path: Path, content: dict, error: ValidationError) -> InputError:
     """The first problem in full, the others counted."""
     problems = error.errors(include_url=False)
-    first = problems[0]
+    first, others = problems[0], len(problems) - 1
     *parents, key = first["loc"]
     name = next((part for part in reversed(first["loc"]) if isinstance(part, str)), key)
     where = f"{path}: {_place(content, parents)}{key}"
     if first["type"] == "missing":
-        told = MISSING_KEY(key=key, where=where)
+        names = missing_beside(first, problems)
+        others -= len(names) - 1
+        told = MISSING_KEY(
+            keys=f"{listed(names)} {'are' if len(names) > 1 else 'is'}", first=listed(names), where=where
+        )
     elif first["type"] == "extra_forbidden":
         schema = StudyParameter if "parameters" in parents else StudyDefinition
         known = list(schema.model_fields)
@@ -199,9 +201,10 @@ def _told(path: Path, content: dict, error: ValidationError) -> InputError:
         remedy = f"did you mean {near[0]!r}?" if near else None
         told = UNKNOWN_KEY(key=key, where=where, known=", ".join(known), remedy=remedy)
     else:
-        why = first["msg"][0].lower() + first["msg"][1:]
+        why = reason_of(first)
+        why = why[0].lower() + why[1:]
         told = UNUSABLE_VALUE(name=name, value=shown(first["input"]), where=where, why=why)
-    told.what += f" (and {len(problems) - 1} more after this one)" if len(problems) > 1 else ""
+    told.what += f" (and {others} more after this one)" if others else ""
     return told
 
 

@@ -12,6 +12,7 @@ from billow.base.errors import IntegrityError, ResourceError
 from billow.base.quality import VERDICTS, doubts
 from billow.results.dataset import difference, why_failed
 from billow.results.dataset_files import DATASET_FILE, DatasetRecord, mesh_sha256, read_dataset_file, write_dataset_file
+from billow.results.ownership import discard
 from billow.results.result import Result
 from billow.study.attempt import Outcome, Runner, Task, attempt_run
 from billow.study.execute import WORKER_DIED, available_cores, dask_client, run_on_dask
@@ -124,8 +125,12 @@ class Drive:
         if scheduler is None and workers == 1:
             yield from (attempt_run(str(self.store.folder), task, runner) for task in tasks)
         elif tasks:
-            with dask_client(workers, scheduler) as client:
-                yield from run_on_dask(client, self.store, tasks, runner)
+            scratch = self.store.begin("workers")  # in the study, where the next start finds it after a kill
+            try:
+                with dask_client(workers, scheduler, scratch) as client:
+                    yield from run_on_dask(client, self.store, tasks, runner)
+            finally:
+                discard(scratch)
 
     def _survey(self) -> list[Task]:
         """Look at what is on disk; returns what is missing."""

@@ -10,7 +10,9 @@ import logging
 import os
 import signal
 import tempfile
+import threading
 from collections.abc import Iterator, Sequence
+from multiprocessing import resource_tracker
 from pathlib import Path
 
 from billow.base.errors import InputError, ResourceError
@@ -57,6 +59,7 @@ NO_WORKERS = ResourceError.declare(
 ANSWER_SECONDS = 10.0
 """[s] a scheduler has to answer."""
 
+_ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 _ONE_THREAD = ("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS")
 
 
@@ -66,19 +69,51 @@ def available_cores() -> int:
 
 
 @contextlib.contextmanager
-def dask_client(workers: int, scheduler: str | None) -> Iterator:
+def _undisturbed() -> Iterator[None]:
+    """Ctrl-C and its like wait until the block has ended; processes and threads that begin in it never see them.
+
+    A terminal sends Ctrl-C to every process of a command. Workers are ended by this one; by themselves each would
+    print a traceback, from the moment it exists.
+    """
+    came = []
+    listening = threading.current_thread() is threading.main_thread()
+    numbers = [n for n in _ENDING if signal.getsignal(n) is not signal.SIG_IGN] if listening else []
+    before = {number: signal.signal(number, lambda *_: came.append(True)) for number in numbers}
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGHUP})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+        for number, handler in before.items():
+            signal.signal(number, handler)
+    if came:
+        raise KeyboardInterrupt
+
+
+@contextlib.contextmanager
+def dask_client(workers: int, scheduler: str | None, scratch: Path | None = None) -> Iterator:
     """A Dask client: of `workers` new local processes, or of the cluster at the address `scheduler`.
 
-    InputError E-STU-015 if no scheduler answers there. Local workers end with the block; a cluster stays as it was.
+    scratch: a folder for what local workers keep on disk. Local workers end with the block; a cluster stays as it was.
+    InputError E-STU-015 if no scheduler answers there.
     """
-    import dask
-    from distributed import Client, LocalCluster, WorkerPlugin
+    try:
+        import dask
+        from distributed import Client, LocalCluster
+    except (OSError, ValueError, TypeError, AttributeError) as error:
+        raise NO_WORKERS(
+            what="Dask cannot read its settings",
+            where="the files of ~/.config/dask and DASK_CONFIG, and the variables that begin with DASK_",
+            why=error if "config file" in str(error) else "they do not say what Dask expects",
+            remedy="correct or remove them; a study on this machine needs none",
+        ) from error
 
     if scheduler is not None:
         try:
             client = Client(scheduler, timeout=ANSWER_SECONDS)
-        except (OSError, ValueError, ImportError) as error:  # no answer, no address, a protocol not installed
-            raise NO_SCHEDULER(where=scheduler, why=error) from error
+        except Exception as error:  # no address, a protocol not installed, or one that needs settings of its own
+            why = error if isinstance(error, OSError) else "Dask cannot use such an address"
+            raise NO_SCHEDULER(where=f"--scheduler {scheduler!r}", why=why) from error
         with client:
             yield client
         return
@@ -89,6 +124,7 @@ def dask_client(workers: int, scheduler: str | None) -> Iterator:
         # Dask looks at what a worker does a hundred times a second; each look takes the interpreter from the solver.
         "distributed.worker.profile.enabled": False,
         "distributed.admin.tick.interval": "1s",
+        "distributed.worker.use-file-locking": False,  # the folder is ours, and its disk may know no locks
         **{f"distributed.nanny.pre-spawn-environ.{name}": "1" for name in _ONE_THREAD},
     }
     with contextlib.ExitStack() as stack:
@@ -97,33 +133,33 @@ def dask_client(workers: int, scheduler: str | None) -> Iterator:
                 stack.callback(os.environ.__setitem__, name, os.environ[name])
             else:
                 stack.callback(os.environ.pop, name, None)
-        scratch = stack.enter_context(tempfile.TemporaryDirectory(prefix="billow-workers-"))
+        scratch = scratch or stack.enter_context(tempfile.TemporaryDirectory(prefix="billow-workers-"))
         stack.enter_context(dask.config.set(settings))
+        started = stack.enter_context(contextlib.ExitStack())
+        resource_tracker.ensure_running()  # when a worker starts it, the worker's signals are let through again
         try:
-            cluster = LocalCluster(
-                n_workers=workers,
-                threads_per_worker=1,
-                processes=True,
-                host="127.0.0.1",
-                # No dashboard, but its server still listens: at a free port, so that studies can run side by side.
-                dashboard_address="127.0.0.1:0",
-                scheduler_kwargs={"dashboard": False},
-                memory_limit=0,  # runs are small; pausing one helps nobody
-                local_directory=scratch,
-                silence_logs=logging.CRITICAL,
-            )
-        except RuntimeError as error:
+            with _undisturbed():
+                cluster = LocalCluster(
+                    n_workers=workers,
+                    threads_per_worker=1,
+                    processes=True,
+                    host="127.0.0.1",
+                    # No dashboard, but its server still listens: at a free port, so that studies can run side by side.
+                    dashboard_address="127.0.0.1:0",
+                    scheduler_kwargs={"dashboard": False},
+                    memory_limit=0,  # runs are small; pausing one helps nobody
+                    local_directory=str(scratch),
+                    silence_logs=logging.CRITICAL,
+                )
+                started.enter_context(cluster)
+                client = started.enter_context(Client(cluster))
+        except (RuntimeError, OSError, ValueError, TypeError) as error:
             raise NO_WORKERS(count=workers, why=error) from error
-        stack.enter_context(cluster)
-        client = stack.enter_context(Client(cluster))
-
-        class IgnoreInterrupts(WorkerPlugin):
-            def setup(self, worker):
-                signal.signal(signal.SIGINT, signal.SIG_IGN)
-
-        # A terminal sends Ctrl-C to every process; the workers, which this process ends, would each print a traceback.
-        client.register_plugin(IgnoreInterrupts())
-        yield client
+        try:
+            yield client
+        finally:
+            with _undisturbed():
+                started.close()
 
 
 def run_on_dask(client, store: RunStore, tasks: Sequence[Task], runner: Runner | None) -> Iterator[Outcome]:

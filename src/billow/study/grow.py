@@ -5,12 +5,12 @@ More runs come from a larger `train`, or from `added_designs`: a table of design
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from pathlib import Path
 
 from billow.base.errors import InputError
-from billow.results.csv_files import csv_text, read_csv
+from billow.base.table_file import read_table
+from billow.results.csv_files import csv_text
 from billow.results.dataset_files import Parameter, design_columns
 from billow.study.definition import StudyDefinition
 from billow.study.design import Design, Values, draw, numbered
@@ -98,13 +98,15 @@ def read_added_designs(path: str | Path, parameters: Sequence[Parameter]) -> lis
     parameter's range, or a row twice.
     """
     try:
-        rows = [tuple(map(float, row)) for row in read_csv(path, design_columns(parameters))[1]]
-        for number, row in enumerate(rows, start=1):
-            if len(row) != len(parameters):
-                raise ValueError(f"row {number} has {len(row)} values for {len(parameters)} parameters")
+        table, columns = read_table(path), design_columns(parameters)
+        if table.names != tuple(columns):
+            raise ValueError(f"its columns are {', '.join(table.names)}; expected {', '.join(columns)}")
+        values, lines = table.numbers()
+        rows = list(map(tuple, values.tolist()))
+        for line, row in zip(lines, rows, strict=True):
             for value, p in zip(row, parameters, strict=True):
-                if not (math.isfinite(value) and p.low <= value <= p.high):
-                    raise ValueError(f"row {number}: {p.name} = {value:g} is not between {p.low:g} and {p.high:g}")
+                if not p.low <= value <= p.high:
+                    raise ValueError(f"line {line}: {p.name} = {value:g} is not between {p.low:g} and {p.high:g}")
         if len(set(rows)) != len(rows):
             raise ValueError("a design stands in it twice")
     except (OSError, ValueError) as error:

@@ -13,8 +13,9 @@ import numpy as np
 import tomli_w
 
 from billow.base.errors import InputError
-from billow.results.atomic import whole_folder, write_atomically
-from billow.results.csv_files import read_csv
+from billow.base.plausible import require_possible
+from billow.base.table_file import Table, read_table
+from billow.results.atomic import new_folder, new_place, write_atomically
 from billow.results.dataset_files import (
     RUN_NAME,
     DatasetRecord,
@@ -28,7 +29,7 @@ from billow.results.dataset_files import (
 from billow.results.histories import write_histories
 from billow.results.run_file import write_run_file
 from billow.results.vtkhdf import FabricWriter
-from billow.study.foreign_run import ForeignRun, read_run, read_table, read_times
+from billow.study.foreign_run import ForeignRun, read_run, read_times, read_triangles
 
 UNUSABLE_TABLE = InputError.declare(
     "E-STU-026",
@@ -52,7 +53,7 @@ UNKNOWN_MESH_OR_TIMES = InputError.declare(
     remedy="put triangles.csv (a,b,c) and times.csv (time [s]) beside the runs, or both into every .npz",
 )
 
-TABLE = "runs.csv"
+TABLE, SPLIT, SECONDS = "runs.csv", "split", "wall_seconds [s]"
 _COLUMN = re.compile(r"([A-Za-z][A-Za-z0-9_]*) \[([^\[\]]+)\]")
 _SAME = 1e-6
 """Fraction of the mesh size by which start shapes may differ: text has seven digits."""
@@ -73,12 +74,16 @@ def import_runs(
     extent of the start shape; test_share: part of the runs that is set aside, unless runs.csv has a column split
 
     InputError E-STU-026: runs.csv; -027: a run cannot be read; -028: a run does not fit the others; -029: mesh or times
-    are unknown; E-RES-009: `out` exists. Nothing is written unless every run is sound.
+    are unknown; E-UNIT-001: sizes or times in another unit; E-RES-009: `out` exists. Nothing is written unless every
+    run is sound.
     """
-    folder, out = Path(folder), Path(out).absolute()
+    folder, out = Path(folder), Path(out)
+    new_place(out)
+    if reference_length is not None:
+        require_possible("bag size", reference_length, "the reference length", "reference_length", "it is in m")
     table = _Table(folder / TABLE)
     split = table.split or _draw_split(list(table.design), test_share, seed)
-    with whole_folder(out) as partial:
+    with new_folder(out) as partial:
         common = None
         for run in table.design:
             found = read_run(folder, run)
@@ -99,32 +104,32 @@ class _Table:
 
     def __init__(self, path: Path):
         try:
-            self._take(*read_csv(path))
+            self._take(read_table(path))
         except (OSError, ValueError) as error:
             raise UNUSABLE_TABLE(path=path, why=error) from error
 
-    def _take(self, header: list[str], rows: list[list[str]]) -> None:
-        if header[:1] != ["run"] or len(set(header)) != len(header):
-            raise ValueError(f"its columns are {', '.join(header)}; the first must be run, and each stand once")
-        if any(len(row) != len(header) for row in rows):
-            raise ValueError("a row has more or fewer cells than the header")
-        names = [name for name in header if name not in ("run", "split", "wall_seconds [s]")]
+    def _take(self, table: Table) -> None:
+        if table.names[0] != "run":
+            raise ValueError(f"its columns are {', '.join(table.names)}; the first must be run")
+        names = [name for name in table.names if name not in ("run", SPLIT, SECONDS)]
         heads = [_COLUMN.fullmatch(name) for name in names]
         if None in heads:
             raise ValueError(f"column {names[heads.index(None)]!r} is not of the form name [unit]")
-        columns = {name: [row[k] for row in rows] for k, name in enumerate(header)}
-        runs = columns["run"]
+        if not names:
+            raise ValueError("it has no parameter")
+        rows = [cells for _, cells in table.rows()]
+        runs = [row[0] for row in rows]
         if len(runs) < 3 or len(set(runs)) != len(runs) or not all(map(RUN_NAME.fullmatch, runs)):
             raise ValueError("it needs at least three runs, each with a name of its own made of letters and digits")
-        values = np.array([list(map(float, columns[name])) for name in names], float).reshape(len(names), len(runs))
-        if not names or not np.isfinite(values).all():
-            raise ValueError("it has no parameter, or a value that is not a finite number")
+        values = table.numbers(names)[0].T
         self.parameters = tuple(_axis(*head.groups(), row) for head, row in zip(heads, values, strict=True))
         self.design = {run: tuple(values[:, k].tolist()) for k, run in enumerate(runs)}
-        self.seconds = dict(zip(runs, map(float, columns.get("wall_seconds [s]", [0.0] * len(runs))), strict=True))
+        seconds = table.numbers([SECONDS])[0][:, 0].tolist() if SECONDS in table.names else [0.0] * len(runs)
+        self.seconds = dict(zip(runs, seconds, strict=True))
         self.split = None
-        if "split" in columns:
-            part = dict(zip(runs, columns["split"], strict=True))
+        if SPLIT in table.names:
+            column = table.names.index(SPLIT)
+            part = {row[0]: row[column] for row in rows}
             train, test = ([run for run in runs if part[run] == name] for name in ("train", "test"))
             if len(train) + len(test) != len(runs) or len(train) < 2 or not test:
                 raise ValueError("column split must say train or test for each run, two train and one test at least")
@@ -151,22 +156,38 @@ class _Common:
         self._folder, self.run, self.start = folder, run, first.positions[0]
         try:
             shared_times = read_times(folder)
-            shared_triangles = read_table(folder / "triangles.csv", ("a", "b", "c"), np.int64)
+            shared_triangles = read_triangles(folder)
         except (OSError, ValueError) as error:
             raise UNKNOWN_MESH_OR_TIMES(folder=folder, why=error) from error
         self.times = first.times if first.times is not None else shared_times
         self.triangles = first.triangles if first.triangles is not None else shared_triangles
         if self.times is None or self.triangles is None:
             why = f"neither the runs nor the folder hold {'times' if self.times is None else 'triangles'}"
-        elif self.times.ndim != 1 or self.times[0] != 0.0 or not (np.diff(self.times) > 0.0).all():
-            why = "times must begin with 0, the start shape, and rise"
+        elif self.times.ndim != 1 or not len(self.times) or not np.isfinite(self.times).all():
+            why = "times must be finite numbers, one for each frame"
+        elif self.times[0] != 0.0:
+            why = f"the first time is {self.times[0]:g} s; it must be 0, that of the start shape"
+        elif not (np.diff(self.times) > 0.0).all():
+            k = int(np.argmin(np.diff(self.times) > 0.0))
+            why = f"times must rise; {self.times[k + 1]:g} s follows {self.times[k]:g} s"
         elif self.triangles.ndim != 2 or self.triangles.shape[1:] != (3,) or not len(self.triangles):
             why = f"triangles have shape {self.triangles.shape}; expected (triangles, 3)"
         elif not 0 <= self.triangles.min() <= self.triangles.max() < len(self.start):
-            why = f"a triangle names a node that is not among 0 to {len(self.start) - 1}"
+            from_one = self.triangles.min() == 1 and self.triangles.max() == len(self.start)
+            hint = "; nodes are counted from 0, not from 1" if from_one else ""
+            why = f"a triangle names a node that is not among 0 to {len(self.start) - 1}{hint}"
+        elif (twice := (self.triangles == np.roll(self.triangles, 1, axis=1)).any(axis=1)).any():
+            why = f"triangle {int(np.argmax(twice))}, counted from 0, has the same node twice"
         else:
+            self._require_units()
             return
         raise UNKNOWN_MESH_OR_TIMES(folder=folder, why=why)
+
+    def _require_units(self) -> None:
+        where, change = f"{self._folder}, run {self.run}", "convert it; positions are in m, times in s"
+        size = float(np.ptp(self.start[np.unique(self.triangles)], axis=0).max())
+        require_possible("bag size", size, "the width of the mesh", where, change)
+        require_possible("duration of a run", float(self.times[-1]), "the last time", where, change)
 
     def check(self, run: str, found: ForeignRun) -> None:
         """InputError E-STU-028 if a run does not fit the first one."""

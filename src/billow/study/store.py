@@ -3,26 +3,16 @@
 from __future__ import annotations
 
 import contextlib
-import fcntl
 import json
 import os
-import shutil
-import socket
 import uuid
 from collections.abc import Iterator
 from pathlib import Path
 
 from billow.base.errors import BillowError, InputError
 from billow.results.atomic import publish_folder, sync, write_atomically
-
-ANOTHER_PROCESS = InputError.declare(
-    "E-STU-013",
-    "another process is running this study",
-    where="{folder}",
-    why="study.lock is held by {holder}",
-    cause="the command was given twice",
-    remedy="wait for it, or stop it; the study can then be continued",
-)
+from billow.results.ownership import NOT_OURS, discard, is_ours, mark, owned
+from billow.results.run_file import RUN_FILE
 
 
 class RunStore:
@@ -30,38 +20,37 @@ class RunStore:
 
     def __init__(self, folder: str | Path):
         self.folder = Path(folder)
-        self.runs, self.failed, self.work = (self.folder / name for name in ("runs", "failed", "work"))
+        names = ("runs", "failed", "work", "set_aside")
+        self.runs, self.failed, self.work, self.shelf = (self.folder / name for name in names)
 
     @contextlib.contextmanager
     def driving(self) -> Iterator[None]:
         """Be the only process that drives this study, and remove unfinished work of a dead one.
 
-        InputError E-STU-013 if another process drives it. The lock ends with the process, however that ends.
+        InputError E-RES-023 if another process drives it, E-RES-024 if one of its folders is a link: what lies behind
+        one may be somebody else's, and on another disk, where no finished run can be moved in one step.
         """
-        with open(self.folder / "study.lock", "a+", encoding="utf-8") as lock:
-            try:
-                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except BlockingIOError as error:
-                lock.seek(0)
-                raise ANOTHER_PROCESS(folder=self.folder, holder=lock.read().strip() or "it") from error
-            lock.truncate(0)
-            lock.write(f"process {os.getpid()} on {socket.gethostname()}")
-            lock.flush()
-            for leftover in (self.work, *self.runs.glob("*.partial")):
-                shutil.rmtree(leftover, ignore_errors=True)
+        with owned(self.folder, "study.toml"):
+            for folder in (self.runs, self.failed, self.work, self.shelf):
+                if folder.is_symlink():
+                    why, remedy = "it is a link", "move the whole study, and make a link to its folder instead"
+                    raise NOT_OURS(path=folder, why=why, remedy=remedy)
             for folder in (self.runs, self.failed, self.work):
                 folder.mkdir(exist_ok=True)
+            for leftover in self.work.iterdir():
+                discard(leftover)
             yield
 
     def begin(self, run: str) -> Path:
         """A new folder for one attempt at `run`; it stays behind if the attempt dies."""
         attempt = self.work / f"{run}-{uuid.uuid4().hex[:12]}"
         attempt.mkdir()
+        mark(attempt)
         return attempt
 
     def dead_attempts(self, run: str) -> int:
         """How many attempts at `run` were begun and ended in neither a run nor an error."""
-        return sum(1 for _ in self.work.glob(f"{run}-*"))
+        return sum(is_ours(attempt) for attempt in self.work.glob(f"{run}-*"))
 
     def is_published(self, run: str) -> bool:
         """True if `run` has a folder in runs/, whether or not it verifies."""
@@ -74,19 +63,18 @@ class RunStore:
 
     def keep_stopped(self, run: str, stopped: Path) -> None:
         """Keep the folder of a stopped run, replacing that of an earlier one."""
-        shutil.rmtree(self.failed / run, ignore_errors=True)
+        discard(self.failed / run, RUN_FILE)
         with contextlib.suppress(InputError):
             publish_folder(stopped, self.failed / run)
 
     def set_aside(self, run: str) -> Path:
         """Move a published run that no longer verifies out of the way; returns where it went."""
-        shelf = self.folder / "set_aside"
-        shelf.mkdir(exist_ok=True)
+        self.shelf.mkdir(exist_ok=True)
         number = 1
-        while (place := shelf / f"{run}-{number}").exists():
+        while os.path.lexists(place := self.shelf / f"{run}-{number}"):
             number += 1
         os.rename(self.runs / run, place)
-        sync(shelf)
+        sync(self.shelf)
         return place
 
     def record_failure(self, run: str, error: BillowError, attempts: int) -> None:
@@ -98,4 +86,4 @@ class RunStore:
     def forget_failure(self, run: str) -> None:
         """Remove the record of a failure once the run is completed."""
         (self.failed / f"{run}.json").unlink(missing_ok=True)
-        shutil.rmtree(self.failed / run, ignore_errors=True)
+        discard(self.failed / run, RUN_FILE)

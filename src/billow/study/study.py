@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from pathlib import Path
 
 from billow.base.errors import InputError, IntegrityError
-from billow.results.atomic import whole_folder, write_atomically
+from billow.results.atomic import write_atomically
 from billow.results.dataset import Dataset
 from billow.results.dataset_files import read_design, read_split, write_design, write_split
+from billow.results.ownership import LOCK, discard, owned
+from billow.run.case_folder import keep_case
 from billow.study.attempt import Runner, cannot_write
 from billow.study.corners import build_corners, check_values, vary
 from billow.study.definition import StudyDefinition
@@ -70,8 +73,8 @@ class Study:
         built at the ends of each range and at some corners of the design space.
         InputError E-STU-001 to -006: the definition; -024: its added designs; -007: the case does not accept a value;
         -040: a parameter changes mesh or times; -008: `folder` holds something else; -025: `train` cannot grow to this
-        number; -013: another process runs the study that is to grow. ResourceError E-STU-012, -023: it cannot be
-        written.
+        number; E-RES-023: another process makes the study, or runs the one that is to grow. ResourceError E-STU-012,
+        -023: it cannot be written.
         """
         definition_file, folder = Path(definition_file), Path(folder).absolute()  # "." has a name only in full
         definition = StudyDefinition.load(definition_file)
@@ -82,8 +85,7 @@ class Study:
         # Inside the study's folder its files have names of their own.
         definition = definition.model_copy(update={"case": CASE_FILE, "added_designs": table and ADDED_FILE})
         try:
-            there = folder.exists() and (not folder.is_dir() or any(folder.iterdir()))
-            study = _open_for(definition, case, folder) if there else None
+            study = None if _may_become_a_study(folder) else _open_for(definition, case, folder)
             if study is None:
                 build_corners(definition_file, definition, case, _outline)
             if study is not None:
@@ -93,10 +95,18 @@ class Study:
             for run in design.runs.keys() - (study.runs.keys() if study else ()):
                 vary(case, definition, design.runs[run], f"{definition_file}: run {run} of its design")
             if study is None:
-                with whole_folder(folder) as partial:
-                    _write(partial, case, definition, added, design)
-                    for name in ("runs", "failed"):
-                        (partial / name).mkdir()
+                fresh = not folder.exists()
+                with owned(folder):
+                    raced = (folder / STUDY_FILE).exists()
+                    try:
+                        if not raced:
+                            _write(folder, case, definition, added, design)
+                    except BaseException:
+                        if fresh:
+                            discard(folder)
+                        raise
+                if raced:  # another process has just made it
+                    return cls.create(definition_file, folder)
             elif design != existing or definition != study.definition:
                 with study.store.driving():
                     _write(folder, case, definition, added, design)
@@ -144,10 +154,10 @@ class Study:
         itself. scheduler: address of a Dask cluster to use instead. progress: called with each `ProgressEvent`.
         retry_failed: make runs again that failed before. runner: what makes a run, `billow.run.simulate` by default.
 
-        A run that fails is recorded in failed/ and the others go on. InputError E-STU-013: another process runs this
-        study; -015: no scheduler answers; -021: workers. IntegrityError E-STU-010: a run on disk belongs to another
-        case; -011: runs differ in mesh or times. ResourceError E-STU-012: disk full; -023: no permission; -017, -018:
-        the cluster.
+        A run that fails is recorded in failed/ and the others go on. InputError E-RES-023: another process runs this
+        study; E-STU-015: no scheduler answers; -021: workers. IntegrityError E-STU-010: a run on disk belongs to
+        another case; -011: runs differ in mesh or times. ResourceError E-STU-012: disk full; -023: no permission;
+        -017, -018: the cluster.
         """
         if (workers is not None and workers < 1) or (workers is not None and scheduler is not None):
             raise UNUSABLE_WORKERS(workers=f"{workers} together with a scheduler" if scheduler else workers)
@@ -170,15 +180,22 @@ def _outline(case):
     return outline(case)
 
 
+def _may_become_a_study(folder: Path) -> bool:
+    """Whether a folder is missing or empty, or one whose study was not written to the end."""
+    if not folder.is_dir():
+        return not os.path.lexists(folder)
+    names = os.listdir(folder)  # once: another process may be making it
+    return STUDY_FILE not in names and (LOCK in names or not names)
+
+
 def _open_for(definition: StudyDefinition, case, folder: Path) -> Study:
     """The study in a folder that is not empty. InputError E-STU-008 if it holds none, or one around another case."""
     try:
-        found = (folder / CASE_FILE).read_text(encoding="utf-8")
         study = Study.open(folder)
     except (OSError, ValueError, InputError) as error:
         why = getattr(error, "what", error)
         raise ANOTHER_STUDY(folder=folder, why=f"no study can be read there: {why}") from error
-    if found != case.to_toml():
+    if study._case.digest() != case.digest():
         raise ANOTHER_STUDY(folder=folder, why=f"its {CASE_FILE} differs from the study asked for")
     return study
 
@@ -193,5 +210,5 @@ def _write(folder: Path, case, definition: StudyDefinition, added: list[Values],
     write_split(folder, list(design.train), list(design.test))
     if added:
         write_atomically(folder / ADDED_FILE, added_designs_text(definition.axes, added))
-    write_atomically(folder / CASE_FILE, case.to_toml())
+    keep_case(case, folder)
     write_atomically(folder / STUDY_FILE, definition.to_toml())

@@ -16,9 +16,14 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from billow.geometry.vtk_legacy import QUAD, TRIANGLE, read_legacy
+from billow.base.input_file import LARGEST_DATA, read_bytes
+from billow.base.table_file import whole_numbers
+from billow.geometry.mesh_file import corners_of
+from billow.geometry.vtk_legacy import GHOSTS, POLYGON, QUAD, TRIANGLE, Grid, read_legacy
 
 SUFFIXES = (".vtk", ".vtu", ".vtp")
+LARGEST_ARRAY = 200_000_000
+"""Bytes of an unpacked array: eight million nodes."""
 _XML_TYPES = {f"{kind}{bits}": f"{kind[0].lower()}{bits // 8}" for kind in ("Int", "UInt") for bits in (8, 32, 64)}
 _XML_TYPES |= {"Float32": "f4", "Float64": "f8"}
 
@@ -28,23 +33,19 @@ def read_vtk(path: Path) -> tuple[np.ndarray, np.ndarray]:
 
     ValueError, with a sentence that says why, for anything else than the above.
     """
-    content = path.read_bytes()
+    content = read_bytes(path, LARGEST_DATA)
     try:
-        points, offsets, nodes, types = read_legacy(content)[:4] if path.suffix == ".vtk" else _xml(content)
-    except (IndexError, KeyError, AttributeError, TypeError, zlib.error, binascii.Error) as error:
-        raise ValueError(f"it is cut short or not the VTK file that its name says ({error})") from error
-    offsets, nodes = np.asarray(offsets, np.int64), np.asarray(nodes, np.int64)
-    first, corners = offsets[:-1], np.diff(offsets)  # of each cell: where its nodes begin, and how many it has
-    if not np.isin(corners, (3, 4)).all() or not (types is None or np.isin(types, (TRIANGLE, QUAD)).all()):
-        raise ValueError("it has cells that are neither triangles nor quadrilaterals")
-    quads = np.flatnonzero(corners == 4)
-    whole = nodes[first[:, None] + np.arange(3)]
-    halves = nodes[first[quads, None] + np.array([0, 2, 3])]
-    order = np.argsort(np.concatenate([2 * np.arange(len(first)), 2 * quads + 1]), kind="stable")
-    return points, np.concatenate([whole, halves])[order]
+        grid = read_legacy(content) if path.suffix.lower() == ".vtk" else _xml(content)
+    except (IndexError, KeyError, AttributeError, TypeError, OverflowError, zlib.error, binascii.Error):
+        raise ValueError("it is cut short or not the VTK file that its name says") from None
+    cells = corners_of(grid)
+    quads = np.flatnonzero(cells[:, 3] >= 0)
+    halves = cells[quads][:, [0, 2, 3]]
+    order = np.argsort(np.concatenate([2 * np.arange(len(cells)), 2 * quads + 1]), kind="stable")
+    return grid.points, np.concatenate([cells[:, :3], halves])[order]
 
 
-def _xml(content: bytes):
+def _xml(content: bytes) -> Grid:
     # Raw appended data are no XML; what stands before them is closed by hand.
     start = content.find(b"<AppendedData")
     appended, encoding = b"", "base64"
@@ -52,15 +53,15 @@ def _xml(content: bytes):
         head, body = content[start:].split(b"_", 1)
         encoding = "raw" if b"raw" in head else "base64"
         appended, content = body, content[:start] + b"</VTKFile>"
-    if b"<!DOCTYPE" in content or b"<!ENTITY" in content:
-        raise ValueError("it declares entities, which no VTK file does")
+    if b"\0" in content or b"<!DOCTYPE" in content or b"<!ENTITY" in content:
+        raise ValueError("it is UTF-16, or declares entities, which no VTK file does")
     try:
         root = ElementTree.fromstring(content)
     except ElementTree.ParseError as error:
         raise ValueError(f"it is no XML ({error})") from error
     compressor = root.get("compressor")
     if compressor not in (None, "vtkZLibDataCompressor"):
-        raise ValueError(f"it is packed with {compressor}; zlib or none can be read")
+        raise ValueError(f"it is packed with {compressor[:40]}; zlib or none can be read")
     order = "<" if root.get("byte_order", "LittleEndian") == "LittleEndian" else ">"
     header = np.dtype(order + _XML_TYPES[root.get("header_type", "UInt32")])
     reader = _Arrays(order, header, compressor is not None, appended, encoding)
@@ -68,11 +69,24 @@ def _xml(content: bytes):
     if len(pieces) != 1:
         raise ValueError(f"it has {len(pieces)} pieces; one can be read")
     (piece,) = pieces
-    points = reader.read(piece.find("Points/DataArray"))
+    for name in ("NumberOfVerts", "NumberOfLines", "NumberOfStrips"):
+        if piece.get(name, "0").strip() != "0":
+            raise ValueError(f"its {name} is {piece.get(name)[:20]}; save its polygons alone, strips as triangles")
+    for ghosts in piece.findall("*/DataArray"):
+        if ghosts.get("Name") == GHOSTS and reader.read(ghosts).any():
+            raise ValueError("it has ghost points or cells, copies of another piece's; save the whole fabric in one")
+    points = reader.read(piece.find("Points/DataArray")).astype(float)
     cells = piece.find("Cells") if piece.find("Cells") is not None else piece.find("Polys")
     arrays = {array.get("Name"): reader.read(array) for array in cells.findall("DataArray")}
-    offsets = np.concatenate([[0], arrays["offsets"]])
-    return np.asarray(points, float).reshape(-1, 3), offsets, arrays["connectivity"], arrays.get("types")
+    offsets = np.concatenate([[0], whole_numbers(arrays["offsets"], "offset")])
+    corners = np.diff(offsets)
+    types = np.select([corners == 3, corners == 4], [TRIANGLE, QUAD], POLYGON)
+    if "types" in arrays:
+        types = whole_numbers(arrays["types"], "kind of cell")
+    announced = int(piece.get("NumberOfPoints", len(points) // 3))
+    if points.size != 3 * announced:
+        raise ValueError(f"it announces {announced} points and holds {points.size} coordinates")
+    return Grid(points.reshape(-1, 3), offsets, whole_numbers(arrays["connectivity"], "node"), types)
 
 
 @dataclass(frozen=True)
@@ -90,7 +104,12 @@ class _Arrays:
         dtype = np.dtype(self.order + _XML_TYPES[element.get("type")])
         kind, text = element.get("format", "ascii"), element.text or ""
         if kind == "ascii":
-            return np.array(text.split(), dtype)
+            try:
+                return np.array(text.split(), dtype)
+            except (ValueError, OverflowError):
+                raise ValueError(
+                    f"its array {element.get('Name', '')[:40]!r} holds something else than numbers"
+                ) from None
         if kind == "binary":
             return np.frombuffer(self._data(text.strip().encode(), "base64"), dtype)
         return np.frombuffer(self._data(self.appended[int(element.get("offset")) :], self.encoding), dtype)
@@ -116,7 +135,18 @@ class _Arrays:
             return first(word + sizes[0])[word:] if whole else first(sizes[0], end)
         places = [0, *itertools.accumulate(sizes[3:])]
         data = first(places[-1], end)
-        return b"".join(zlib.decompress(data[a:b]) for a, b in itertools.pairwise(places))
+        if (len(places) - 1) * sizes[1] > LARGEST_ARRAY:
+            raise ValueError(f"unpacked it has arrays of more than {LARGEST_ARRAY} bytes")
+        return b"".join(_unpacked(data[a:b], sizes[1]) for a, b in itertools.pairwise(places))
+
+
+def _unpacked(block: bytes, size: int) -> bytes:
+    """A block that has at most so many bytes unpacked; a small one could hold gigabytes."""
+    unpacking = zlib.decompressobj()
+    data = unpacking.decompress(block, size)
+    if not unpacking.eof and (unpacking.unconsumed_tail or unpacking.decompress(b"", 1)):
+        raise ValueError("it unpacks to more than it announces")
+    return data
 
 
 def _encoded(size: int) -> int:

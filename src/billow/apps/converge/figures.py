@@ -5,14 +5,13 @@ from __future__ import annotations
 import itertools
 from collections.abc import Mapping, Sequence
 
-import matplotlib
 import numpy as np
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter, PercentFormatter
 
 from billow.apps.converge.measures import Convergence, millisecond_means
-from billow.base.plot_style import GREY, STYLE, png
+from billow.base.plot_style import GREY, png, styled
 from billow.results.histories import History
 from billow.results.result import Result
 from billow.rom.judge.figures import cut
@@ -24,7 +23,7 @@ MILLI, KILO = 1e3, 1e-3
 
 def draw_errors(found: Sequence[Convergence]) -> bytes:
     """Deviation and noise of one run over the number of particles, as PNG."""
-    with matplotlib.rc_context(STYLE):
+    with styled():
         figure = Figure(figsize=(9.2, 4.2), layout="constrained")
         left, right = figure.subplots(1, 2, sharex=True, sharey=True)
         for one, colour in zip(found, itertools.cycle(LINES), strict=False):
@@ -53,10 +52,10 @@ def draw_curves(runs: Mapping[int, Sequence[Result]]) -> bytes:
         ("Pressure, absolute [kPa]", lambda h: (h.time, KILO * h.of("").pressure)),
         ("Volume [l]", lambda h: (h.time, MILLI * h.of("").volume)),
     ]
-    for name in any_run.histories.moving_bodies:
+    for name in any_run.free_obstacles:
         panels.append((f"{name}: speed [m/s]", lambda h, n=name: (h.time, np.linalg.norm(h.of(n).velocity.T, axis=0))))
         panels.append((f"{name}: acceleration, 1 ms mean [m/s$^2$]", lambda h, n=name: _acceleration(h, n)))
-    with matplotlib.rc_context(STYLE):
+    with styled():
         rows = -(-len(panels) // 2)
         figure = Figure(figsize=(9.2, 2.9 * rows), layout="constrained")
         for axes, (title, curve) in zip(np.ravel(figure.subplots(rows, 2)), panels, strict=False):
@@ -73,7 +72,7 @@ def draw_curves(runs: Mapping[int, Sequence[Result]]) -> bytes:
 
 def draw_shapes(runs: Mapping[int, Sequence[Result]]) -> bytes:
     """Sections y = 0 through the last shapes of all runs, as PNG."""
-    with matplotlib.rc_context(STYLE):
+    with styled():
         figure = Figure(figsize=(9.2, 0.4 + 2.1 * -(-len(runs) // 2)), layout="constrained")
         grid = figure.subplots(-(-len(runs) // 2), 2, squeeze=False)
         best = [cut(r.fabric.points(-1), r.triangles) for r in runs[max(runs)]]

@@ -62,7 +62,7 @@ def quantities(runs: Mapping[int, Sequence[Result]]) -> list[Quantity]:
     for name, unit in (("pressure", "Pa"), ("volume", "m^3")):
         curve = attrgetter(f"gas.{name}")
         found.append(Quantity(f"{name} [{unit}]", samples(curve), curve(any_run)[0]))
-    for name in any_run.histories.moving_bodies:
+    for name in any_run.free_obstacles:
         velocity = samples(lambda result, name=name: result.body(name).velocity.T)
         origin = np.repeat(any_run.body(name).velocity[0], len(times))
         found.append(Quantity(f"{name} velocity [m/s]", {c: _flat(v) for c, v in velocity.items()}, origin))

@@ -15,8 +15,8 @@ from pathlib import Path
 
 from billow.base.errors import BillowError, InputError, NumericalStop
 from billow.case.schema import Case
-from billow.results.atomic import write_atomically
 from billow.results.result import Result
+from billow.run.case_folder import keep_case
 from billow.run.simulate import resume, simulate
 
 NOTHING_TO_COMPARE = InputError.declare(
@@ -114,9 +114,9 @@ def _make(case: Case, folder: Path, threads: int | None) -> Result:
 
 def _claim(folder: Path, case: Case) -> None:
     path = folder / CASE_FILE
-    if not folder.exists() or not any(folder.iterdir()):
-        (folder / "runs").mkdir(parents=True)
-        write_atomically(path, case.to_toml())
+    if not path.exists():
+        (folder / "runs").mkdir(parents=True, exist_ok=True)
+        keep_case(case, folder)
     with contextlib.suppress(BillowError):
         if Case.load(path).digest() == case.digest():
             return

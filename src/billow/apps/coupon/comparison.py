@@ -13,13 +13,13 @@ from billow.apps.coupon.bench import Measured, run_test
 from billow.apps.coupon.rating import match, ripple
 from billow.apps.coupon.specimen import Biaxial, PictureFrame, Specimen, Strip
 from billow.base.errors import InputError
-from billow.base.plot_style import png
+from billow.base.plot_style import png, styled
 from billow.case.fabric import schema_fabric
 from billow.case.fabric.build_fabric import build_fabric
 from billow.case.schema import Case
 from billow.parts.fabric.curve import Curve
 from billow.parts.fabric.curve_file import read_curve_file
-from billow.results.atomic import FOLDER_EXISTS, write_atomically
+from billow.results.atomic import new_folder, write_atomically
 from billow.results.histories import write_histories
 
 NO_TEST_DATA = InputError.declare(
@@ -131,9 +131,11 @@ def write_comparison(
 
     Raises InputError E-RES-009 if the folder exists and is not empty.
     """
-    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-        raise FOLDER_EXISTS(folder=folder)
-    folder.mkdir(parents=True, exist_ok=True)
+    with new_folder(folder) as partial:
+        return _write(partial, test, fabric, measured, data)
+
+
+def _write(folder: Path, test: str, fabric: schema_fabric.Fabric, measured: Mapping[str, Measured], data) -> dict:
     ratings = {}
     for law, test_run in measured.items():
         columns = {"time [s]": test_run.time, "machine_force [N]": test_run.machine_force}
@@ -156,18 +158,19 @@ def write_comparison(
 def stress_strain(title: str, measured: Mapping[str, Measured], data: Mapping[str, Points]) -> bytes:
     """Stress against strain of every law and of the test data, a panel a curve, as PNG. measured: law -> test."""
     curves = next(iter(measured.values())).curves
-    figure = Figure(figsize=(5.6 * len(curves), 4.2), layout="constrained")
-    for k, (axes, curve) in enumerate(zip(np.atleast_1d(figure.subplots(1, len(curves))), curves, strict=True)):
-        scale = 180.0 / np.pi if curve == "shear" else 100.0
-        if curve in data:
-            strain, stress = data[curve]
-            axes.plot(scale * strain, 1e-6 * stress, "ko", markersize=3.5, label="test data")
-        for law, test in measured.items():
-            colour = COLOURS.get(law, "#666666")
-            axes.plot(scale * test.strain[:, k], 1e-6 * test.stress[:, k], color=colour, linewidth=1.3, label=law)
-        axes.set_xlabel("shear angle [deg]" if curve == "shear" else "true strain [%]")
-        axes.set_ylabel("shear stress [MPa]" if curve == "shear" else "true stress [MPa]")
-        axes.set_title(f"{title}: {curve}")
-        axes.grid(alpha=0.3)
-        axes.legend(frameon=False)
-    return png(figure, 130)
+    with styled():
+        figure = Figure(figsize=(5.6 * len(curves), 4.2), layout="constrained")
+        for k, (axes, curve) in enumerate(zip(np.atleast_1d(figure.subplots(1, len(curves))), curves, strict=True)):
+            scale = 180.0 / np.pi if curve == "shear" else 100.0
+            if curve in data:
+                strain, stress = data[curve]
+                axes.plot(scale * strain, 1e-6 * stress, "ko", markersize=3.5, label="test data")
+            for law, test in measured.items():
+                colour = COLOURS.get(law, "#666666")
+                axes.plot(scale * test.strain[:, k], 1e-6 * test.stress[:, k], color=colour, linewidth=1.3, label=law)
+            axes.set_xlabel("shear angle [deg]" if curve == "shear" else "true strain [%]")
+            axes.set_ylabel("shear stress [MPa]" if curve == "shear" else "true stress [MPa]")
+            axes.set_title(f"{title}: {curve}")
+            axes.grid(alpha=0.3)
+            axes.legend(frameon=False)
+        return png(figure, 130)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import matplotlib
 import numpy as np
 import tomli_w
 from matplotlib.figure import Figure
@@ -13,8 +12,8 @@ from billow.apps.tank.filling import Trajectory
 from billow.apps.tank.inverse import Solution
 from billow.apps.tank.tank_case import TankCase
 from billow.apps.tank.trace import Trace
-from billow.base.plot_style import GREY, STYLE, png
-from billow.results.atomic import whole_folder, write_atomically
+from billow.base.plot_style import GREY, png, styled
+from billow.results.atomic import new_folder, write_atomically
 from billow.results.histories import write_histories
 
 PRESSURE, FLOW, HEAT = "#0072b2", "#0f9d76", "#d55e00"  # told apart with any colour vision
@@ -102,7 +101,7 @@ def _number(value: float) -> str:
 
 
 def _publish(folder: str | Path, tables: dict, texts: dict[str, str], picture: bytes) -> None:
-    with whole_folder(folder) as partial:
+    with new_folder(folder) as partial:
         for name, curves in tables.items():
             write_histories(partial / name, curves)
         for name, text in texts.items():
@@ -112,7 +111,7 @@ def _publish(folder: str | Path, tables: dict, texts: dict[str, str], picture: b
 
 def _draw_prediction(state: Trajectory) -> bytes:
     """Pressure, temperature and mass flow of a prediction, as PNG."""
-    with matplotlib.rc_context(STYLE):
+    with styled():
         figure, (left, middle, right) = _panels(3)
         time = state.times * MILLI
         left.plot(time, state.pressure * KILO, color=PRESSURE)
@@ -126,7 +125,7 @@ def _draw_prediction(state: Trajectory) -> bytes:
 
 def _draw_evaluation(trace: Trace, found: Solution) -> bytes:
     """Measured and fitted pressure, residual, mass flow and temperature of the inflow, as PNG."""
-    with matplotlib.rc_context(STYLE):
+    with styled():
         figure, ((pressure, flow), (rest, temperature)) = _panels(2, rows=2)
         time, knots = trace.times * MILLI, found.knots * MILLI
         pressure.plot(time, trace.pressure * KILO, color=GREY, lw=0.8, label="measured")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -11,9 +10,9 @@ from pydantic import AfterValidator, BeforeValidator, Field, ValidationError
 
 from billow.apps.tank.filling import InflowTemperature, Tank, make_tank
 from billow.base.errors import InputError, shown
+from billow.base.toml_file import read_toml
 from billow.base.units import to_si
-from billow.case.case_file import LARGEST_FILE
-from billow.case.quantity import Strict, Text, curve, quantity, refused
+from billow.case.quantity import Strict, Text, curve, listed, missing_beside, quantity, reason_of, refused
 from billow.parts.gas.supply.species import AIR, SPECIES
 
 UNREADABLE = InputError.declare(
@@ -53,6 +52,8 @@ NOT_GIVEN = InputError.declare(
 
 def _cubic_metres(value: Any) -> Any:
     """A text such as "60 l" in cubic metres."""
+    if isinstance(value, bool):
+        raise refused("a volume is expected, not true or false", kind="unit")
     for unit, factor in (("m^3", 1.0), ("l", 1e-3)):
         if isinstance(value, str) and value.rstrip().endswith(unit):
             try:
@@ -88,7 +89,7 @@ class TankTable(Strict):
     temperature: quantity("K", 200.0, 400.0) = 295.0
     gas: Fractions = Field(default_factory=lambda: dict(AIR))
     wall_area: quantity("m^2", 0.0, 100.0) = 0.0
-    heat_transfer: Annotated[float, Field(ge=0.0, le=1e4)] = 0.0
+    heat_transfer: quantity("W/(m^2 K)", 0.0, 1e4) = 0.0
     wall_temperature: quantity("K", 200.0, 1000.0) | None = None
 
 
@@ -133,12 +134,8 @@ class TankCase(Strict):
     def load(cls, path: str | Path) -> TankCase:
         """From a TOML file. Raises InputError E-TANK-001 (no TOML) and those of `from_dict`."""
         try:
-            with open(path, "rb") as file:
-                content = file.read(LARGEST_FILE + 1)
-            if len(content) > LARGEST_FILE:
-                raise ValueError(f"it has more than {LARGEST_FILE} bytes")
-            data = tomllib.loads(content.decode("utf-8"))
-        except (OSError, ValueError, RecursionError) as error:
+            data = read_toml(path)
+        except (OSError, ValueError) as error:
             raise UNREADABLE(where=path, why=error) from None
         return cls.from_dict(data, str(path))
 
@@ -189,6 +186,8 @@ def _explain(error: ValidationError, where: str) -> InputError:
     )
     key = ".".join(str(part) for part in problem["loc"] if "[" not in str(part) and part != "float")
     if problem["type"] == "missing":
-        return UNUSABLE_KEY(what=f"{key or 'the file'} is missing", place=where, key=key, why="it has no default")
-    why = "no setting has this name" if problem["type"] == "extra_forbidden" else problem["msg"]
+        names = missing_beside(problem, problems)
+        what = f"{listed(names)} {'are' if len(names) > 1 else 'is'} missing"
+        return UNUSABLE_KEY(what=what, place=where, key=key, why="there is no default")
+    why = "no setting has this name" if problem["type"] == "extra_forbidden" else reason_of(problem)
     return UNUSABLE_KEY(place=where, key=key, why=why, remedy=(problem.get("ctx") or {}).get("try"))

@@ -10,7 +10,6 @@ pressure at rest.
 
 from __future__ import annotations
 
-import csv
 import re
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,6 +17,8 @@ from pathlib import Path
 import numpy as np
 
 from billow.base.errors import InputError
+from billow.base.plausible import require_possible
+from billow.base.table_file import Table, read_table
 from billow.base.units import CONVERSIONS
 
 NOT_A_TRACE = InputError.declare(
@@ -30,7 +31,7 @@ NOT_A_TRACE = InputError.declare(
 NO_COLUMN = InputError.declare(
     "E-TANK-006",
     "there is no column of {quantity}",
-    where="{path}, row 1",
+    where="{path}, line {line}",
     why="its columns are {columns}; expected '{quantity} [unit]' with one of {units}",
     cause="a header without a unit, or with one that is not known",
     remedy="head the columns with quantity and unit, for example: time [ms],pressure [kPa]",
@@ -38,7 +39,7 @@ NO_COLUMN = InputError.declare(
 TIMES_DO_NOT_INCREASE = InputError.declare(
     "E-TANK-007",
     "the times of the trace do not increase",
-    where="{path}, row {row}",
+    where="{path}, line {line}",
     why="{later:g} s follows {earlier:g} s",
     cause="two tests in one file, or times written with too few digits",
     remedy="give one test in the order of time, each instant once",
@@ -76,7 +77,6 @@ FEWEST_ROWS = 20
 MOST_ROWS = 2000
 """Longer traces are averaged over blocks of equal length; the detail lost is finer than any flow that can be
 resolved."""
-LARGEST_FILE = 100_000_000  # bytes; 100 kHz for a second are 3 MB
 
 _QUANTITIES = {"time": "s", "pressure": "Pa", "gas temperature": "K"}
 _HEADER = re.compile(r"\s*(.*\S)\s*\[\s*(\S+)\s*\]\s*")
@@ -98,14 +98,19 @@ def load_trace(path: str | Path, gauge: float = 0.0, end: float | None = None) -
 
     gauge: pressure [Pa] that the file's zero stands for: 0 for absolute readings, that of the surroundings for gauge;
     end: time [s] after which the file is ignored. Raises InputError E-TANK-005 (no such table), E-TANK-006 (columns),
-    E-TANK-007 (times).
+    E-TANK-007 (times), E-UNIT-001 (duration or pressure in another unit).
     """
     path = Path(path)
-    columns = _columns(path, *_table(path))
+    try:
+        table = read_table(path)
+        columns, lines = _columns(path, table)
+    except (OSError, ValueError) as error:
+        raise NOT_A_TRACE(name=path.name, path=path, why=error) from None
     times = columns["time"]
     wrong = np.flatnonzero(np.diff(times) <= 0.0)
     if len(wrong):
-        raise TIMES_DO_NOT_INCREASE(path=path, row=wrong[0] + 3, later=times[wrong[0] + 1], earlier=times[wrong[0]])
+        k = wrong[0]
+        raise TIMES_DO_NOT_INCREASE(path=path, line=lines[k + 1], later=times[k + 1], earlier=times[k])
     used = (times >= 0.0) & (times <= (np.inf if end is None else end))
     if used.sum() < FEWEST_ROWS:
         why = f"{used.sum()} rows from ignition to the end; at least {FEWEST_ROWS} are needed"
@@ -152,45 +157,30 @@ def noise_of(values: np.ndarray) -> float:
     return float(max(np.sqrt(np.mean(rough**2) / 6.0), 1e-12 * np.abs(values).max()))
 
 
-def _table(path: Path) -> tuple[list[str], np.ndarray]:
-    """Header and rows, (n, columns)."""
-    try:
-        if path.stat().st_size > LARGEST_FILE:
-            raise ValueError(f"it has more than {LARGEST_FILE} bytes")
-        with open(path, newline="", encoding="utf-8-sig") as file:
-            header, *rows = [row for row in csv.reader(file) if row]
-        values = [_numbers(row, len(header), number) for number, row in enumerate(rows, start=2)]
-    except (OSError, ValueError, csv.Error) as error:
-        raise NOT_A_TRACE(name=path.name, path=path, why=error) from None
-    return header, np.array(values).reshape(len(rows), len(header))
-
-
-def _numbers(row: list[str], width: int, number: int) -> list[float]:
-    if len(row) != width:
-        raise ValueError(f"row {number} has {len(row)} values, the header {width}")
-    try:
-        values = [float(text) for text in row]
-    except ValueError as error:
-        raise ValueError(f"row {number}: {error}") from None
-    if not np.isfinite(values).all():
-        raise ValueError(f"row {number} holds a value that is not a finite number")
-    return values
-
-
-def _columns(path: Path, header: list[str], values: np.ndarray) -> dict[str, np.ndarray]:
-    """Columns in SI units by quantity."""
-    found = {}
-    for k, text in enumerate(header):
+def _columns(path: Path, table: Table) -> tuple[dict[str, np.ndarray], np.ndarray]:
+    """Columns in SI units by quantity, and the number of each row's line. ValueError if a value is no number."""
+    found: dict[str, tuple[str, str]] = {}
+    for text in table.names:
         match = _HEADER.fullmatch(text)
         name = match.group(1).lower() if match else ""
         factors = CONVERSIONS[_QUANTITIES[name]] if name in _QUANTITIES else {}
-        if match and match.group(2) in factors and name not in found:
-            found[name] = values[:, k] * factors[match.group(2)]
+        if match and match.group(2) in factors:
+            if name in found:
+                raise ValueError(f"{found[name][0]!r} and {text!r} are both columns of {name}")
+            found[name] = text, match.group(2)
     for name in ("time", "pressure"):
         if name not in found:
-            units = ", ".join(CONVERSIONS[_QUANTITIES[name]])
-            raise NO_COLUMN(path=path, quantity=name, columns=", ".join(map(repr, header)), units=units)
-    return found
+            units, columns = ", ".join(CONVERSIONS[_QUANTITIES[name]]), ", ".join(map(repr, table.names))
+            raise NO_COLUMN(path=path, line=table.line, quantity=name, columns=columns, units=units)
+    values, lines = table.numbers([text for text, _ in found.values()])
+    columns = {
+        name: values[:, k] * CONVERSIONS[_QUANTITIES[name]][unit] for k, (name, (_, unit)) in enumerate(found.items())
+    }
+    asked = ("duration of a trace", "time", np.ptp), ("peak pressure of a trace", "pressure", np.max)
+    for kind, name, of in asked:
+        change = f"head the column {name} [{{unit}}]"
+        require_possible(kind, float(of(columns[name])), f"the {kind}", str(path), change, found[name][1])
+    return columns, lines
 
 
 def _block_means(values: np.ndarray) -> np.ndarray:

@@ -50,7 +50,7 @@ def in_a_box(
     through a hole of 0.1 m, in all directions. more: further arguments of `supply`."""
     shape = box(WIDTH, DEPTH, height)
     bottom = np.flatnonzero(shape.positions[:, 2] == 0.0)
-    jets = Jets(JetRing(1, 0.0, 0.1, 0.0, cone=0.5 * np.pi), bottom, np.array([0.0, 0.0, 1.0]))
+    jets = Jets(JetRing(1, 0.0, 0.1, 0.0, cone=0.5 * np.pi), bottom, *np.eye(3)[[2, 0]])
     sources = () if inflator is None else (Source(inflator, jets),)
     initial = InitialGas.like(Ambient(pressure, temperature, fractions), 1)
     ambient = Ambient(outside, 295.0, fractions)

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from billow.base.errors import InputError
+from billow.base.plausible import require_possible
 from billow.base.units import CONVERSIONS
 from billow.case.bag import schema_bag
 from billow.case.named_files import files_digest
@@ -43,7 +44,21 @@ FILES_CHANGED = InputError.declare(
     remedy="bring the files back, or remove bag.digest to use them as they are now",
 )
 
+ANOTHER_UNIT = InputError.declare(
+    "E-GEO-038",
+    "the {larger} is {times:.4g} times as large as the {smaller}",
+    where="bag.start, bag.reference",
+    why="by the root of their areas; folding and sewing keep it, so one of the files is in another unit",
+    cause="one file in metres, the other in millimetres",
+    remedy="write both files in one unit, and name it in bag.unit",
+)
+
 MOST_TRIANGLES = 500_000
+SHORTEST_STRAP = 1e-5
+"""Length [m] below which a strap divides by next to nothing, and sets a step of nanoseconds."""
+MOST_TIMES_LARGER = 8.0
+"""Of sizes of start and reference: a start shape may be shrunk, but inch and centimetre differ by 2.5 from neighbours
+in no bag; units that are confused differ by 10 or more."""
 
 
 def build_shape(bag: schema_bag.Bag) -> BagShape:
@@ -131,6 +146,13 @@ def _mesh(bag: schema_bag.MeshBag) -> BagShape:
 
     start = scaled(read_mesh(bag.start, bag.part_field, bag.frame))
     reference = scaled(read_mesh(bag.reference, bag.part_field)) if bag.reference else None
+    _require_one_unit(start, reference)
+    change = 'write bag.unit = "{unit}"'
+    for key, mesh in (("start", start), ("reference", reference)):
+        if mesh is not None:
+            require_possible(
+                "bag size", mesh.size, f"the width of the mesh in bag.{key}", getattr(bag, key), change, bag.unit
+            )
     parts = tuple(
         MeshPart(
             **part.model_dump(include={"name", "kind", "layers", "behind", "ahead", "fixed"}),
@@ -146,6 +168,16 @@ def _mesh(bag: schema_bag.MeshBag) -> BagShape:
         bars = require_nodes(np.array(strap.nodes), len(start.points), f"bag.straps, strap {k + 1}")
         straps.append(strap_line(strap, bars, start.points))
     return replace(shape, straps=tuple(straps))
+
+
+def _require_one_unit(start: CellMesh, reference: CellMesh | None) -> None:
+    """Raises InputError E-GEO-038: fabric is not a multiple larger in its flat pieces than at the start."""
+    if reference is None or not (start.area > 0.0 and reference.area > 0.0):
+        return
+    ratio = math.sqrt(reference.area / start.area)
+    if max(ratio, 1.0 / ratio) > MOST_TIMES_LARGER:
+        larger, smaller = ("reference", "start") if ratio > 1.0 else ("start", "reference")
+        raise ANOTHER_UNIT(larger=larger, smaller=smaller, times=max(ratio, 1.0 / ratio))
 
 
 MAKERS = {"driver": _driver, "square": _square, "rectangular": _rectangular}
@@ -175,9 +207,20 @@ def _require_apart(vents: schema_bag.Vents) -> None:
 
 
 def strap_line(cloth: schema_bag.StrapCloth, bars: np.ndarray, positions: np.ndarray) -> StrapLine:
-    """A strap of bars (n, 2) between nodes, which share its width; positions: start shape, [m], (nodes, 3)."""
+    """A strap of bars (n, 2) between nodes, which share its width; positions: start shape, [m], (nodes, 3).
+
+    Raises InputError E-GEO-010 if a bar has no length.
+    """
     apart = np.linalg.norm(positions[bars[:, 1]] - positions[bars[:, 0]], axis=1)
     length = apart if cloth.length == "start" else np.full(len(bars), cloth.length)
+    if not (length + cloth.slack > SHORTEST_STRAP).all():
+        bar = int(np.argmin(length))
+        raise DOES_NOT_FIT(
+            what="a strap has no length",
+            key="straps",
+            why=f"its ends, nodes {bars[bar, 0]} and {bars[bar, 1]}, are {1e3 * apart[bar]:.3g} mm apart at the start",
+            remedy="join other nodes, or give the strap a length",
+        )
     return StrapLine(
         bars=bars,
         width=cloth.width / len(bars),

@@ -26,6 +26,7 @@ Pressure = quantity("Pa", 0.0, 1e7)
 Angle = quantity("deg", -180.0, 180.0)
 Layers = quantity("-", 1.0, 20.0)
 Panel = Literal["front", "rear"]
+Node = whole(-(10**7), 10**7)
 ONE_TABLE_EACH = "write one [[bag.parts]] table for each part of the mesh"
 
 
@@ -34,7 +35,7 @@ class VentFlow(Strict):
 
     discharge: number_or_curve("-", 0.0, 1.0, "time") = 0.7
     """Discharge coefficient: a number, or a curve against time."""
-    area_factor: number_or_curve("-", 0.0, 100.0, "time", "pressure") = 1.0
+    area_factor: number_or_curve("-", 0.0, 100.0, "time", "gauge_pressure") = 1.0
     """Factor on the area of the hole: a number, or a curve against time or against gauge pressure."""
     opening_pressure: Pressure = 0.0
     """Gauge pressure at which a vent opens and stays open."""
@@ -70,7 +71,7 @@ class PanelVents(Vents):
 class ChamberVents(VentFlow):
     """Vent holes in one panel, one in the middle of each chamber named, moved by `offset`."""
 
-    chambers: tuple[int, ...] = ()
+    chambers: tuple[whole(0, 64), ...] = ()
     """Chambers with a vent, counted from 1 at the lowest x."""
     diameter: quantity("m", 1e-3, 0.2) = 0.035
     """Diameter of each hole."""
@@ -210,7 +211,7 @@ class RectangularBag(PanelBag):
     """Width of the flat panels, along y."""
     chambers: whole(1, 64, "chambers") = 1
     """Number of chambers."""
-    mouth_chamber: int = 1
+    mouth_chamber: whole(0, 64) = 1
     """Chamber with the inflator's mouth, in the middle of its rear panel; counted from 1 at the lowest x."""
     openings: Openings = Openings()
     vents: ChamberVents = ChamberVents()
@@ -228,7 +229,7 @@ class MeshPart(Strict):
 
     name: Name
     """Name in results."""
-    number: int = -1
+    number: whole(-(2**31), 2**31 - 1) = -1
     """Number of the part in the mesh file; -1 for the part that the file gives this name."""
     kind: Literal["fabric", "mouth", "vent", "opening"] = "fabric"
     """fabric, or what its virtual triangles close: the inflator's mouth, a vent, or an opening between two chambers."""
@@ -251,7 +252,7 @@ class MeshPart(Strict):
 class MeshStrap(StrapCloth):
     """A strap between nodes of the mesh, with a bar for each pair."""
 
-    nodes: tuple[tuple[int, int], ...]
+    nodes: tuple[tuple[Node, Node], ...]
     """Pairs of nodes, counted from 0."""
 
     @field_validator("nodes")
@@ -273,7 +274,7 @@ class MeshBag(Strict):
     reference: Text = ""
     """File of the flat pieces: the cells of the start mesh in the same order, on its own nodes. Empty if the fabric was
     cut in the start shape."""
-    frame: int = 0
+    frame: whole(-(10**6), 10**6) = 0
     """Which time of the start file to use, if it has several; -1 is the last."""
     unit: Annotated[str, AfterValidator(_unit)] = "m"
     """Unit of length in the files."""
@@ -284,7 +285,7 @@ class MeshBag(Strict):
     digest: Text = ""
     """SHA-256 of the files, filled in when a case file is read, so that a case always means the same bag."""
     parts: tuple[MeshPart, ...]
-    fixed_nodes: tuple[int, ...] = ()
+    fixed_nodes: tuple[Node, ...] = ()
     """Nodes that are fixed, counted from 0."""
     vents: VentFlow = VentFlow()
     straps: tuple[MeshStrap, ...] = ()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any, Literal
 
 from pydantic import model_validator
@@ -109,8 +110,8 @@ class Fabric(Strict):
     permeability: quantity("-", 0.0, 10.0) = 0.0
     """Leak speed in units of 1 m/s at 500 Pa; grows with the root of the pressure difference. 0 for coated fabric."""
     library: Literal["own", "nylon66-470dtex"] = "own"
-    """Source of the curves that are not given: nylon66-470dtex is typical, not measured. The effective case contains
-    the curves themselves, and says own."""
+    """Source of the curves that are not given; without it, and without any curve, nylon66-470dtex, which is typical,
+    not measured. The effective case contains the curves themselves, and still says where they come from."""
     curves: FabricCurves = FabricCurves()
     liner: Liner = Liner()
     coating: Coating = Coating()
@@ -126,20 +127,18 @@ class Fabric(Strict):
             return data
         if "law" not in data and (data.get("curves") or data.get("library", "own") != "own"):
             data = {**data, "law": "curves-shear"}
-        given = [name for name in DIRECTIONS if _has_points(data.get("curves", {}).get(name))]
+        given = [name for name in DIRECTIONS if _is_given(data.get("curves", {}).get(name))]
         library = data.get("library", "own")
         if LAWS.get(str(data.get("law"))) == "curves" and library == "own" and not given:
             library = next(iter(LIBRARY))
         if not isinstance(library, str) or library not in LIBRARY:
             return data
-        if data.get("law") == "linear" or len(given) == len(DIRECTIONS):
-            reason = "the law is linear" if data.get("law") == "linear" else "all three curves are given"
-            raise refused(
-                f"library = {library!r} would have no effect: {reason}",
-                'write law = "curves-shear", and leave out the curves that the library should give',
-            )
+        if len(given) == len(DIRECTIONS):
+            return data  # an effective case, or `_fits` says what is wrong
+        if data.get("law") == "linear":
+            raise _without_effect(library, "the law is linear")
         filled = {name: table for name, table in library_curves(library).items() if name not in given}
-        return {**data, "library": "own", "curves": {**data.get("curves", {}), **filled}}
+        return {**data, "library": library, "curves": {**data.get("curves", {}), **filled}}
 
     @model_validator(mode="after")
     def _resists(self):
@@ -153,10 +152,20 @@ class Fabric(Strict):
             )
         return self
 
+    @property
+    def from_library(self) -> list[str]:
+        """Directions whose curves are those of the library."""
+        if self.library == "own":
+            return []
+        library = _curves_of(self.library)
+        return [name for name in DIRECTIONS if getattr(self.curves, name) == getattr(library, name)]
+
     @model_validator(mode="after")
     def _fits(self):
         from_curves = LAWS[self.law] == "curves"
         missing = [name for name in DIRECTIONS if not _has_points(getattr(self.curves, name))]
+        if self.library != "own" and not self.from_library:
+            raise _without_effect(self.library, "all three curves are given")
         if self.coating.thickness > 0.0 and self.permeability > 0.0:
             raise refused("coated fabric does not leak", "set permeability = 0, or coating.thickness = 0")
         if from_curves and self.liner.ratio > 0.0:
@@ -167,6 +176,24 @@ class Fabric(Strict):
                 f'give it, or library = "{next(iter(LIBRARY))}" for what is not given',
             )
         return self
+
+
+@cache
+def _curves_of(library: str) -> FabricCurves:
+    return FabricCurves(**library_curves(library))
+
+
+def _without_effect(library: str, reason: str) -> Exception:
+    return refused(
+        f"library = {library!r} would have no effect: {reason}",
+        'write law = "curves-shear", and leave out the curves that the library should give',
+    )
+
+
+def _is_given(curves: Any) -> bool:
+    """Whether a user wrote anything of a direction: the library must not take the place of what is half written."""
+    branches = curves.values() if isinstance(curves, dict) else [curves]
+    return any(any(branch.values()) if isinstance(branch, dict) else bool(branch) for branch in branches)
 
 
 def _has_points(curves: Any) -> bool:

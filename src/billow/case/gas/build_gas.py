@@ -107,8 +107,8 @@ def build_source(case: schema.Case, inflator: schema_gas.Inflator, gas: GasNames
             raise NO_MOUTH(inflator=inflator.name, chamber=chambers.names[built.chamber])
         return Source(built, None, diffuse=True)
     if jets.count:
-        angle, cone = float(np.radians(jets.angle)), float(np.radians(jets.cone))
-        ring = JetRing(jets.count, jets.ring_radius, jets.hole_diameter, angle, cone, 2.0 * np.pi * jets.spin)
+        angle, cone, azimuth = (float(np.radians(a)) for a in (jets.angle, jets.cone, jets.azimuth))
+        ring = JetRing(jets.count, jets.ring_radius, jets.hole_diameter, angle, cone, azimuth, 2.0 * np.pi * jets.spin)
     else:
         radius = float(np.sqrt(flat_area(shape.reference)[mouths].sum() / np.pi))
         ring = JetRing(1, 0.0, radius, 0.0, cone=0.5 * np.pi)
@@ -141,11 +141,24 @@ def mount(ring: JetRing, mouth: np.ndarray, chamber: int, shape: BagShape) -> Je
     nodes = np.unique(surface.triangles[mouth]).astype(np.int64)
     axis = inwards / np.linalg.norm(inwards)
     start = shape.positions[nodes]
+    zero = shape.azimuths_from
+    if zero is None:
+        zero = start_of_rim(surface.triangles[mouth], shape.positions, axis)
     if chambers.count == 1:
-        return Jets(ring, nodes, axis, mouth_start=start)
+        return Jets(ring, nodes, axis, zero, mouth_start=start)
     facing = [np.flatnonzero(side == chamber) for side in (chambers.behind, chambers.ahead)]
     reversed_ = np.repeat([False, True], [len(f) for f in facing])
-    return Jets(ring, nodes, axis, np.concatenate(facing), reversed_, start)
+    return Jets(ring, nodes, axis, zero, np.concatenate(facing), reversed_, start)
+
+
+def start_of_rim(mouth: np.ndarray, positions: np.ndarray, axis: np.ndarray) -> np.ndarray:
+    """Vector [m] (3,) from the middle of a mouth, triangles (n, 3), to the node of its rim with the lowest number that
+    is not on its axis: it belongs to the mesh, and turns and moves with it."""
+    edges = np.sort(np.concatenate([mouth[:, [0, 1]], mouth[:, [1, 2]], mouth[:, [2, 0]]]), axis=1)
+    edges, uses = np.unique(edges, axis=0, return_counts=True)
+    arms = positions[np.unique(edges[uses == 1])] - positions[np.unique(mouth)].mean(axis=0)
+    aside = np.linalg.norm(arms - (arms @ axis)[:, None] * axis, axis=1)
+    return arms[np.argmax(aside > 0.1 * aside.max())]
 
 
 def _key(case: schema.Case, inflator: schema_gas.Inflator) -> str:

@@ -155,10 +155,10 @@ def _factors(*factors: Any) -> dict[str, Any]:
     """Numbers, curves against time, and at most one against pressure, as a passage keeps them."""
     curves = {
         axis: tuple(Curve(np.array(getattr(f, axis)), np.array(f.value)) for f in factors if hasattr(f, axis))
-        for axis in ("time", "pressure")
+        for axis in ("time", "pressure", "gauge_pressure")
     }
     return {
         "coefficient": math.prod((f for f in factors if isinstance(f, float)), start=1.0),
         "over_time": curves["time"],
-        "over_pressure": next(iter(curves["pressure"]), None),
+        "over_pressure": next(iter(curves["pressure"] + curves["gauge_pressure"]), None),
     }

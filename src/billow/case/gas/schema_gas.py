@@ -129,6 +129,9 @@ class Jets(Strict):
     """Diameter of a hole."""
     angle: quantity("deg", 0.0, 89.0) = 45.0
     """Angle of the deflected jets from the bag's axis."""
+    azimuth: quantity("deg", -360.0, 360.0) = 0.0
+    """Place of the first hole on the ring: angle about the axis into the bag, from the x axis; for a mesh, from the
+    node with the lowest number on the rim of the mouth, so that the ring belongs to the mouth however the bag lies."""
     cone: quantity("deg", 0.0, 89.0) = 15.0
     """Half-angle of the cone each jet spreads in, for the corpuscular gas; uniform pressure has its own law of jets."""
     spin: quantity("Hz", -1e4, 1e4) = 0.0

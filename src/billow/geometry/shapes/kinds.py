@@ -1,11 +1,12 @@
-"""All kinds of shapes: a new one adds its class to SHAPES and its compiled function to `near_shape`, in one order."""
+"""All kinds of shapes: a new one adds its class to SHAPES and its compiled functions to `near_shape` and `farthest`, in
+one order."""
 
 from __future__ import annotations
 
 from billow.base.compiled import scalar
 from billow.geometry.shapes.half_space import HalfSpace, near_half_space
 from billow.geometry.shapes.shape import Shape
-from billow.geometry.shapes.super_ellipsoid import SuperEllipsoid, near_super_ellipsoid
+from billow.geometry.shapes.super_ellipsoid import SuperEllipsoid, farthest_of_super_ellipsoid, near_super_ellipsoid
 
 SHAPES = (HalfSpace, SuperEllipsoid)
 
@@ -26,3 +27,9 @@ def near_shape(number, numbers, pose, rx, ry, rz, tx, ty, tz):
     if number == 0:
         return near_half_space(numbers, pose, rx, ry, rz, tx, ty, tz)
     return near_super_ellipsoid(numbers, pose, rx, ry, rz, tx, ty, tz)
+
+
+@scalar
+def farthest(number, numbers, dx, dy, dz):
+    """The farthest point in a direction of a shape of kind `number` that has an end, as `Shape` says."""
+    return farthest_of_super_ellipsoid(numbers, dx, dy, dz)

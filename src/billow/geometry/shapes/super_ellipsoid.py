@@ -98,6 +98,20 @@ def near_super_ellipsoid(numbers, pose, rx, ry, rz, tx, ty, tz):
 
 
 @scalar
+def farthest_of_super_ellipsoid(numbers, dx, dy, dz):
+    """As `Shape` says: a s/|s| (|s|/|s|_m)^(m-1) with s = a d and m = n/(n - 1), whose norm is dual to that of the
+    body."""
+    a, b, c, degree, _ = numbers
+    sx, sy, sz = abs(a * dx), abs(b * dy), abs(c * dz)
+    largest = max(sx, sy, sz)
+    sx, sy, sz = sx / largest, sy / largest, sz / largest
+    less = 1.0 / (degree - 1.0)
+    whole = (sx ** (1.0 + less) + sy ** (1.0 + less) + sz ** (1.0 + less)) ** (1.0 - 1.0 / degree)
+    sx, sy, sz = (sx / whole) ** less, (sy / whole) ** less, (sz / whole) ** less
+    return a * _sign(dx) * sx, b * _sign(dy) * sy, c * _sign(dz) * sz
+
+
+@scalar
 def radial_measure(x, y, z, a, b, c, degree):
     """G(x, y, z) [-]: below 1 inside, 1 on the surface, homogeneous of degree one."""
     return (abs(x / a) ** degree + abs(y / b) ** degree + abs(z / c) ** degree) ** (1.0 / degree)

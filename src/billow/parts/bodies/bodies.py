@@ -10,10 +10,12 @@ from functools import cached_property
 import numpy as np
 
 from billow.base.errors import Concern, NumericalStop
+from billow.base.plausible import is_usual, unusual
 from billow.base.quality import Criterion, criterion
 from billow.parts.bodies import rigid_body
 from billow.parts.bodies.body import Body
 from billow.parts.bodies.contact import ContactState, ShapeMotion, ShapeTable, push
+from billow.parts.bodies.meeting import Meetings, MeetingState
 from billow.parts.bodies.penalty import A_REFERENCE
 from billow.parts.bodies.rigid_body import RigidState
 from billow.parts.part import (
@@ -26,6 +28,7 @@ from billow.parts.part import (
     Booking,
     Frame,
     Moment,
+    Owner,
     Part,
     Quantity,
     Setting,
@@ -34,7 +37,10 @@ from billow.parts.part import (
 BODY_KINETIC = Account("body_kinetic", MOTION, renewed=True)
 """Kinetic energy of the bodies."""
 CONTACT = Account("contact", STORED, renewed=True)
-"""Energy in the springs between fabric and bodies."""
+"""Energy in the springs between fabric and bodies, and between bodies."""
+
+FREE = ("centre", "velocity", "acceleration", "spin", "quaternion")
+"""Quantities of a body that is free to move."""
 
 DEEPEST = 0.5
 """Of a body's smallest radius; fabric that goes deeper makes the contact meaningless."""
@@ -78,10 +84,11 @@ SOFTER_THAN_BAG = Concern.declare(
 
 @dataclass
 class BodiesState:
-    """motion: of each body; contact: of all their shapes, body by body."""
+    """motion: of each body; contact: of all their shapes with fabric, body by body; meeting: of bodies with bodies."""
 
     motion: tuple[RigidState, ...]
     contact: ContactState
+    meeting: MeetingState
 
 
 @dataclass(frozen=True)
@@ -126,10 +133,15 @@ class Bodies(Part):
         """Indices of the bodies that move."""
         return [k for k, body in enumerate(self.bodies) if not body.rigid.locked]
 
+    @cached_property
+    def meetings(self) -> Meetings:
+        """The pairs of bodies that can meet."""
+        return Meetings.of(self.bodies)
+
     def start(self, bag=None) -> BodiesState:
         """Bodies where they start; nothing touches."""
         motion = tuple(deepcopy(body.start) for body in self.bodies)
-        return BodiesState(motion, ContactState.none(len(self.owner), len(self.area)))
+        return BodiesState(motion, ContactState.none(len(self.owner), len(self.area)), self.meetings.start())
 
     # --- in a step -------------------------------------------------------------------------------------------------
 
@@ -146,6 +158,13 @@ class Bodies(Part):
         for motion, received in zip(state.motion, reaction, strict=True):
             motion.force, motion.torque = received[:3], received[3:]
         stored, lost = sum(contact.stored.tolist()), sum(contact.dissipated.tolist())
+        return [Booking(CONTACT, stored), Booking(FRICTION, lost)]
+
+    def meet(self, state: BodiesState, dt: float) -> list[Booking]:
+        """Contact of bodies with each other over the coming step of dt [s], after that with fabric."""
+        if not self.meetings.pairs:
+            return []
+        stored, lost = self.meetings.push(state.motion, state.meeting, self.gravity, dt)
         return [Booking(CONTACT, stored), Booking(FRICTION, lost)]
 
     def _motion(self, state: BodiesState) -> ShapeMotion:
@@ -185,11 +204,21 @@ class Bodies(Part):
         depths = state.contact.deepest.tolist()
         return [max(d for k, d in zip(self.owner, depths, strict=True) if k == b) for b in range(len(self.bodies))]
 
+    def owners(self) -> Iterator[Owner]:
+        for k, body in enumerate(self.bodies):
+            kind, more = ("obstacle", ()) if body.rigid.locked else ("free obstacle", FREE)
+            met = ("obstacle_force",) if k in self.meetings.members else ()
+            yield Owner(kind, body.name, ("force", "contact", "penetration", *more, *met))
+
     def quantities(self, state: BodiesState, moment: Moment) -> Iterator[Quantity]:
         energies = np.bincount(self.owner, state.contact.stored, len(self.bodies)).tolist() if self.owner else []
         rows = zip(self.bodies, state.motion, energies, self._deepest(state), strict=True)
-        for body, motion, stored, deepest in rows:
-            yield Quantity(body.name, "force", "N", motion.force)
+        for k, (body, motion, stored, deepest) in enumerate(rows):
+            if k in self.meetings.members:
+                yield Quantity(body.name, "force", "N", motion.force - state.meeting.force[k])
+                yield Quantity(body.name, "obstacle_force", "N", state.meeting.force[k])
+            else:
+                yield Quantity(body.name, "force", "N", motion.force)
             if not body.rigid.locked:
                 yield Quantity(body.name, "centre", "m", motion.centre)
                 yield Quantity(body.name, "velocity", "m/s", motion.velocity)
@@ -212,6 +241,7 @@ class Bodies(Part):
         for body, deepest in zip(self.bodies, self._deepest(state), strict=True):
             if deepest > DEEPEST * body.size:
                 raise TOO_DEEP(body=body.name, depth=1e3 * deepest, when=moment.when)
+        self.meetings.guard(state.meeting, moment)
 
     def books(self, state: BodiesState, moment: Moment, history) -> dict[str, float]:
         rigid = [history.of(body.name).contact for body in self.bodies if body.is_rigid]
@@ -219,7 +249,8 @@ class Bodies(Part):
 
     def verdicts(self, books: Mapping[str, float], history) -> Iterator[Criterion]:
         share = books["rigid_contact_energy_joule"] / max(books["largest_internal_energy_joule"], 1e-300)
-        yield criterion("penalty energy of rigid contact, of peak internal", 100.0 * share, 5, 10, "%")
+        stiffer = "a larger slope of plates and free obstacles"
+        yield criterion("penalty energy of rigid contact, of peak internal", 100.0 * share, 5, 10, "%", stiffer)
 
     def seconds_per_step(self, state: BodiesState, dt: float, end: float) -> float:
         return SECONDS_PER_NODE * len(self.area) * len(self.owner)
@@ -243,7 +274,10 @@ class Bodies(Part):
             if gap > 0.7 * across:
                 yield OUT_OF_REACH(body=body.name, gap=gap, across=across)
             density = body.rigid.mass / sum(carried.shape.volume() for carried in body.shapes)
-            if not body.rigid.locked and not 5.0 <= density <= 20e3:
+            if not body.rigid.locked and not is_usual("density of a body", density):
                 yield ODD_DENSITY(body=body.name, density=density)
+            speed = 0.0 if body.rigid.locked else float(np.linalg.norm(body.start.velocity))
+            where = f"obstacles.{body.name}.velocity"
+            yield from unusual("speed of a body", speed, f"the speed of {body.name}", where, "write the unit")
             if body.law.slope < 200.0:
                 yield SOFTER_THAN_BAG(body=body.name, depth=1e3 * WORKING_PRESSURE * A_REFERENCE / body.law.slope)

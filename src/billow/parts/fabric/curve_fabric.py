@@ -35,7 +35,7 @@ from billow.parts.fabric.block import (
 )  # fmt: skip
 from billow.parts.fabric.curve import Curve, TestedCurve, green_strain, shear_of_angle, shear_stress, yarn_stress
 from billow.parts.fabric.curve_table import INTERVALS, VIRGIN, Spring, SpringTable, place, read
-from billow.parts.fabric.membrane import HYSTERESIS, Membrane
+from billow.parts.fabric.membrane import HYSTERESIS, Membrane, odd_speed
 from billow.parts.part import Setting
 
 WARP, WEFT, SHEAR, SHEAR_BACK = range(4)
@@ -150,8 +150,11 @@ class CurveFabric:
     @property
     def warp_modulus(self) -> float:
         """Secant of the nominal warp curve at 5 % elongation [Pa]."""
+        return self._modulus(self.warp.loading)
+
+    def _modulus(self, curve: Curve) -> float:
         stretch = 1.0 + STRAP_STRAIN
-        stress = yarn_stress(self.warp.loading, self.transverse, np.array(0.5 * (stretch**2 - 1.0)))
+        stress = yarn_stress(curve, self.transverse, np.array(0.5 * (stretch**2 - 1.0)))
         return float(stress) * stretch / STRAP_STRAIN
 
     def along_yarns(self, reference_inverse: np.ndarray) -> np.ndarray:
@@ -204,6 +207,7 @@ class CurveFabric:
 
     def concerns(self, altitude: float, setting: Setting) -> Iterator[Concern]:
         """Curves so steep that they alone cost half the step, and curves that end before the stress of a deployment."""
+        yield from odd_speed("weft", self._modulus(self.weft.loading), self.density)
         name, now, without = self.cost_of_steepness(altitude)
         if now < COSTLY * without:
             yield STEEP_CURVE(name=name, now=1e6 * now, without=1e6 * without)

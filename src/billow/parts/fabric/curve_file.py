@@ -3,11 +3,12 @@ with units in the header if they are not SI, for example
 
     strain [%], stress [MPa]
     2, 2.2
+
+Rules of CSV: docs/input_files.md.
 """
 
 from __future__ import annotations
 
-import csv
 import re
 import tomllib
 from importlib import resources
@@ -15,7 +16,8 @@ from pathlib import Path
 from typing import Any
 
 from billow.base.errors import InputError
-from billow.base.units import to_si
+from billow.base.table_file import Table, read_table
+from billow.base.units import CONVERSIONS
 
 LARGEST_FILE = 1_000_000  # bytes; a curve has some hundred points
 COLUMNS = {"strain": "-", "angle": "deg", "stress": "Pa"}
@@ -38,7 +40,7 @@ NO_CURVE = InputError.declare(
     "E-FAB-002",
     "{name} holds no curve",
     where="{path}",
-    cause="no line that names the columns, a unit that does not fit, a decimal comma, or a file of another kind",
+    cause="no line that names the columns, a unit that does not fit, mixed decimal marks, or a file of another kind",
     remedy='begin with a line such as "{x} [{unit}], stress [MPa]", then one point a line, with a decimal point',
 )
 
@@ -49,47 +51,29 @@ def read_curve_file(path: Path, x: str) -> dict[str, list[float]]:
     Raises InputError E-FAB-001 if the file cannot be read, E-FAB-002 if it is no such table.
     """
     try:
-        with open(path, "rb") as file:
-            content = file.read(LARGEST_FILE + 1)  # a device such as /dev/zero never ends
-    except (OSError, ValueError) as error:  # ValueError: a path that no file can have
+        return _columns(read_table(path, LARGEST_FILE), x)
+    except OSError as error:
         raise UNREADABLE(path=str(path), why=error) from None
-    try:
-        return _columns(content, x)
-    except (ValueError, csv.Error) as error:
+    except ValueError as error:
         raise NO_CURVE(name=path.name, path=path, x=x, unit="%" if x == "strain" else "deg", why=error) from None
 
 
-def _columns(content: bytes, x: str) -> dict[str, list[float]]:
+def _columns(table: Table, x: str) -> dict[str, list[float]]:
     """Raises ValueError with a sentence for the user."""
-    if len(content) > LARGEST_FILE:
-        raise ValueError(f"it is longer than {LARGEST_FILE} bytes")
-    try:
-        text = content.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise ValueError(f"byte {error.start} is no text in UTF-8") from None
-    lines = [(k, line) for k, line in enumerate(text.splitlines(), 1) if line.strip() and not line.startswith("#")]
-    if not lines:
-        raise ValueError("it is empty")
-    separator = ";" if ";" in lines[0][1] else "\t" if "\t" in lines[0][1] else ","
-    rows = list(csv.reader([line for _, line in lines], delimiter=separator))
-    units = {}
-    for cell in rows[0]:
-        head = _HEAD.fullmatch(cell)
-        if head is None or head[1].lower() not in (x, "stress") or head[1].lower() in units:
-            raise ValueError(f"its first line should name the columns {x} and stress, not {cell.strip()[:40]!r}")
-        units[head[1].lower()] = head[2]
-    if len(units) != 2:
-        raise ValueError(f"its first line should name the columns {x} and stress")
-    columns: dict[str, list[float]] = {name: [] for name in units}
-    for (number, _), row in zip(lines[1:], rows[1:], strict=True):
-        if len(row) != 2:
-            raise ValueError(f"line {number} has {len(row)} columns instead of two")
-        for (name, unit), cell in zip(units.items(), row, strict=True):
-            try:
-                columns[name].append(to_si(f"{cell.strip()} {unit or COLUMNS[name]}", COLUMNS[name]))
-            except ValueError as error:
-                raise ValueError(f"line {number}, {name}: {error}") from None
-    return columns
+    factors: dict[str, float] = {}
+    for text in table.names:
+        head = _HEAD.fullmatch(text)
+        name = head[1].lower() if head else ""
+        if name not in (x, "stress") or name in factors:
+            raise ValueError(f"line {table.line} should name the columns {x} and stress, not {text[:40]!r}")
+        units = CONVERSIONS[COLUMNS[name]]
+        if (head[2] or COLUMNS[name]) not in units:
+            raise ValueError(f"line {table.line}: {head[2]!r} is no unit of {name}; expected one of {', '.join(units)}")
+        factors[name] = units[head[2] or COLUMNS[name]]
+    if len(factors) != 2:
+        raise ValueError(f"line {table.line} should name the columns {x} and stress")
+    values, _ = table.numbers()
+    return {name: (values[:, k] * factor).tolist() for k, (name, factor) in enumerate(factors.items())}
 
 
 def library_curves(name: str) -> dict[str, Any]:

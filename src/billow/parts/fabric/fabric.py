@@ -11,14 +11,28 @@ import numpy as np
 
 from billow.base.compiled import scalar
 from billow.base.errors import Concern, NumericalStop
-from billow.base.quality import Criterion, criterion
+from billow.base.plausible import is_usual
+from billow.base.quality import SMALLER_STEPS, Criterion, criterion
 from billow.geometry.surface import Surface, area_vectors
 from billow.geometry.triangle import double_area_vector
 from billow.geometry.triangulation import sorted_edges
 from billow.parts.fabric.birth import Birth
 from billow.parts.fabric.block import VOLUMES
-from billow.parts.fabric.membrane import ENERGY, HYSTERESIS, POWER, SQUARED_RATE, STRETCH, Membrane
-from billow.parts.part import DAMPING, RECEIVED, STORED, Account, Booking, Loads, Moment, Part, Quantity, Setting
+from billow.parts.fabric.membrane import ENERGY, HYSTERESIS, POWER, SQUARED_RATE, STRETCH, Membrane, odd_speed
+from billow.parts.part import (
+    DAMPING,
+    RECEIVED,
+    STORED,
+    WHOLE_MODEL,
+    Account,
+    Booking,
+    Loads,
+    Moment,
+    Owner,
+    Part,
+    Quantity,
+    Setting,
+)
 from billow.parts.part import HYSTERESIS as HEAT_OF_HYSTERESIS
 
 STRAIN = Account("strain", STORED, renewed=True)
@@ -46,13 +60,6 @@ TORN = NumericalStop.declare(
     remedy="check fabric.young_warp, fabric.young_weft, fabric.thickness and inflator.mass_flow",
 )
 
-ODD_SPEED = Concern.declare(
-    "W-FAB-001",
-    "sound travels at {speed:.3g} m/s along the warp",
-    where="fabric.young_warp or fabric.curves.warp, fabric.density",
-    why="woven fabric has 400 to 1,500 m/s: a modulus, a stress or the density is probably in another unit",
-    remedy='write units, for example young_warp = "0.4 GPa"',
-)
 ODD_WEIGHT = Concern.declare(
     "W-FAB-002",
     "the fabric weighs {weight:.3g} g/m^2",
@@ -170,6 +177,9 @@ class Fabric(Part):
 
     # --- what a run says of it -------------------------------------------------------------------------------------
 
+    def owners(self) -> Iterator[Owner]:
+        yield Owner(WHOLE_MODEL, "", ("largest_stretch", "shooting_nodes"))
+
     def quantities(self, state: FabricState, moment: Moment) -> Iterator[Quantity]:
         yield Quantity("", "largest_stretch", "-", state.largest_stretch)
         yield Quantity("", "shooting_nodes", "-", float(self.shooting_nodes(moment)))
@@ -216,16 +226,16 @@ class Fabric(Part):
         }
 
     def verdicts(self, books: Mapping[str, float], history) -> Iterator[Criterion]:
-        yield criterion("shooting nodes", books["shooting_nodes"], 0, 1, "-")
-        yield criterion("inverted elements at the end", books["inverted_elements"], 0, 1, "-")
+        yield criterion("shooting nodes", books["shooting_nodes"], 0, 1, "-", SMALLER_STEPS)
+        flat = "a smaller bag.element_size or run.dt_scale, or fabric.self_contact = true"
+        yield criterion("inverted elements at the end", books["inverted_elements"], 0, 1, "-", flat)
 
     def concerns(self, setting: Setting) -> Iterator[Concern]:
         for membrane in self.membranes:
             fabric = membrane.fabric
-            speed, areal = math.sqrt(fabric.warp_modulus / fabric.density), fabric.density * fabric.thickness
-            if not 100.0 <= speed <= 4000.0:
-                yield ODD_SPEED(speed=speed)
-            if not 0.05 <= areal <= 2.0:
+            areal = fabric.density * fabric.thickness
+            yield from odd_speed("warp", fabric.warp_modulus, fabric.density)
+            if not is_usual("weight of fabric", areal):
                 yield ODD_WEIGHT(weight=1e3 * areal)
             yield from fabric.concerns(float(membrane.altitude.min()), setting)
 

@@ -31,7 +31,7 @@ from billow.parts.fabric.block import (
     strain_of,
     total,
 )  # fmt: skip
-from billow.parts.fabric.membrane import Membrane
+from billow.parts.fabric.membrane import Membrane, odd_speed
 from billow.parts.part import Setting
 
 ODD_MODULI = Concern.declare(
@@ -120,6 +120,7 @@ class LinearFabric:
         young = self.young_warp, self.young_weft
         if max(young) > 20.0 * min(young) or self.shear > 2.0 * max(young):
             yield ODD_MODULI()
+        yield from odd_speed("weft", self.young_weft, self.density)
 
     def along_yarns(self, reference_inverse: np.ndarray) -> np.ndarray:
         """As it is: the yarns lie along the axes of the flat cut."""

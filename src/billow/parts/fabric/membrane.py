@@ -3,6 +3,7 @@ fabric law promises."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Protocol
@@ -11,6 +12,7 @@ import numpy as np
 
 from billow.base.compiled import CHUNK
 from billow.base.errors import Concern, InputError
+from billow.base.plausible import is_usual
 from billow.geometry.chambers import Chambers
 from billow.parts.fabric.block import VOLUMES
 from billow.parts.part import Setting
@@ -28,6 +30,13 @@ NO_AREA = InputError.declare(
     why="its strain could not be defined",
     cause="two of its reference corners coincide, or all three lie on a line",
     remedy="correct the reference coordinates of its nodes",
+)
+ODD_SPEED = Concern.declare(
+    "W-FAB-001",
+    "sound travels at {speed:.3g} m/s along the {yarns}",
+    where="fabric.young_{yarns} or fabric.curves.{yarns}, fabric.density",
+    why="woven fabric has 400 to 1,500 m/s: a modulus, a stress or the density is probably in another unit",
+    remedy='write units, for example young_{yarns} = "0.4 GPa"',
 )
 
 
@@ -124,9 +133,9 @@ class Membrane:
         edge1, edge2 = reference[:, 1] - reference[:, 0], reference[:, 2] - reference[:, 0]
         determinant = edge1[:, 0] * edge2[:, 1] - edge1[:, 1] * edge2[:, 0]
         longest = np.max([np.sum(e**2, axis=1) for e in (edge1, edge2, edge2 - edge1)], axis=0)
-        if (np.abs(determinant) < 1e-8 * longest).any():
-            bad = int(np.argmax(np.abs(determinant) < 1e-8 * longest))
-            raise NO_AREA(triangle=elements[bad])
+        sound = np.abs(determinant) > 1e-8 * longest
+        if not sound.all():
+            raise NO_AREA(triangle=elements[int(np.argmin(sound))])
         inverse = np.array([edge2[:, 1], -edge2[:, 0], -edge1[:, 1], edge1[:, 0]]) / determinant
         area = 0.5 * np.abs(determinant)
         altitude = 2.0 * area / np.sqrt(longest)
@@ -194,3 +203,10 @@ class Membrane:
     def crossing_time(self) -> float:
         """Time [s] that the fastest wave takes across the smallest altitude."""
         return float(self.altitude.min() / self.fabric.wave_speed)
+
+
+def odd_speed(yarns: str, modulus: float, density: float) -> Iterator[Concern]:
+    """The concern about the speed of sound along warp or weft; modulus: [Pa], density: [kg/m^3]."""
+    speed = math.sqrt(modulus / density)
+    if not is_usual("speed of sound in fabric", speed):
+        yield ODD_SPEED(speed=speed, yarns=yarns)

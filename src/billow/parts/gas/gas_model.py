@@ -145,7 +145,8 @@ class GasModel(ABC):
 
     @abstractmethod
     def fields(self, gas) -> dict[str, np.ndarray]:
-        """What users want to see on the fabric, for example {"pressure": gauge [Pa], (triangles,)}."""
+        """What users want to see on triangles, (triangles,) or (triangles, 3): at least "gauge_pressure" [Pa], behind
+        minus ahead. `pressure` is absolute wherever it stands. Units are those of `results.vtkhdf.UNITS`."""
 
     def stable_dt(self, gas) -> float:
         """Largest step [s] of the structure that the gas tolerates now; any, for a gas that acts at the end of a step

@@ -10,12 +10,14 @@ from functools import cached_property
 import numpy as np
 
 from billow.base.errors import Concern, NumericalStop
-from billow.base.quality import SHORT, Criterion, criterion
+from billow.base.quality import SHORT, SMALLER_STEPS, Criterion, criterion
+from billow.geometry.chambers import OUTSIDE
 from billow.geometry.surface import Surface
 from billow.parts.gas.gas_model import Bag, GasModel, GasTotals
 from billow.parts.gas.supply.concerns import supply_concerns
+from billow.parts.gas.supply.passages import FABRIC
 from billow.parts.gas.supply.supply import Supply
-from billow.parts.part import RECEIVED, Account, Booking, Frame, Moment, Part, Quantity, Setting
+from billow.parts.part import RECEIVED, WHOLE_MODEL, Account, Booking, Frame, Moment, Owner, Part, Quantity, Setting
 
 GAS_WORK = Account("gas_work", RECEIVED, renewed=True)
 """Net work of the gas on the fabric, pressure against ambient and jets, since the start."""
@@ -40,7 +42,10 @@ UNITS = {
     "vented": "kg", "leaked": "kg", "drawn_in": "kg", "enthalpy_in": "J", "enthalpy_out": "J", "heat_lost": "J",
     "work": "J", "jet_work": "J", "jet_impulse_in": "N s", "jet_impulse_out": "N s", "blocked_area": "m^2",
 }  # fmt: skip
-"""Totals that histories hold, of the whole gas and, the first five, of each chamber."""
+"""Totals that histories hold of the whole gas."""
+
+OF_CHAMBERS = ("pressure", "temperature", "volume", "mass", "energy")
+"""Those that they hold of each chamber of several."""
 
 RENAMED = {"mass": "gas_mass", "energy": "gas_energy", "work": "pressure_work"}
 """Their names in histories, of the whole gas."""
@@ -110,6 +115,18 @@ class GasPart(Part):
 
     # --- what a run says of it -------------------------------------------------------------------------------------
 
+    def owners(self) -> Iterator[Owner]:
+        yield Owner(WHOLE_MODEL, "", tuple(RENAMED.get(name, name) for name in UNITS))
+        if self.supply is None:
+            return
+        for row in self.supply.passages.rows:
+            within = OUTSIDE not in (row.behind, row.ahead)
+            kind = "fabric part" if row.kind == FABRIC else "opening" if within else "vent"
+            flow = "passed" if within else "leaked" if row.kind == FABRIC else "vented"
+            yield Owner(kind if len(row.triangles) or row.kind == FABRIC else "orifice", row.name, (flow,))
+        if self.supply.chambers.count > 1:
+            yield from (Owner("chamber", name, OF_CHAMBERS) for name in self.supply.chambers.names)
+
     def quantities(self, gas: GasState, moment: Moment) -> Iterator[Quantity]:
         totals = self.totals(gas)
         for name, unit in UNITS.items():
@@ -118,7 +135,7 @@ class GasPart(Part):
             for passage, mass in by.items():
                 yield Quantity(passage, name, "kg", mass)
         for chamber in totals.chambers:
-            for name in ("pressure", "temperature", "volume", "mass", "energy"):
+            for name in OF_CHAMBERS:
                 yield Quantity(chamber.name, name, UNITS[name], getattr(chamber, name))
 
     def readings(self, gas: GasState, sensors: Mapping[str, Sequence[float]]) -> Iterator[Quantity]:
@@ -185,10 +202,11 @@ class GasPart(Part):
         }
 
     def verdicts(self, books: Mapping[str, float], history) -> Iterator[Criterion]:
-        yield criterion("mass error of the gas", books["gas_mass_error"], 1e-12, 1e-9, "-")
-        yield criterion("energy error of the gas", books["gas_energy_error"], 1e-12, 1e-9, "-")
+        yield criterion("mass error of the gas", books["gas_mass_error"], 1e-12, 1e-9, "-", SMALLER_STEPS)
+        yield criterion("energy error of the gas", books["gas_energy_error"], 1e-12, 1e-9, "-", SMALLER_STEPS)
         yield from self.model.verdicts(books)
-        yield criterion(SHORT, 1e3 * books["missing_to_pressure_peak_s"], 1e-9, math.inf, "ms")
+        longer = f"a longer run.end_time, to {RUN_ON:g} times the time of the pressure peak"
+        yield criterion(SHORT, 1e3 * books["missing_to_pressure_peak_s"], 1e-9, math.inf, "ms", longer)
 
     def remarks(self, gas: GasState) -> list[str]:
         return self.model.remarks(gas.content)

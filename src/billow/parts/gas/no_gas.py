@@ -34,4 +34,4 @@ class NoGas(GasModel):
         return GasTotals(self.ambient_pressure, self.ambient_temperature, gas.volume, np.zeros(0), energy=0.0)
 
     def fields(self, gas: EmptyState) -> dict[str, np.ndarray]:
-        return {"pressure": np.zeros(gas.triangle_count)}
+        return {"gauge_pressure": np.zeros(gas.triangle_count)}

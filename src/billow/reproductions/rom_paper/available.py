@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from billow.results.dataset import Dataset
-from billow.rom.judge.evaluate import require_unseen
+from billow.rom.judge.unseen import unseen_runs
 from billow.rom.learn.dataset import TOO_FEW_RUNS
 
 ENOUGH = 0.9
@@ -40,7 +40,7 @@ def available(dataset: Dataset, train: Sequence[str], test: Sequence[str], sizes
     usable, notes = {run for run in dataset.train if dataset.verdict(run) != "FAIL"}, []
     found = {size: tuple(run for run in train[:size] if run in usable) for size in sizes}
     whole = {size: runs for size, runs in found.items() if len(runs) >= ENOUGH * size}
-    require_unseen(dataset)
+    unseen = unseen_runs(dataset)
     if len(usable) < 2:
         raise TOO_FEW_RUNS(title=dataset.title or "dataset", count=len(usable))
     notes += [
@@ -63,4 +63,5 @@ def available(dataset: Dataset, train: Sequence[str], test: Sequence[str], sizes
         notes.append(f"{len(reviewed)} of the {len(used)} training runs used carry the verdict REVIEW: {named}.")
     if len(dataset.test) < len(test):
         notes.append(f"{len(dataset.test)} of {len(test)} unseen runs are complete.")
-    return Available(whole, tuple(dataset.test), tuple(notes))
+    notes += unseen.sentences()
+    return Available(whole, unseen.runs, tuple(notes))

@@ -9,11 +9,10 @@ from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
 
-import matplotlib
 from matplotlib.figure import Figure
 
 from billow import __version__
-from billow.base.plot_style import STYLE, png
+from billow.base.plot_style import png, styled
 from billow.reproductions.rom_paper import figures, tables
 from billow.reproductions.rom_paper.case_results import CaseResults
 from billow.reproductions.rom_paper.jets import JetComparison
@@ -181,7 +180,7 @@ def _times(factor: float) -> str:
 
 def _drawn(draw) -> tuple[bytes, bytes]:
     """As SVG and as PNG."""
-    with matplotlib.rc_context(STYLE):
+    with styled():
         figure = draw()
         figure.draw_without_rendering()
         figure.set_layout_engine("none")  # laid out once, not again for each file

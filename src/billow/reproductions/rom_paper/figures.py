@@ -10,7 +10,7 @@ from matplotlib.ticker import NullFormatter
 
 from billow.base.plot_style import GREY, INK
 from billow.reproductions.rom_paper.case_results import CaseResults
-from billow.rom.coupled.coupled_evaluation import SHOWN_CLASS, plot_motion
+from billow.rom.coupled.answer_files import SHOWN_CLASS, plot_motion
 from billow.rom.coupled.impactor import ImpactorMotion
 from billow.rom.judge.figures import AXES, MILLI, SOLVER, SURROGATE, mode_ticks, new_figure, plain_log
 from billow.rom.surrogate.basis import COMPONENTS

@@ -12,10 +12,11 @@ import numpy as np
 from billow.reproductions.rom_paper.case_results import SEEDS, CaseResults
 from billow.reproductions.rom_paper.nested_design import FORCE_COMPONENTS, FORCE_MODES
 from billow.reproductions.rom_paper.published import EPOCHS, MODES
-from billow.rom.coupled.coupled_evaluation import COUPLED, MEAN_MOTION, QUANTITIES, TRUE_CONTACT, TRUE_INPUTS
+from billow.rom.coupled.coupled_evaluation import COUPLED, TRUE_CONTACT, TRUE_INPUTS
+from billow.rom.coupled.motion_errors import MEAN_MOTION, QUANTITIES
 from billow.rom.judge.errors import Summary, accuracy
-from billow.rom.judge.evaluate import BASELINES
 from billow.rom.judge.timing import break_even
+from billow.rom.learn.simple_answers import BASELINES
 from billow.rom.surrogate.basis import COMPONENTS, Z
 
 OTHER_ANSWERS = (
@@ -97,7 +98,7 @@ def against_size(results: CaseResults) -> Table:
         curve = results.learning_curve(c)
         if curve is not None:
             more = f"{2 * results.largest} runs would bring {1e3 * curve.doubled:.2g} mm"
-            expected.append(f"{axis} falls as N_DOE^-{curve.rate:.2f}: {more}")
+            expected.append(f"{axis} falls by {100 * curve.per_doubling:.0f} % with every doubling: {more}")
     caption = f"K = {results.surrogate.modes}, no forces, mean over {len(SEEDS)} seeds. " + "; ".join(expected) + "."
     return _table(results, "learning-curve", "Error against the number of training runs", caption, rows)
 

@@ -14,11 +14,17 @@ from pathlib import Path
 import numpy as np
 
 from billow.base.errors import InputError
+from billow.injury.criteria import assess
 from billow.injury.filters import sample_interval
 from billow.results.dataset_files import same_times
 from billow.results.tensor_file import write_tensors
+from billow.rom.coupled.calibration import Calibration
+from billow.rom.coupled.calibration import calibrate as find_errors
+from billow.rom.coupled.calibration_file import calibration_content, calibration_of
+from billow.rom.coupled.coupled_answer import CoupledAnswer
 from billow.rom.coupled.impactor import (
     EVERY,
+    LEAST_DEVIATION,
     PROPERTIES,
     REACHES,
     ContactLaw,
@@ -30,11 +36,14 @@ from billow.rom.coupled.impactor import (
     learn_contact_law,
     node_area,
 )
+from billow.rom.coupled.injury_metrics import FEWEST, METRICS, MOTION, Estimate, metric_values, not_usable
 from billow.rom.learn.dataset import Dataset
-from billow.rom.learn.progress import Progress
+from billow.rom.learn.progress import Progress, stages
+from billow.rom.learn.train import Recipe, check_recipe, held_out, import_network, of_one_design, same_training, train
 from billow.rom.surrogate import surrogate_file as stored
 from billow.rom.surrogate.design_space import check_design, design_rows
-from billow.rom.surrogate.regression import OutputScaling, Regression
+from billow.rom.surrogate.judgement import Judgement, judgement_of, require_won
+from billow.rom.surrogate.regression import NOT_FINITE, OutputScaling, Regression
 from billow.rom.surrogate.surrogate import Surrogate
 
 CANNOT_COUPLE = InputError.declare(
@@ -42,6 +51,14 @@ CANNOT_COUPLE = InputError.declare(
     "a coupled model cannot be learned",
     cause="the surrogate was trained with force_modes, or histories of the runs have different times",
     remedy="train the surrogate without force_modes, on runs with the same run.histories_per_frame",
+)
+NOT_JUDGED = InputError.declare(
+    "E-CPL-007",
+    "nobody has measured how far this coupled model's answers may be off",
+    where="{model}",
+    cause=f"fewer than {FEWEST} training runs of different designs, or a file from before coupled models had intervals",
+    remedy="learn it again from more runs, billow couple train FOLDER, or insist: --despite-verdict, in Python "
+    "model.despite_verdict()",
 )
 NOT_COUPLED = InputError.declare(
     "E-CPL-006",
@@ -52,6 +69,10 @@ NOT_COUPLED = InputError.declare(
 )
 
 FORMAT = 1
+MOST_TIMES = 100_000
+"""Of a motion: ten seconds at 10 kHz. One answer takes about 0.1 ms for each."""
+FARTHEST_MOTION = 1e6
+"""[m] and [m/s]: no body near a bag is farther or faster."""
 STATE = 3 * len(REACHES) + 3
 """Numbers that the law sees besides design and time."""
 
@@ -65,6 +86,9 @@ class Coupled:
         motion.velocity[-1]          # [m/s]
 
     times: [s], (steps + 1,) float64, evenly spaced from 0; gravity: [m/s^2], (3,)
+    calibration: how far answers may be off; judgement: how the motion did on runs that were not learned from. Without
+        either, or if the motion lost, the model does not answer until `despite_verdict` is called.
+    insisted: True after `despite_verdict`; not saved
     """
 
     surrogate: Surrogate
@@ -72,33 +96,95 @@ class Coupled:
     law: ContactLaw
     times: np.ndarray
     gravity: np.ndarray
+    calibration: Calibration | None = None
+    judgement: Judgement | None = None
+    insisted: bool = False
 
     @classmethod
-    def train(cls, dataset: Dataset, surrogate: Surrogate, seed: int = 0, progress: Progress | None = None) -> Coupled:
+    def train(
+        cls,
+        dataset: Dataset,
+        surrogate: Surrogate,
+        seed: int = 0,
+        progress: Progress | None = None,
+        *,
+        calibrate: bool = True,
+    ) -> Coupled:
         """Learn the contact force of the runs that `surrogate` was learned from. Test runs are never read.
 
+        calibrate: learn bag and force up to four more times, each time without a quarter of the runs, for intervals and
+            judgement, as `Recipe`. Not done with fewer than `FEWEST` designs, or for the recipe `paper`
+
         Raises InputError E-CPL-003 and E-CPL-004 (no free obstacle, or one that the design does not determine),
-        E-CPL-005 (the surrogate needs forces itself, or histories of runs differ in their times), ResourceError
-        E-ROM-006 (no PyTorch), NumericalStop E-ROM-014 (training failed).
+        E-CPL-005 (the surrogate needs forces itself, or histories of runs differ in their times), E-ROM-026 (seed),
+        E-INJ-003 (histories too coarse for injury metrics, if calibrated), ResourceError E-ROM-006 (no PyTorch),
+        NumericalStop E-ROM-014 (training failed).
         """
+        import_network()
+        check_recipe(Recipe(seed=seed))
         runs = surrogate.runs
         impactor = ImpactorOfDesign.learn(dataset, runs)
         motions = [ImpactorMotion.of_run(dataset.result(run), impactor.name) for run in runs]
-        times = motions[0].times
         _require_alike(surrogate, motions)
         gravity = np.array(dataset.result(runs[0]).case_toml["run"]["gravity"], float)
-        design = np.asarray(dataset.design(runs), float)
-        unfinished = cls(surrogate, impactor, None, times, gravity)
-        starts = unfinished._starts
-        state, force = [], []
-        for row, motion in zip(design, motions, strict=True):
-            body, bag = impactor(row), unfinished._bag(row)
+        designs = np.asarray(dataset.design(runs), float)
+        groups = of_one_design(dataset, runs)
+        folds = held_out(groups) if calibrate and surrogate.recipe == "shared" and len(groups) >= FEWEST else []
+        progresses = stages(progress, 1 + 2 * len(folds))
+
+        def learn(bag: Surrogate) -> Coupled:
+            rows = [runs.index(run) for run in bag.runs]
+            unfinished = cls(bag, impactor, None, motions[0].times, gravity)
+            return unfinished._with_law(designs[rows], [motions[row] for row in rows], seed, next(progresses))
+
+        def learn_without(fold):
+            others = tuple(run for run in runs if run not in fold)
+            recipe = Recipe(modes=surrogate.modes, calibrate=False, **same_training(surrogate))
+            part = learn(train(dataset, recipe, runs=others, progress=next(progresses)))
+            return partial(part.despite_verdict().deploy, extrapolate=True)
+
+        whole = learn(surrogate)
+        if not folds:
+            return whole
+        found = find_errors(runs, designs, surrogate.parameters, motions, folds, learn_without)
+        return replace(whole, calibration=found[0], judgement=found[1])
+
+    def _with_law(self, designs, motions: list[ImpactorMotion], seed: int, progress) -> Coupled:
+        """The same with a law learned from runs. designs: (runs, parameters); motions: of the solver."""
+        starts, state, force = self._starts, [], []
+        for row, motion in zip(designs, motions, strict=True):
+            body, bag = self.impactor(row), self._bag(row)
             moved = zip(bag, motion.centre[starts], motion.velocity[starts], strict=True)
-            state.append([unfinished._state(nodes, body, *place) for nodes, *place in moved])
-            force.append(unfinished._held(filtered_force(motion, body.mass, gravity)))
-        at, inputs = unfinished._middles, surrogate.regression.inputs
-        law = learn_contact_law(inputs, design, at, np.array(state), np.array(force), seed, progress)
-        return cls(surrogate, impactor, law, times, gravity)
+            state.append([self._state(nodes, body, *place) for nodes, *place in moved])
+            force.append(self._held(filtered_force(motion, body.mass, self.gravity)))
+        at, inputs = self._middles, self.surrogate.regression.inputs
+        law = learn_contact_law(inputs, designs, at, np.array(state), np.array(force), seed, progress)
+        return replace(self, law=law)
+
+    def despite_verdict(self) -> Coupled:
+        """The same, which answers even if nobody judged it, or a simpler answer is better."""
+        return replace(self, insisted=True)
+
+    def answer(self, design, *, extrapolate: bool = False) -> CoupledAnswer:
+        """Motion and injury metrics of one deployment, with their intervals, where the design stands, and the verdicts.
+        Arguments and errors as `deploy`."""
+        row, found = self._row(design, extrapolate), self.calibration
+        motion = self.deploy(row, extrapolate=True)
+        values = metric_values(assess(motion.times, motion.velocity))
+        if found is None:
+            injury = {n: Estimate(float(v), None, None, MOTION, False) for n, v in zip(METRICS, values, strict=True)}
+        else:
+            lost = not_usable(found.of_injury)
+            injury = found.injury(row, values, self.surrogate.parameters, lost)
+        return CoupledAnswer(
+            name=self.impactor.name,
+            motion=motion,
+            half_widths=None if found is None else found.half_widths,
+            injury=injury,
+            standing=self.surrogate.standing(row),
+            judgement=self.judgement,
+            of_injury=None if found is None else found.of_injury,
+        )
 
     def __repr__(self) -> str:
         return f"Coupled({self.surrogate!r}, impactor={self.impactor.name!r}, {len(self.times) - 1} steps)"
@@ -117,8 +203,12 @@ class Coupled:
             "force_deviation": outputs.deviation,
             **stored.network_content(law.regression),
         }
+        told = {"format": FORMAT, "name": self.impactor.name, "judgement": self.judgement and self.judgement.record()}
+        if self.calibration is not None:
+            block |= calibration_content(self.calibration)
+            told["of_injury"] = self.calibration.of_injury.record()
         tensors |= {f"coupled.{name}": array for name, array in block.items()}
-        return write_tensors(path, tensors, record | {"coupled": {"format": FORMAT, "name": self.impactor.name}})
+        return write_tensors(path, tensors, record | {"coupled": told})
 
     @classmethod
     def load(cls, path: str | Path) -> Coupled:
@@ -135,9 +225,12 @@ class Coupled:
         if not isinstance(block.get("name"), str):
             raise ValueError("the obstacle has no name")
         times = stored.times_of(tensors, "coupled.times")
+        if len(times) > MOST_TIMES or not same_times(np.diff(times), np.full(len(times) - 1, times[1] - times[0])):
+            raise ValueError(f"the times of its motion are not even, or more than {MOST_TIMES:,}")
+        stored.require_affordable(len(times) * surrogate.reference.size)
         affine = stored.take(tensors, "coupled.affine", np.float64, len(PROPERTIES), 1 + len(surrogate.parameters))
         mean, deviation = (stored.take(tensors, f"coupled.state_{n}", np.float64, STATE) for n in ("mean", "deviation"))
-        if not (deviation > 0.0).all():
+        if not (deviation >= LEAST_DEVIATION).all():
             raise ValueError("a state has no deviation")
         inputs = replace(surrogate.regression.inputs, recipe="shared", further=STATE)
         weights, biases, width = stored.take_networks(tensors, "coupled.", None, inputs.width)
@@ -147,7 +240,9 @@ class Coupled:
         outputs = OutputScaling(np.array([inputs.start, inputs.end]), *force)
         law = ContactLaw(Regression("shared", weights, biases, inputs, outputs), mean, deviation)
         gravity = stored.take(tensors, "coupled.gravity", np.float64, 3)
-        return cls(surrogate, ImpactorOfDesign(block["name"], affine), law, times, gravity)
+        calibration = calibration_of(tensors, block.get("of_injury"), len(times), len(surrogate.parameters))
+        judgement = judgement_of(block.get("judgement"))
+        return cls(surrogate, ImpactorOfDesign(block["name"], affine), law, times, gravity, calibration, judgement)
 
     def deploy(
         self, design, *, extrapolate: bool = False, pushed: np.ndarray | None = None, bag: np.ndarray | None = None
@@ -156,8 +251,12 @@ class Coupled:
 
         design: {name: value} or (parameters,); pushed: [m], (3,), how far the body starts from where the design puts it
         bag: [m], (steps, nodes, 3), where the fabric is at `step_times`, default what the surrogate predicts
-        Raises InputError E-ROM-001 and E-ROM-002, as `Surrogate.predict`.
+        Raises InputError E-ROM-001 and E-ROM-002, as `Surrogate.predict`, E-CPL-007 if nobody judged the model,
+        E-ROM-023 if the mean motion of the training runs is better; `despite_verdict` lifts these two. E-CPL-008 if the
+        design has no possible body, NumericalStop E-ROM-024 if the motion leaves all bounds.
         """
+        if not self.insisted:
+            self._require_judged()
         row = self._row(design, extrapolate)
         body, middles = self.impactor(row), self._middles
         bag = self._bag(row) if bag is None else bag
@@ -175,6 +274,11 @@ class Coupled:
         steps. force: [N], (times - 1, 3), mean over each interval of `times`; errors as `deploy`."""
         body, held = self.impactor(self._row(design, extrapolate=False)), self._held(force)
         return self._move(body, body.centre, lambda step, centre, velocity: held[step])
+
+    def _require_judged(self):
+        if self.judgement is None or self.calibration is None:
+            raise NOT_JUDGED(model=repr(self), why="it holds no errors on runs it has not seen, and so no intervals")
+        require_won(self.judgement, self)
 
     @property
     def step_times(self) -> np.ndarray:
@@ -198,6 +302,8 @@ class Coupled:
             acceleration = self.gravity + force_of(step, centre[k], velocity[k]) / body.mass
             centre[held] = centre[k] + after * (velocity[k] + 0.5 * after * acceleration)
             velocity[held] = velocity[k] + after * acceleration
+            if not max(np.abs(centre[held]).max(), np.abs(velocity[held]).max()) < FARTHEST_MOTION:
+                raise NOT_FINITE(where=f"the motion at {self.times[k]:.4g} s", why="the body is no longer near the bag")
         return ImpactorMotion(self.times, centre, velocity)
 
     @cached_property
@@ -225,7 +331,8 @@ class Coupled:
 
     def _bag(self, row):
         """Nodes at `step_times`: [m], (steps, nodes, 3)."""
-        return self.surrogate.reference + self.surrogate.predict(row, self.step_times, extrapolate=True)
+        bag = self.surrogate.despite_verdict()  # what counts is the verdict on the motion
+        return self.surrogate.reference + bag.predict(row, self.step_times, extrapolate=True)
 
     def _state(self, nodes, body: Impactor, centre, velocity):
         """What the law sees: area vectors [m^2] and velocity [m/s], (3 * reaches + 3,)."""

@@ -38,11 +38,23 @@ NOT_AFFINE = InputError.declare(
     remedy="vary radii, degree, clearance, angle, mass or velocity each by a parameter of its own",
 )
 
+NO_BODY = InputError.declare(
+    "E-CPL-008",
+    "the design has no possible obstacle",
+    where="design",
+    why="its {name} would be {value:.4g}",
+    cause="a design far outside the trained ranges, or a file by another program",
+    remedy="ask inside the trained ranges",
+)
+
 PROPERTIES = (
     *("radius a [m]", "radius b [m]", "radius c [m]", "degree [-]"),
     *("centre x [m]", "centre y [m]", "centre z [m]", "angle about x [deg]"),
     *("mass [kg]", "velocity x [m/s]", "velocity y [m/s]", "velocity z [m/s]"),
 )
+LEAST_SIZE, MOST_SIZE = 1e-6, 1e6
+"""[m], [kg]: of radii and mass, and the most of any property."""
+MOST_DEGREE = 100.0
 EXACT = 1e-6
 """Largest residual of a property over the largest value of it: case files hold ten digits."""
 
@@ -59,6 +71,8 @@ EVERY = 4
 """Intervals of the histories for which a force is held: 0.4 ms at 10 kHz, short against what CFC 180 lets through."""
 
 EPOCHS = 20
+LEAST_DEVIATION = 1e-9
+"""[m^2] and [m/s]: of a state that never changes."""
 STATE_NOISE = 0.05
 """Random disturbance of the state inputs while learning, over their deviation: a closed loop visits states that no run
 went through, and must not drift further away because of them."""
@@ -104,14 +118,24 @@ class ImpactorOfDesign:
         wrong = np.abs(rows / scale @ affine - values).max(axis=0) > EXACT * np.maximum(np.abs(values).max(axis=0), 1.0)
         if rank < rows.shape[1] or len(runs) <= rows.shape[1] or wrong.any():
             why = f"they are too few for {rows.shape[1] - 1} parameters"
+            fixed = [p.name for p, column in zip(dataset.parameters, design.T, strict=True) if np.ptp(column) == 0.0]
+            if fixed:
+                why = f"{', '.join(fixed)} has one value in all of them: nothing shows what it does to the obstacle"
+            elif len(runs) > rows.shape[1] and rank < rows.shape[1]:
+                why = "their designs are copies of few, or lie on a line: they do not tell the parameters apart"
             if wrong.any():
                 why = f"{PROPERTIES[int(wrong.argmax())]} of {bodies[0]['name']} is not affine in the parameters"
             raise NOT_AFFINE(runs=len(runs), why=why)
         return cls(bodies[0]["name"], np.ascontiguousarray((affine / scale[:, None]).T))
 
     def __call__(self, design: np.ndarray) -> Impactor:
-        """The body of one design: (parameters,), in the parameters' own units."""
+        """The body of one design: (parameters,), in their own units. InputError E-CPL-008 if there is none."""
         p = self.affine @ np.concatenate([[1.0], design])
+        bounds = dict.fromkeys((0, 1, 2, 8), (LEAST_SIZE, MOST_SIZE)) | {3: (1.0, MOST_DEGREE)}
+        for row, value in enumerate(p):
+            least, most = bounds.get(row, (-MOST_SIZE, MOST_SIZE))
+            if not least <= value <= most:
+                raise NO_BODY(name=PROPERTIES[row], value=value)
         rotation = rotation_matrix(quaternion_about(np.array([1.0, 0.0, 0.0]), np.radians(p[7])))
         return Impactor(p[:3], float(p[3]), p[4:7], rotation, float(p[8]), p[9:])
 
@@ -212,7 +236,7 @@ def learn_contact_law(
     """Learn a law from runs. inputs: scaling of design and time; design: (runs, parameters); times: [s], (steps,), the
     middle of each step; state: (runs, steps, state); force: [N], (runs, steps, 3)."""
     mean = state.mean(axis=(0, 1))
-    deviation = np.maximum(state.std(axis=(0, 1)), 1e-9)
+    deviation = np.maximum(state.std(axis=(0, 1)), LEAST_DEVIATION)
     scaling = replace(inputs, recipe="shared", further=state.shape[-1])
     size = np.full((2, 3), force.std(axis=(0, 1)).max())
     outputs = OutputScaling(np.array([inputs.start, inputs.end]), np.zeros((2, 3), np.float32), size.astype(np.float32))

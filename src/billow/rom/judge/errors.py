@@ -113,6 +113,10 @@ class ErrorsByModes:
         return self.rmse[..., component].mean(axis=(1, 2))
 
 
+ENOUGH_RUNS = 24
+"""Training runs from which a learning curve says what more would bring: with fewer, one run more or less decides."""
+
+
 @dataclass(frozen=True)
 class LearningCurve:
     """What more training runs would buy: error = scale [m] * runs^-rate [-], fitted to `errors` [m], (sizes,), the mean
@@ -122,6 +126,16 @@ class LearningCurve:
     errors: tuple[float, ...]
     rate: float
     scale: float
+
+    @property
+    def tells(self) -> bool:
+        """True if there is enough to go on: three sizes, up to `ENOUGH_RUNS`."""
+        return len(self.runs) >= 3 and self.runs[-1] >= ENOUGH_RUNS
+
+    @property
+    def per_doubling(self) -> float:
+        """Part by which twice as many runs lower the error: [-], negative if it grows."""
+        return 1.0 - 2.0**-self.rate
 
     @property
     def doubled(self) -> float:

@@ -6,19 +6,29 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import RBFInterpolator
 
 from billow.base.errors import InputError
-from billow.results.dataset_files import Parameter, mesh_sha256, same_times
+from billow.results.dataset_files import mesh_sha256, same_times
 from billow.rom.judge import errors
 from billow.rom.judge.timing import Timing, measure, training_seconds
+from billow.rom.judge.unseen import UnseenRuns, unseen_runs
 from billow.rom.learn.dataset import Dataset, read_run
 from billow.rom.learn.left_out import LeftOut, left_out
 from billow.rom.learn.progress import Announcement, Announcer
 from billow.rom.learn.reduction import DEFAULT_MEMORY
-from billow.rom.learn.train import Recipe, train
+from billow.rom.learn.simple_answers import (
+    BASELINES,
+    MEAN_TRAJECTORY,
+    NEAREST_RUN,
+    RADIAL_BASIS,
+    comparisons,
+    nearest,
+    radial_basis,
+)
+from billow.rom.learn.train import Recipe, same_training, train, unvaried
 from billow.rom.surrogate.basis import Basis, Z
-from billow.rom.surrogate.design_space import neighbour_distances, to_unit
+from billow.rom.surrogate.design_space import distinct, neighbour_distances, to_unit
+from billow.rom.surrogate.judgement import UNSEEN, Judgement
 from billow.rom.surrogate.surrogate import Surrogate
 
 OTHER_DATASET = InputError.declare(
@@ -28,17 +38,6 @@ OTHER_DATASET = InputError.declare(
     cause="a surrogate of another study, or of an earlier state of this one",
     remedy="evaluate it with its own dataset, or train one on this: billow train FOLDER",
 )
-NO_UNSEEN_RUNS = InputError.declare(
-    "E-ROM-015",
-    "there are no unseen runs to compare with",
-    where="{title}",
-    why="the dataset has no completed test run",
-    cause="the test runs of the study are not made yet, or failed",
-    remedy="ask for test runs in study.toml, or finish the study: billow study STUDY.toml --out FOLDER",
-)
-
-BASELINES = MEAN_TRAJECTORY, NEAREST_RUN, RADIAL_BASIS = "mean trajectory", "nearest run", "radial basis functions"
-
 Predict = Callable[[np.ndarray], np.ndarray]
 """As `Surrogate.predict`: the displacement [m], (times, nodes, 3), of one design (parameters,) at the trained times."""
 
@@ -74,7 +73,7 @@ class Coverage:
 class Evaluation:
     """Everything measured on unseen runs.
 
-    surrogate: what was judged; test: the unseen runs; design: theirs, (runs, parameters)
+    surrogate: what was judged; unseen: by which runs; design: theirs, (runs, parameters)
     errors: [m], name -> (runs, times, 3) float64, RMSE of each snapshot's components (inside paper equation 5) for
         "surrogate", "truncation" (the best any coefficients could do), "regression" (coefficients predicted instead of
         known; truncation^2 + regression^2 = surrogate^2) and each of `BASELINES`
@@ -87,7 +86,7 @@ class Evaluation:
 
     surrogate: Surrogate
     reference_length: float
-    test: tuple[str, ...]
+    unseen: UnseenRuns
     missing: dict[str, str]
     left_out: LeftOut
     design: np.ndarray
@@ -107,6 +106,18 @@ class Evaluation:
         """Part of the squared error that is regression, not truncation: [-]; 0 in a component that never moves."""
         regression, total = (np.square(self.errors[n][:, :, component]).sum() for n in ("regression", "surrogate"))
         return regression / total if total else 0.0
+
+    @property
+    def test(self) -> tuple[str, ...]:
+        """The unseen runs, in the order of everything else."""
+        return self.unseen.runs
+
+    @property
+    def judgement(self) -> Judgement:
+        """The surrogate beside `BASELINES`, by the distance of nodes, all components together."""
+        squares = {name: np.square(self.errors[name]).mean(axis=1).sum(axis=1) for name in ("surrogate", *BASELINES)}
+        own, *others = (float(np.sqrt(of_run).mean()) for of_run in squares.values())
+        return Judgement(UNSEEN, len(self.test), comparisons(own, dict(zip(BASELINES, others, strict=True))))
 
     def learning_curve(self, component: int) -> errors.LearningCurve | None:
         """Mean RMSE against training runs, from the models of the sweep with the surrogate's own number of modes."""
@@ -132,7 +143,8 @@ def evaluate(
     """Predict every unseen run of a dataset and compare.
 
     sizes: numbers of training runs (the first ones of the surrogate's own) for which another model is trained with the
-        same recipe and epochs; default a quarter, half and all for `shared`, none for `paper`, which takes hours
+        same recipe and epochs; default a quarter, half and all for `shared`, as far as they vary every parameter, none
+        for `paper`, which takes hours
     modes: numbers of modes to report for each size, as `ErrorsByModes`
     memory: [byte] for the models of `sizes`, as `Recipe`; all else reads one run at a time
 
@@ -140,24 +152,27 @@ def evaluate(
     errors of `train`.
     """
     _require_match(dataset, surrogate)
+    surrogate, judged_by = surrogate.despite_verdict(), unseen_runs(dataset)
+    test = judged_by.runs
     if sizes is None:
         count = len(surrogate.runs)
-        sizes = tuple(sorted({count // 4, count // 2, count} - {0})) if surrogate.recipe == "shared" else ()
+        sizes = tuple(sorted({count // 4, count // 2, count})) if surrogate.recipe == "shared" else ()
+        sizes = tuple(size for size in sizes if size > 1 and not unvaried(dataset, surrogate.runs[:size]))
     announce = Announcer(progress, 2 + len(sizes))
-    announce(f"comparing with {len(dataset.test)} unseen runs and simple answers")
-    unseen = np.asarray(dataset.design(dataset.test), float)
-    rmse = _errors(dataset, surrogate)
+    announce(f"comparing with {len(test)} unseen runs and simple answers")
+    unseen = np.asarray(dataset.design(test), float)
+    rmse = _errors(dataset, surrogate, test)
     spread = surrogate.spread(unseen) if surrogate.regression.members > 1 else None
-    intervals = errors.check_intervals(surrogate, dataset, tuple(dataset.test))
+    intervals = errors.check_intervals(surrogate, dataset, test)
     sweep = []
     for size in sizes:
         announce(f"training on {size} runs")
-        sweep.append(_sweep(dataset, surrogate, surrogate.runs[:size], modes, memory))
+        sweep.append(_sweep(dataset, surrogate, surrogate.runs[:size], test, modes, memory))
     announce("measuring times")
     return Evaluation(
         surrogate=surrogate,
         reference_length=float(dataset.reference_length),
-        test=tuple(dataset.test),
+        unseen=judged_by,
         missing=dict(dataset.missing),
         left_out=left_out(dataset, surrogate.runs),
         design=unseen,
@@ -167,14 +182,8 @@ def evaluate(
         sweep=tuple(sweep),
         coverage=_coverage(surrogate.parameters, np.asarray(dataset.design(surrogate.runs), float), unseen),
         timing=measure(dataset, surrogate),
-        ledgers=_ledgers(dataset, (*surrogate.runs, *dataset.test)),
+        ledgers=_ledgers(dataset, (*surrogate.runs, *test)),
     )
-
-
-def require_unseen(dataset: Dataset) -> None:
-    """InputError E-ROM-015 without a completed test run."""
-    if not dataset.test:
-        raise NO_UNSEEN_RUNS(title=dataset.title or "dataset")
 
 
 def _require_match(dataset, surrogate):
@@ -188,18 +197,18 @@ def _require_match(dataset, surrogate):
     elif not set(surrogate.runs) <= set(dataset.train):
         why = "it was trained on runs that are not training runs of this dataset"
     else:
-        return require_unseen(dataset)
+        return
     raise OTHER_DATASET(title=surrogate.title or "surrogate", why=why)
 
 
-def _errors(dataset, surrogate) -> dict[str, np.ndarray]:
+def _errors(dataset, surrogate, test) -> dict[str, np.ndarray]:
     """As in `Evaluation`, from one pass over the unseen runs."""
     answers = {"surrogate": surrogate.predict} | baselines(dataset, surrogate.runs, surrogate.bases)
-    designs = dataset.design(dataset.test)
+    designs = dataset.design(test)
     rmse = {name: [] for name in answers}
 
     def compared():
-        for run, design in zip(dataset.test, designs, strict=True):
+        for run, design in zip(test, designs, strict=True):
             truth = read_run(dataset, run)
             for name, predict in answers.items():
                 rmse[name].append(errors.snapshot_rmse(predict(design), truth))
@@ -211,19 +220,19 @@ def _errors(dataset, surrogate) -> dict[str, np.ndarray]:
     return {name: np.array(values) for name, values in rmse.items()} | parts
 
 
-def _sweep(dataset, surrogate, runs, modes, memory) -> SweepModel:
+def _sweep(dataset, surrogate, runs, test, modes, memory) -> SweepModel:
     possible = min(surrogate.nodes, len(runs) * len(surrogate.times))
     counts = tuple(count for count in modes if count <= possible)
-    seed, epochs = surrogate.training["seed"], surrogate.training["epochs"]
-    recipe = Recipe(surrogate.recipe, max(counts), seed, epochs, calibrate=False, memory=memory)
+    recipe = Recipe(surrogate.recipe, max(counts), calibrate=False, memory=memory, **same_training(surrogate))
     model = train(dataset, recipe, runs=runs)
-    unseen = errors.project((read_run(dataset, run) for run in dataset.test), model.bases)
-    found = errors.ErrorsByModes.of(counts, unseen, model.coefficients(dataset.design(dataset.test)))
+    unseen = errors.project((read_run(dataset, run) for run in test), model.bases)
+    found = errors.ErrorsByModes.of(counts, unseen, model.coefficients(dataset.design(test)))
     generation, training = float(np.sum(dataset.wall_seconds(runs))), sum(training_seconds(model).values())
     return SweepModel(len(runs), generation, training, found)
 
 
 def _coverage(parameters, seen: np.ndarray, unseen: np.ndarray) -> Coverage:
+    seen = seen[[group[0] for group in distinct(seen, parameters)]]
     seen, unseen = to_unit(seen, parameters), to_unit(unseen, parameters)
     between = float(neighbour_distances(seen).mean()) if len(seen) > 1 else float("nan")
     nearest = np.linalg.norm(unseen[:, None] - seen[None], axis=2).min(axis=1)
@@ -250,38 +259,16 @@ def baselines(dataset: Dataset, runs: tuple[str, ...], bases: tuple[Basis, ...])
         total = total + shape.astype(float)
         trajectories.append(np.stack([shape[:, :, c] @ basis.modes.T for c, basis in enumerate(bases)], axis=1))
     mean = (total / len(runs)).astype(np.float32)
-    designs = dataset.design(runs)
-    known = to_unit(designs, dataset.parameters)
+    designs = np.asarray(dataset.design(runs), float)
+    known, parameters = to_unit(designs, dataset.parameters), dataset.parameters
+    radial = radial_basis(designs, np.stack(trajectories), parameters)
 
-    def nearest_run(design):
-        distance = np.linalg.norm(known - to_unit(design, dataset.parameters), axis=1)
-        return read_run(dataset, runs[int(distance.argmin())])
+    def by_radial_basis(design):
+        found = radial(design)
+        return np.stack([basis.fields(found[:, c].T) for c, basis in enumerate(bases)]).transpose(2, 1, 0)
 
     return {
         MEAN_TRAJECTORY: lambda design: mean,
-        NEAREST_RUN: nearest_run,
-        RADIAL_BASIS: radial_basis(np.stack(trajectories), designs, bases, dataset.parameters),
+        NEAREST_RUN: lambda design: read_run(dataset, runs[nearest(known, to_unit(design, parameters))]),
+        RADIAL_BASIS: by_radial_basis,
     }
-
-
-def radial_basis(
-    trajectories: np.ndarray, designs: np.ndarray, bases: tuple[Basis, ...], parameters: tuple[Parameter, ...]
-) -> Predict:
-    """Radial basis functions from the design to the whole trajectory of basis coefficients: thin-plate splines with a
-    linear part on designs in [-1, 1]; with too few runs for that (parameters + 1), linear splines with a constant.
-
-    trajectories: [m], (runs, times, 3, modes), coefficients in `bases`; designs: (runs, parameters)
-    """
-    runs, count = designs.shape
-    kernel, degree = ("thin_plate_spline", 1) if runs > count else ("linear", 0)
-
-    def scaled(design):
-        return 2.0 * to_unit(design, parameters) - 1.0
-
-    interpolant = RBFInterpolator(scaled(designs), trajectories.reshape(runs, -1), kernel=kernel, degree=degree)
-
-    def predict(design):
-        found = interpolant(scaled(design)[None]).reshape(trajectories.shape[1:]).astype(np.float32)
-        return np.stack([basis.fields(found[:, c].T) for c, basis in enumerate(bases)]).transpose(2, 1, 0)
-
-    return predict

@@ -5,7 +5,6 @@ from __future__ import annotations
 import io
 from collections.abc import Callable
 
-import matplotlib
 import numpy as np
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
@@ -13,14 +12,15 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import FixedLocator, MaxNLocator, NullFormatter, ScalarFormatter
 
-from billow.base.plot_style import GREY, INK, STYLE
+from billow.base.plot_style import GREY, INK, styled
 from billow.geometry.shapes.kinds import from_description
 from billow.geometry.shapes.pose import rotation_matrix
 from billow.results.result import Result
 from billow.rom.judge.errors import ErrorsByModes
-from billow.rom.judge.evaluate import MEAN_TRAJECTORY, Evaluation
+from billow.rom.judge.evaluate import Evaluation
 from billow.rom.judge.timing import break_even
 from billow.rom.learn.dataset import Dataset
+from billow.rom.learn.simple_answers import MEAN_TRAJECTORY
 from billow.rom.surrogate.basis import COMPONENTS, Z
 
 SOLVER, SURROGATE, OBSTACLE = "#22303c", "#0f9d76", "#c9d2d9"
@@ -31,7 +31,7 @@ MILLI = 1e3
 
 def draw(picture: Callable[..., Figure], *arguments) -> bytes:
     """A picture as SVG."""
-    with matplotlib.rc_context(STYLE):
+    with styled():
         buffer = io.BytesIO()
         picture(*arguments).savefig(buffer, format="svg", metadata={"Date": None, "Creator": "Billow"})
     return buffer.getvalue()

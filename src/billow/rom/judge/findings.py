@@ -6,7 +6,8 @@ import numpy as np
 from scipy.stats import spearmanr
 
 from billow.rom.judge.errors import accuracy
-from billow.rom.judge.evaluate import BASELINES, MEAN_TRAJECTORY, Evaluation
+from billow.rom.judge.evaluate import Evaluation
+from billow.rom.learn.simple_answers import BASELINES, MEAN_TRAJECTORY
 from billow.rom.surrogate.basis import COMPONENTS, Z
 
 MILLI = 1e3
@@ -22,6 +23,11 @@ def gain(evaluation: Evaluation, baseline: str, component: int) -> float:
     component that never moves, which every baseline predicts without error."""
     known = evaluation.summary(baseline, component).mean
     return 1.0 - evaluation.summary("surrogate", component).mean / known if known else 0.0
+
+
+def less_or_more(gained: float) -> str:
+    """A gain [-] as people say it: "12 % less", "10 % more"."""
+    return f"{_percent(abs(gained))} {'less' if gained >= 0.0 else 'more'}"
 
 
 def verdict(evaluation: Evaluation) -> list[str]:
@@ -79,6 +85,8 @@ def _worst_run(evaluation):
     worst = int(by_run.argmax())
     design = zip(parameters, evaluation.design[worst], strict=True)
     values = ", ".join(f"{p.label} {value:.4g} {p.unit}".rstrip(" -") for p, value in design)
+    if len(by_run) == 1:
+        return f"There is one unseen run, {evaluation.test[0]}: nothing shows how much errors differ between runs."
     text = (
         f"The worst unseen run is {evaluation.test[worst]} with a mean z RMSE of {_mm(by_run[worst])}, "
         f"{by_run[worst] / np.median(by_run):.1f} times the median run ({values})."
@@ -134,11 +142,17 @@ def _learning_curve(evaluation):
     curve, now = evaluation.learning_curve(Z), len(evaluation.surrogate.runs)
     if curve is not None:
         text = f"From {curve.runs[0]} to {curve.runs[-1]} training runs the mean z RMSE went from "
-        text += f"{_mm(curve.errors[0])} to {_mm(curve.errors[-1])}, about as runs^-{curve.rate:.2f}. "
-        if curve.rate > 0.15:  # doubling gains a tenth
+        text += f"{_mm(curve.errors[0])} to {_mm(curve.errors[-1])}"
+        gained = curve.per_doubling
+        if not curve.tells:
+            yield text + ". So few runs do not show what more of them would bring."
+        elif gained > 0.1:
+            text += f": with every doubling it fell by {_percent(gained)}. "
             yield text + f"If this continues, {2 * now} runs instead of {now} would bring about {_mm(curve.doubled)}."
+        elif gained > 0.0:
+            yield text + f": with every doubling it fell by only {_percent(gained, 1)}. More runs would help little."
         else:
-            yield text + "It has levelled off: more runs like these would help little."
+            yield text + ": more runs did not lower it. Look for another cause than their number."
     if now < 100:
         axes = len(evaluation.surrogate.parameters)
         yield f"{now} training runs in {axes} dimensions are few; the ROM paper used 100 to 400."
@@ -191,6 +205,7 @@ def _unseen(evaluation):
     if len(by_run) > 1:
         error = _mm(by_run.std(ddof=1) / np.sqrt(len(by_run)))
         yield f"With {len(by_run)} unseen runs the mean z RMSE itself is known to ±{error} (standard error over runs)."
+    yield from evaluation.unseen.sentences()
     missing = [run for run in evaluation.missing if run not in evaluation.left_out.why]
     if missing:
         named = ", ".join(missing[:5]) + ", ..." * (len(missing) > 5)

@@ -17,10 +17,11 @@ from billow.results.atomic import write_atomically
 from billow.results.machine import machine
 from billow.rom.judge import figures
 from billow.rom.judge.errors import accuracy
-from billow.rom.judge.evaluate import BASELINES, Evaluation
-from billow.rom.judge.findings import gain, strongest_baseline, verdict, weaknesses
+from billow.rom.judge.evaluate import Evaluation
+from billow.rom.judge.findings import gain, less_or_more, strongest_baseline, verdict, weaknesses
 from billow.rom.judge.timing import training_seconds
 from billow.rom.learn.dataset import Dataset
+from billow.rom.learn.simple_answers import BASELINES
 from billow.rom.surrogate.basis import COMPONENTS, Z, by_axis
 
 METRICS_FORMAT = 1
@@ -50,6 +51,7 @@ def page(evaluation: Evaluation, pictures: dict[str, bytes]) -> str:
     own = evaluation.summary("surrogate", Z)
     reached = accuracy(own.mean, evaluation.reference_length)
     best = strongest_baseline(evaluation, Z)
+    lead = gain(evaluation, best, Z)
     timing, here = evaluation.timing, machine()
     return render(
         __package__,
@@ -62,13 +64,14 @@ def page(evaluation: Evaluation, pictures: dict[str, bytes]) -> str:
         weaknesses=weaknesses(evaluation),
         tiles=[
             (f"{own.mean * 1e3:.3g} mm", "mean z RMSE on unseen runs"),
-            (f"{100 * gain(evaluation, best, Z):.0f} %", f"less than the strongest baseline, {best}"),
+            (less_or_more(lead), f"z RMSE than the strongest simple answer, {best}"),
             (f"{100 * reached:.1f} %", "accuracy in z as the ROM paper counts it"),
             (f"{timing.inference.whole * 1e3:.2g} ms", "for one deployment"),
             *([(f"{timing.speed_up:,.0f} ×", "faster than the solver")] if timing.simulation else []),
         ],
         answers=("surrogate", *BASELINES),
         gain=gain,
+        less_or_more=less_or_more,
         worst_first=evaluation.errors["surrogate"][:, :, Z].mean(axis=1).argsort()[::-1].tolist(),
         ledger=_ledger(evaluation),
         machine={n: str(here[n]) for n in ("processor", "cores", "system")} | {"Billow, now": __version__},
@@ -129,6 +132,9 @@ def metrics(evaluation: Evaluation) -> dict:
         "nodes": surrogate.nodes,
         "train": list(surrogate.runs),
         "test": list(evaluation.test),
+        "judgement": evaluation.judgement.record(),
+        "test_left_out": evaluation.unseen.left_out,
+        "test_reviewed": evaluation.unseen.reviewed,
         "missing": evaluation.missing,
         "left_out": evaluation.left_out.why,
         "left_out_leaning": evaluation.left_out.leaning,

@@ -50,7 +50,7 @@ def left_out(dataset: Dataset, learned: tuple[str, ...]) -> LeftOut:
     """
     why = {run: reason for run, reason in dataset.left_out.items() if run not in learned}
     part = len(why) / max(1, len(dataset.trusted) + len(dataset.left_out))
-    if len(why) < FEWEST:
+    if len(why) < FEWEST or not learned:
         return LeftOut(why, part, {})
     lost, kept = np.asarray(dataset.design(list(why))), np.asarray(dataset.design(learned))
     leaning = {}

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from functools import partial
 
-Progress = Callable[[int, int, float], None]
-"""Called as progress(epoch, epochs, loss) after every epoch; loss is the mean square of standardised errors: [-]."""
+Progress = Callable[..., None]
+"""Called as progress(epoch, epochs, loss) after every epoch; loss is the mean square of standardised errors: [-]. With
+several trainings in a row, a fourth argument says which one the loss belongs to: it starts anew in each."""
 
 Announcement = Callable[[int, int, str], None]
 """Called as announce(done, total, what) before each piece of work."""
@@ -19,7 +20,7 @@ def stages(progress: Progress | None, count: int) -> Iterator[Progress | None]:
     """What each of `count` trainings in a row reports to, so that together they look like one."""
 
     def inside(before: int, epoch: int, epochs: int, loss: float) -> None:
-        progress(before * epochs + epoch, count * epochs, loss)
+        progress(before * epochs + epoch, count * epochs, loss, f"training {before + 1} of {count}")
 
     return (progress and partial(inside, before) for before in range(count))
 
@@ -34,7 +35,7 @@ class Announcer:
         done, self._done = self._done, self._done + 1
         self._announce(done, self._total, what)
 
-        def inside(epoch: int, epochs: int, loss: float) -> None:
+        def inside(epoch: int, epochs: int, loss: float, which: str = "") -> None:
             if epoch % EPOCHS_BETWEEN == 0:
                 self._announce(done, self._total, f"{what}: epoch {epoch:,} of {epochs:,}")
 

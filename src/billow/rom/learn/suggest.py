@@ -14,7 +14,7 @@ NO_DESIGNS = InputError.declare(
     "E-ROM-021",
     "{count} designs cannot be suggested",
     where="recipe {recipe!r}",
-    why="it takes a count of at least 1, and an ensemble that needs no contact forces",
+    why="it takes a count from 1 to 2,048, and an ensemble that needs no contact forces",
     remedy='ask for at least one, with a surrogate of the recipe "shared": billow train FOLDER',
 )
 
@@ -34,11 +34,11 @@ def suggest(surrogate: Surrogate, count: int, known: np.ndarray, seed: int = 0) 
     its `uncertainty` times its distance to the nearest design known or chosen. The next design is the candidate that
     lowers the sum of these most (greedy weighted k-medians); the most uncertain ones lie in corners, from which little
     of the space is learned. Same surrogate, known designs and seed: same rows.
-    Raises InputError E-ROM-021 if count is below 1 or the surrogate has no ensemble.
+    Raises InputError E-ROM-021 if count is below 1 or above `CANDIDATES`, or the surrogate has no ensemble.
     """
-    if count < 1 or surrogate.regression.members == 1 or surrogate.forces is not None:
+    if not 1 <= count <= CANDIDATES or surrogate.regression.members == 1 or surrogate.forces is not None:
         raise NO_DESIGNS(count=count, recipe=surrogate.recipe)
-    parameters = surrogate.parameters
+    surrogate, parameters = surrogate.despite_verdict(), surrogate.parameters
     unit = qmc.Sobol(len(parameters), rng=seed).random(CANDIDATES)
     uncertain = uncertainty(surrogate, from_unit(unit, parameters))
     nearest = np.full(len(unit), np.sqrt(len(parameters)))  # the diagonal: nothing is farther

@@ -6,28 +6,33 @@ import platform
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from numbers import Integral
 
 import numpy as np
 
 from billow import __version__
-from billow.base.errors import InputError, ResourceError
-from billow.results.dataset_files import mesh_sha256
-from billow.rom.learn.dataset import Dataset, ReadOnce, read_run, snapshot_bytes
+from billow.base.errors import InputError, ResourceError, shown
+from billow.results.dataset_files import Parameter, mesh_sha256
+from billow.rom.learn.dataset import TOO_FEW_RUNS, Dataset, ReadOnce, read_run, snapshot_bytes
 from billow.rom.learn.force_modes import learn_force_inputs
+from billow.rom.learn.left_out import left_out
 from billow.rom.learn.progress import Progress, stages
 from billow.rom.learn.reduction import DEFAULT_MEMORY, Reduction, reduce_runs
-from billow.rom.surrogate.design_space import bounds
+from billow.rom.learn.simple_answers import BASELINES, comparisons, simple_coefficients
+from billow.rom.surrogate.basis import Basis
+from billow.rom.surrogate.design_space import SAME_DESIGN, bounds, distinct, has_range, to_unit
 from billow.rom.surrogate.force_inputs import ForceInputs
 from billow.rom.surrogate.intervals import BINS, FEWEST_RUNS, LEVELS, Intervals, histogram, quantiles, scale
+from billow.rom.surrogate.judgement import HELD_OUT, Judgement
 from billow.rom.surrogate.regression import ACTIVATIONS, InputScaling, OutputScaling, Regression
 from billow.rom.surrogate.surrogate import Surrogate
 
 NO_PYTORCH = ResourceError.declare(
     "E-ROM-006",
     "PyTorch is not installed",
-    where="billow.rom.learn.network",
+    where="training",
     why="training needs it, prediction does not ({reason})",
-    remedy="pip install torch",
+    remedy='pip install "billow[train]"',
 )
 NO_SUCH_RECIPE = InputError.declare(
     "E-ROM-008",
@@ -36,6 +41,14 @@ NO_SUCH_RECIPE = InputError.declare(
     why="recipes are {known}",
     cause="a misspelt name after --recipe",
     remedy='use recipe "shared"',
+)
+OUT_OF_BOUNDS = InputError.declare(
+    "E-ROM-026",
+    "{name} {value} cannot be used",
+    where="recipe",
+    why="it is a whole number from {least} to {most}",
+    cause="a slip in a number",
+    remedy="choose {name} inside, or leave it out",
 )
 NO_RANGE = InputError.declare(
     "E-ROM-010",
@@ -81,6 +94,30 @@ class Recipe:
 
 DEFAULT = Recipe()
 
+MOST_EPOCHS, MOST_MODES, MOST_SEED = 1_000_000, 1_000, 2**63 - 1
+"""Of a recipe: beyond the first two, training would not end, or networks would have too many outputs for their runs."""
+
+
+def same_training(surrogate: Surrogate) -> dict:
+    """Seed and epochs of a surrogate, for a `Recipe`."""
+    return {"seed": surrogate.training.get("seed", 0), "epochs": surrogate.training.get("epochs")}
+
+
+def check_recipe(recipe: Recipe) -> None:
+    """InputError E-ROM-008 for an unknown kind of networks, E-ROM-026 for a number out of bounds."""
+    if recipe.networks not in ACTIVATIONS:
+        raise NO_SUCH_RECIPE(recipe=recipe.networks, known=" and ".join(ACTIVATIONS))
+    for name, least, most in (
+        ("modes", 1, MOST_MODES),
+        ("seed", 0, MOST_SEED),
+        ("epochs", 1, MOST_EPOCHS),
+        ("force_modes", 0, MOST_MODES),
+        ("memory", 1, 2**60),
+    ):
+        value = getattr(recipe, name)
+        if not (name == "epochs" and value is None) and not (isinstance(value, Integral) and least <= value <= most):
+            raise OUT_OF_BOUNDS(name=name, value=shown(value), least=least, most=most)
+
 
 def train(
     dataset: Dataset,
@@ -95,23 +132,29 @@ def train(
     runs: names of the runs to learn from, default `dataset.trusted`, the training runs with the verdict PASS
     client: a Dask client; its workers, which must see the dataset, then make the bases
 
-    Raises InputError E-ROM-007 (too few runs or modes), E-ROM-008 (recipe), E-ROM-009 (snapshots not finite),
-    E-ROM-010 (a parameter or the time has no range), E-CPL-001 (force components), ResourceError E-ROM-006 (no
-    PyTorch), NumericalStop E-ROM-013 and E-ROM-014 (basis or training failed).
+    Raises InputError E-ROM-007 (too few runs or modes), E-ROM-008 and E-ROM-026 (recipe), E-ROM-009 (snapshots not
+    finite), E-ROM-010 (a parameter or the time has no range), E-CPL-001 (force components), ResourceError E-ROM-006
+    (no PyTorch), NumericalStop E-ROM-013 and E-ROM-014 (basis or training failed).
     """
     runs = tuple(dataset.trusted if runs is None else runs)
+    import_network()
+    check_recipe(recipe)
+    _input_scaling(dataset, recipe.networks)  # refuses what cannot be learned before the long work
+    require_runs(dataset, runs)
     calibrated = recipe.calibrate and recipe.networks == "shared" and not recipe.force_modes
-    if not calibrated or len(runs) < FEWEST_RUNS:
+    if not calibrated or len(runs) < FEWEST_RUNS or len(groups := of_one_design(dataset, runs)) < FEWEST_RUNS:
         return _learn(dataset, runs, recipe, progress, client)[0]
-    progresses = stages(progress, 1 + len(held_out(runs)))
+    folds = held_out(groups)
+    progresses = stages(progress, 1 + len(folds))
     if client is None and snapshot_bytes(dataset, runs) <= recipe.memory:
         dataset = ReadOnce(dataset)
     surrogate, whole = _learn(dataset, runs, recipe, next(progresses), client)
     begun = time.perf_counter()
     for_folds = replace(recipe, epochs=surrogate.training["epochs"])
-    factors = _calibrate(dataset, runs, for_folds, progresses, client)
+    factors, judgement = _calibrate(dataset, runs, folds, for_folds, progresses, client)
     return replace(
         surrogate,
+        judgement=judgement,
         training=surrogate.training | {"calibration_seconds": time.perf_counter() - begun},
         intervals=Intervals(np.array(LEVELS), factors, whole.lost_by_time, whole.lost_by_node),
     )
@@ -175,27 +218,74 @@ def train_networks(
     )
 
 
-def held_out(runs: tuple[str, ...]) -> list[tuple[str, ...]]:
-    """The runs that are held out together, fold by fold."""
-    folds = [runs[fold::FOLDS] for fold in range(FOLDS)]
+def of_one_design(dataset: Dataset, runs: tuple[str, ...]) -> list[tuple[str, ...]]:
+    """Runs of the same design together."""
+    return [tuple(runs[row] for row in group) for group in distinct(dataset.design(runs), dataset.parameters)]
+
+
+def held_out(groups: Sequence[tuple[str, ...]]) -> list[tuple[str, ...]]:
+    """The runs that are held out together, fold by fold. groups: runs of the same design together: held out apart,
+    one would be judged by a model that has seen the other."""
+    folds = [sum(groups[fold::FOLDS], ()) for fold in range(FOLDS)]
     enough = next((n for n in range(1, FOLDS) if sum(map(len, folds[:n])) >= ENOUGH_RUNS), FOLDS)
     return folds[:enough]
 
 
-def _calibrate(dataset: Dataset, runs: tuple[str, ...], recipe: Recipe, progresses, client) -> np.ndarray:
-    """Factors for `LEVELS`: [-], (levels, 3), of surrogates that each learn without one fold of the runs."""
-    counts, folds = np.zeros((3, BINS)), held_out(runs)
+def _calibrate(dataset: Dataset, runs, folds, recipe: Recipe, progresses, client) -> tuple[np.ndarray, Judgement]:
+    """Factors for `LEVELS`: [-], (levels, 3), and the judgement, of surrogates that each learn without one fold."""
+    counts, errors = np.zeros((3, BINS)), []
     for fold in folds:
         others = tuple(run for run in runs if run not in fold)
         surrogate, reduction = _learn(dataset, others, recipe, next(progresses), client)
+        simple = simple_coefficients(reduction.design, reduction.coefficients, surrogate.parameters)
         every = slice(None, None, -(-surrogate.nodes // MOST_NODES))
         for run in fold:
-            design, truth = dataset.design([run])[0], read_run(dataset, run)[:, every]
+            design, whole = dataset.design([run])[0], read_run(dataset, run)
+            truth = whole[:, every]
             scales = scale(surrogate, reduction.lost_by_time, reduction.lost_by_node, design, surrogate.times, every)
             error = surrogate.predict(design, extrapolate=True)[:, every] - truth
             # A held node would be covered by any interval, so it does not count.
             counts += histogram(np.where(np.any(truth != 0.0, axis=0), error, np.nan), scales)
-    return quantiles(counts / sum(map(len, folds)))
+            own = surrogate.coefficients(design, extrapolate=True)
+            errors.append(_distances(whole, surrogate.bases, [own, *(answer(design) for answer in simple.values())]))
+    own, *others = np.mean(errors, axis=0).tolist()
+    judgement = Judgement(HELD_OUT, len(errors), comparisons(own, dict(zip(BASELINES, others, strict=True))))
+    return quantiles(counts / len(errors)), judgement
+
+
+def _distances(truth: np.ndarray, bases: tuple[Basis, ...], answers: list[np.ndarray]) -> list[float]:
+    """Root mean square distance of the nodes in one run: [m]. truth: [m], (times, nodes, 3); answers: [m], coefficients
+    (times, 3, modes) in the bases, whose modes are orthonormal, so that squares over nodes are squares over modes."""
+    known = np.stack([truth[:, :, c] @ basis.modes.T for c, basis in enumerate(bases)], axis=1)
+    outside = max(np.square(truth, dtype=float).sum() - np.square(known, dtype=float).sum(), 0.0)
+    wrong = (np.square(answer - known, dtype=float).sum() for answer in answers)
+    return [float(np.sqrt((of_one + outside) / (truth.size / 3))) for of_one in wrong]
+
+
+def unvaried(dataset: Dataset, runs: tuple[str, ...]) -> list[Parameter]:
+    """Parameters that have one value in all of some runs."""
+    extent = np.ptp(to_unit(np.asarray(dataset.design(runs), float), dataset.parameters), axis=0)
+    return [p for p, of_one in zip(dataset.parameters, extent, strict=True) if of_one <= SAME_DESIGN]
+
+
+def require_runs(dataset: Dataset, runs: tuple[str, ...]) -> None:
+    """InputError E-ROM-007 unless the runs have at least two different designs, with what became of the others;
+    E-ROM-010 if a parameter has one value in all of them."""
+    if runs and len(of_one_design(dataset, runs)) >= 2:
+        for parameter in unvaried(dataset, runs):
+            value = dataset.design(runs[:1])[0][dataset.parameters.index(parameter)]
+            why = f"all {len(runs)} training runs have one value of it; a surrogate can only learn what was varied"
+            raise NO_RANGE(name=parameter.name, low=value, high=value, why=why)
+        return
+    why, remedy = f"{len(runs)} training runs can be learned from", None
+    if runs:
+        why += ", and they have one design: nothing shows what a parameter does"
+    elif (lost := left_out(dataset, runs)).why:
+        why += f"; left out are {lost.reasons()}"
+        doubted = [run for run in lost.why if run not in dataset.missing]
+        if doubted:
+            remedy = f"see quality in runs/{doubted[0]}/run.json, mend the case, and make the study again"
+    raise TOO_FEW_RUNS(title=dataset.title or "dataset", count=len(runs), why=why, remedy=remedy)
 
 
 def import_network():
@@ -209,8 +299,6 @@ def import_network():
 
 def _learn(dataset: Dataset, runs, recipe: Recipe, progress, client) -> tuple[Surrogate, Reduction]:
     """A surrogate without intervals, and what it was learned from."""
-    import_network()
-    _input_scaling(dataset, recipe.networks)  # refuses what cannot be learned before the long work
     reduction = reduce_runs(dataset, runs, recipe.modes, recipe.seed, recipe.memory, client)
     wanted = recipe.force_modes, recipe.force_components, recipe.seed, recipe.memory
     forces = learn_force_inputs(dataset, runs, *wanted) if recipe.force_modes else None
@@ -218,12 +306,10 @@ def _learn(dataset: Dataset, runs, recipe: Recipe, progress, client) -> tuple[Su
 
 
 def _input_scaling(dataset: Dataset, networks: str) -> InputScaling:
-    if networks not in ACTIVATIONS:
-        raise NO_SUCH_RECIPE(recipe=networks, known=" and ".join(ACTIVATIONS))
     low, high = bounds(dataset.parameters)
     start, end = dataset.times[0], dataset.times[-1]
     names = (*(parameter.name for parameter in dataset.parameters), "time")
     for name, least, most in zip(names, (*low, start), (*high, end), strict=True):
-        if not least < most:
+        if not has_range(least, most):
             raise NO_RANGE(name=name, low=least, high=most)
     return InputScaling(low, high, float(start), float(end), networks)

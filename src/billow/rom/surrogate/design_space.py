@@ -34,13 +34,33 @@ OUTSIDE_TIMES = InputError.declare(
     remedy="choose times inside, train on longer runs, or insist with extrapolate=True (--extrapolate)",
 )
 
+TIMES_DO_NOT_FIT = InputError.declare(
+    "E-ROM-025",
+    "the times cannot be used",
+    where="times",
+    cause="an empty list, a missing value, or a table instead of a list",
+    remedy="give a list of times in seconds, or none for all trained times",
+)
+
 BOUND_TOLERANCE = 1e-9
 """Part of a range by which a value may exceed it: the rounding of a unit conversion is no extrapolation."""
+
+
+LARGEST = 1e30
+"""No value of a parameter is larger: its square would overflow in single precision."""
+LEAST_RANGE = 1e-9
+"""Part of its larger bound that a range is at least wide: less is lost to rounding."""
 
 
 def bounds(parameters: tuple[Parameter, ...]) -> tuple[np.ndarray, np.ndarray]:
     """Lower and upper ends of the parameters' ranges, in their units: (parameters,) float64 each."""
     return tuple(np.array([getattr(p, side) for p in parameters], float) for side in ("low", "high"))
+
+
+def has_range(low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """Whether there is enough between two bounds to learn from, and to divide by: bool, of their shape."""
+    largest = np.maximum(np.abs(low), np.abs(high))
+    return (largest < LARGEST) & (largest > 1.0 / LARGEST) & (0.5 * high - 0.5 * low > 0.5 * LEAST_RANGE * largest)
 
 
 def to_unit(designs: np.ndarray, parameters: tuple[Parameter, ...]) -> np.ndarray:
@@ -74,8 +94,12 @@ def design_rows(design, parameters: tuple[Parameter, ...]) -> tuple[np.ndarray, 
             rows = np.asarray(design, float)
         if rows.ndim not in (1, 2) or rows.shape[-1] != len(names):
             raise ValueError(f"values of shape {rows.shape} were given for {len(names)} parameters")
+        if not rows.size:
+            raise ValueError("no design was given")
         if not np.isfinite(rows).all():
             raise ValueError("a value is not a finite number")
+        if not np.abs(rows).max() < LARGEST:
+            raise ValueError(f"a value lies beyond {LARGEST:.0e}")
     except (TypeError, ValueError) as error:
         raise DESIGN_DOES_NOT_FIT(why=error, names=", ".join(names)) from error
     return np.atleast_2d(rows), rows.ndim == 1
@@ -92,12 +116,45 @@ def check_design(rows: np.ndarray, parameters: tuple[Parameter, ...]) -> None:
         raise OUTSIDE_RANGE(name=p.name, value=value, unit=p.unit, row=row, label=p.label, low=p.low, high=p.high)
 
 
+def time_row(times) -> np.ndarray:
+    """Times as (times,) float64, [s]. InputError E-ROM-025 unless they are at least one finite number in a list."""
+    try:
+        row = np.atleast_1d(np.asarray(times, float))
+    except (TypeError, ValueError) as error:
+        raise TIMES_DO_NOT_FIT(why="a time is not a number") from error
+    if row.ndim != 1 or not row.size:
+        raise TIMES_DO_NOT_FIT(why="no time was given" if not row.size else f"they have {row.ndim} dimensions")
+    if not np.abs(row).max() < LARGEST:
+        raise TIMES_DO_NOT_FIT(why="a time is not a finite number")
+    return row
+
+
 def check_times(times: np.ndarray, trained: np.ndarray) -> None:
     """InputError E-ROM-003 if a time lies outside the trained ones or is no number. times, trained: [s], (times,)."""
     slack = BOUND_TOLERANCE * (trained[-1] - trained[0])
     outside = ~((times >= trained[0] - slack) & (times <= trained[-1] + slack))
     if outside.any():
         raise OUTSIDE_TIMES(time=times[outside.argmax()], start=trained[0], end=trained[-1])
+
+
+SAME_DESIGN = 1e-6
+"""Distance, with every range scaled to 1, below which two designs count as one: what their results differ by is then
+their own noise, and no interpolation can or should pass through both."""
+
+
+def distinct(designs: np.ndarray, parameters: tuple[Parameter, ...]) -> list[list[int]]:
+    """Rows of equal design together, in the order of the first of each. designs: (runs, parameters)."""
+    groups: list[list[int]] = []
+    unit = to_unit(np.asarray(designs, float), parameters)
+    firsts = np.empty_like(unit)
+    for row, point in enumerate(unit):
+        near = np.flatnonzero(np.linalg.norm(firsts[: len(groups)] - point, axis=1) <= SAME_DESIGN)
+        if len(near):
+            groups[near[0]].append(row)
+        else:
+            firsts[len(groups)] = point
+            groups.append([row])
+    return groups
 
 
 @dataclass(frozen=True)
@@ -132,8 +189,10 @@ class Standing:
 
 
 def standing(design: np.ndarray, designs: np.ndarray, parameters: tuple[Parameter, ...]) -> Standing:
-    """Where `design` (parameters,) stands among `designs` (runs, parameters), at least two of them."""
-    known, asked = to_unit(designs, parameters), to_unit(design, parameters)
+    """Where `design` (parameters,) stands among `designs` (runs, parameters), at least two distinct ones; runs of one
+    design count as one, for they say nothing of how far designs lie from each other."""
+    firsts = designs[[group[0] for group in distinct(designs, parameters)]]
+    known, asked = to_unit(firsts, parameters), to_unit(design, parameters)
     between = neighbour_distances(known)
     nearest = float(np.linalg.norm(known - asked, axis=1).min())
     beyond = (asked < -BOUND_TOLERANCE) | (asked > 1.0 + BOUND_TOLERANCE)

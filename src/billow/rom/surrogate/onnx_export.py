@@ -3,8 +3,8 @@
     design        [parameters' units], (designs, parameters) float64
     displacement  [m], (designs, times, nodes, 3) float32, at the trained times
 
-Parameters, times and title travel as metadata. The graph does not refuse designs outside the trained ranges: its user
-must. A file is written only after ONNX Runtime has given the same answers.
+Parameters, times, title and the verdict on unseen runs travel as metadata. The graph does not refuse designs outside
+the trained ranges: its user must. A file is written only after ONNX Runtime has given the same answers.
 """
 
 from __future__ import annotations
@@ -56,6 +56,7 @@ EXPORT_DIFFERS = NumericalStop.declare(
 def export_onnx(surrogate: Surrogate, path: str | Path) -> float:
     """Write `path`, atomically; returns the largest difference over the largest displacement, on eight random designs.
 
+    Raises InputError E-ROM-023 if the surrogate lost against a simple answer, and nobody insisted.
     Raises ResourceError E-ROM-016 without onnx or onnxruntime, InputError E-ROM-019 for a surrogate with force inputs,
     NumericalStop E-ROM-020, and writes nothing, if ONNX Runtime's answers differ by more than `TOLERANCE`.
     """
@@ -165,6 +166,8 @@ def _model(onnx, graph: _Graph, surrogate: Surrogate):
     )
     parameters, times = [asdict(parameter) for parameter in surrogate.parameters], surrogate.times.tolist()
     told = {"title": surrogate.title, "parameters": json.dumps(parameters), "times_s": json.dumps(times)}
+    if surrogate.judgement is not None:
+        told["judgement"] = str(surrogate.judgement)
     helper.set_model_props(model, told | {"mesh_sha256": surrogate.training["mesh_sha256"]})
     onnx.checker.check_model(model)
     return model

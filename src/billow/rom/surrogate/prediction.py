@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,8 @@ from billow.base.errors import InputError
 from billow.results.atomic import write_atomically
 from billow.results.vtkhdf import FabricWriter
 from billow.rom.surrogate.basis import by_axis
+from billow.rom.surrogate.design_space import Standing
+from billow.rom.surrogate.judgement import Judgement, judgement_of
 from billow.rom.surrogate.surrogate import Surrogate
 
 FILE_EXISTS = InputError.declare(
@@ -39,8 +42,11 @@ def write_prediction(surrogate: Surrogate, design: dict, out: Path | None, extra
 
     With `out` (.vtkhdf) it is written there, with the half width of its interval at every node if there is one, and its
     trust next to it, as OUT.json.
-    Raises InputError of `Surrogate.predict`, E-CLI-004 if `out` exists.
+    Raises InputError of `Surrogate.predict`, E-CLI-004 if `out` or OUT.json exists.
     """
+    for path in (out, out.with_name(out.name + ".json")) if out else ():
+        if os.path.lexists(path):
+            raise FILE_EXISTS(path=path)
     displacement = surrogate.predict(design, extrapolate=extrapolate)
     widths = surrogate.half_width(design, level=LEVEL, extrapolate=extrapolate) if surrogate.intervals else None
     top = displacement[..., 2].max(axis=1)
@@ -55,54 +61,76 @@ def write_prediction(surrogate: Surrogate, design: dict, out: Path | None, extra
 
 
 def trust_of(surrogate: Surrogate, design: dict, widths: np.ndarray | None) -> dict:
-    """Where a design stands, in range, distance and time, and how far its answer may be off, as plain JSON. widths:
-    [m], (times, nodes, 3), half widths of its intervals, None without."""
-    found, standing, interval = surrogate.standing(design), None, None
-    if found is not None:
-        standing = {
-            "outside_trained_range": list(found.outside),
-            "distance_to_nearest_training_design": found.nearest,
-            "usual_distance_between_training_designs": found.usual,
-            "largest_distance_between_training_designs": found.largest,
-            "warnings": found.warnings(),
-        }
+    """Where a design stands, in range, distance and time, how far its answer may be off, and the verdict on unseen
+    runs, as plain JSON. widths: [m], (times, nodes, 3), half widths of its intervals, None without."""
+    interval = None
     if widths is not None:
         interval = {
             "level": LEVEL,
             "mean_half_width_m": by_axis(widths.mean(axis=(0, 1), dtype=float)),
             "largest_half_width_m": by_axis(widths.max(axis=(0, 1)).astype(float)),
         }
-    return {"standing": standing, "trained_times_s": surrogate.times[[0, -1]].tolist(), "interval": interval}
+    return {
+        "standing": standing_record(surrogate.standing(design)),
+        "trained_times_s": surrogate.times[[0, -1]].tolist(),
+        "interval": interval,
+        "judgement": surrogate.judgement and surrogate.judgement.record(),
+    }
+
+
+def standing_record(found: Standing | None) -> dict | None:
+    """Plain JSON."""
+    if found is None:
+        return None
+    return {
+        "outside_trained_range": list(found.outside),
+        "distance_to_nearest_training_design": found.nearest,
+        "usual_distance_between_training_designs": found.usual,
+        "largest_distance_between_training_designs": found.largest,
+        "warnings": found.warnings(),
+    }
+
+
+def describe_standing(standing: dict | None) -> list[str]:
+    """Lines for people of what `standing_record` found."""
+    if standing is None:
+        return ["where the design lies among the trained ones is not known: the file does not hold them"]
+    inside = "outside" if standing["outside_trained_range"] else "inside"
+    nearest = standing["distance_to_nearest_training_design"]
+    usual, largest = (standing[f"{what}_distance_between_training_designs"] for what in ("usual", "largest"))
+    return [
+        f"{inside} the trained ranges; nearest training design {nearest:.2f} away (they are {usual:.2f} "
+        f"from each other on average, {largest:.2f} at most; every range counts as 1)",
+        *(f"warning: {sentence}" for sentence in standing["warnings"]),
+    ]
 
 
 def describe_trust(trust: dict) -> list[str]:
     """Lines for people of what `trust_of` found."""
     start, end = (1e3 * time for time in trust["trained_times_s"])
-    standing, interval = trust["standing"], trust["interval"]
-    lines = ["where the design lies among the trained ones is not known: the file does not hold them"]
-    if standing is not None:
-        inside = "outside" if standing["outside_trained_range"] else "inside"
-        nearest = standing["distance_to_nearest_training_design"]
-        usual, largest = (standing[f"{what}_distance_between_training_designs"] for what in ("usual", "largest"))
-        lines = [
-            f"{inside} the trained ranges; nearest training design {nearest:.2f} away (they are {usual:.2f} "
-            f"from each other on average, {largest:.2f} at most; every range counts as 1); times {start:g} to {end:g} "
-            "ms, all trained",
-            *(f"warning: {sentence}" for sentence in standing["warnings"]),
-        ]
+    lines = [
+        *describe_standing(trust["standing"]),
+        f"times {start:g} to {end:g} ms, all trained",
+        describe_judgement(judgement_of(trust["judgement"]), "billow evaluate STUDY"),
+    ]
+    interval = trust["interval"]
     if interval is None:
         return [*lines, "no interval: the surrogate was not calibrated"]
     widths = ", ".join(f"{axis} ± {1e3 * width:.2g} mm" for axis, width in interval["mean_half_width_m"].items())
     return [*lines, f"{100 * interval['level']:.0f} % of the solver's values expected within {widths} on average"]
 
 
+def describe_judgement(judgement: Judgement | None, command: str) -> str:
+    """A line for people. command: makes a judgement."""
+    if judgement is None:
+        return f"not judged: nobody knows whether it beats ignoring the design; find out: {command}"
+    return f"warning: {judgement}" if judgement.lost else str(judgement)
+
+
 def _write(surrogate, displacement, widths, out: Path) -> None:
-    if out.exists():
-        raise FILE_EXISTS(path=out)
-    start, partial = surrogate.reference.astype(float), out.with_name(out.name + ".partial")
+    start = surrogate.reference.astype(float)
     part = np.zeros(len(surrogate.triangles), dtype=np.int32)
-    with FabricWriter(partial, start, surrogate.triangles, part, ["fabric"]) as frames:
+    with FabricWriter(out, start, surrogate.triangles, part, ["fabric"]) as frames:
         for step, (time, moved) in enumerate(zip(surrogate.times, displacement, strict=True)):
             half_width = {} if widths is None else {"half_width": widths[step]}
             frames.append(float(time), start + moved, {"displacement": moved, **half_width}, {})
-    partial.replace(out)

@@ -12,8 +12,29 @@ from functools import cached_property
 
 import numpy as np
 
+from billow.base.errors import NumericalStop
+
 FREQUENCIES = (1, 2, 4, 8)
 """k of the time features sin(pi k t), cos(pi k t), with t from 0 at the first recorded time to 1 at the last."""
+
+
+NOT_FINITE = NumericalStop.declare(
+    "E-ROM-024",
+    "the networks give no finite answer",
+    where="the answer",
+    why="a number inside them, or in the answer, is too large",
+    cause="a file by another program, or a question far outside the trained ranges",
+    remedy="ask inside the trained ranges; if that fails too, train again: billow train FOLDER",
+)
+
+LARGEST = 1e12
+"""[m] or [N]: beyond, sums of squares overflow in single precision."""
+
+
+def _finite(answer: np.ndarray) -> np.ndarray:
+    if not np.abs(answer).max() < LARGEST:
+        raise NOT_FINITE()
+    return answer
 
 
 @dataclass(frozen=True)
@@ -153,21 +174,24 @@ class Regression:
 
     def __call__(self, design: np.ndarray, times: np.ndarray, further: np.ndarray | None = None) -> np.ndarray:
         """Coefficients, averaged over members: [m], (runs, times, outputs) float32. design: (runs, parameters); times:
-        [s], (times,); further: [-], (runs, times, further), as `InputScaling`."""
+        [s], (times,); further: [-], (runs, times, further), as `InputScaling`. NumericalStop E-ROM-024 if one is beyond
+        `LARGEST`."""
         if self.recipe == "paper":
             return self.by_member(design, times, further)[0]
-        hidden = self._hidden(design, times, further)
-        # The last layer is linear: the mean over members is one product with all their last layers.
-        weight, bias = self._mean_layer
-        answer = hidden.transpose(1, 0, 2).reshape(hidden.shape[1], -1) @ weight + bias
-        return self.outputs.back(answer.reshape(len(design), len(times), -1), times)
+        with np.errstate(over="ignore", invalid="ignore"):  # an overflow stays one to the end and is raised below
+            hidden = self._hidden(design, times, further)
+            # The last layer is linear: the mean over members is one product with all their last layers.
+            weight, bias = self._mean_layer
+            answer = hidden.transpose(1, 0, 2).reshape(hidden.shape[1], -1) @ weight + bias
+            return _finite(self.outputs.back(answer.reshape(len(design), len(times), -1), times))
 
     def by_member(self, design: np.ndarray, times: np.ndarray, further: np.ndarray | None = None) -> np.ndarray:
         """Coefficients by each member: [m], (members, runs, times, outputs) float32."""
-        answer = self._hidden(design, times, further) @ self.weights[-1] + self.biases[-1]
-        if self.recipe == "paper":
-            answer = answer.transpose(2, 1, 0)
-        return self.outputs.back(answer.reshape(self.members, len(design), len(times), -1), times)
+        with np.errstate(over="ignore", invalid="ignore"):
+            answer = self._hidden(design, times, further) @ self.weights[-1] + self.biases[-1]
+            if self.recipe == "paper":
+                answer = answer.transpose(2, 1, 0)
+            return _finite(self.outputs.back(answer.reshape(self.members, len(design), len(times), -1), times))
 
     @cached_property
     def _mean_layer(self):

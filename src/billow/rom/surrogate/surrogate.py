@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -13,9 +13,18 @@ from billow.base.errors import InputError
 from billow.results.dataset_files import Parameter
 from billow.results.tensor_file import write_tensors
 from billow.rom.surrogate.basis import Basis
-from billow.rom.surrogate.design_space import Standing, check_design, check_times, design_rows, standing
+from billow.rom.surrogate.design_space import (
+    Standing,
+    check_design,
+    check_times,
+    design_rows,
+    distinct,
+    standing,
+    time_row,
+)
 from billow.rom.surrogate.force_inputs import ForceInputs, further_inputs
 from billow.rom.surrogate.intervals import FEWEST_RUNS, Intervals, scale
+from billow.rom.surrogate.judgement import Judgement, require_won
 from billow.rom.surrogate.regression import Regression
 from billow.rom.surrogate.surrogate_file import read_checked, surrogate_content, surrogate_fields
 
@@ -53,6 +62,9 @@ class Surrogate:
     training: how it was made: runs, seed, epochs, seconds, versions
     forces: how contact forces of the previous time become inputs; None if it needs none
     designs: (runs, parameters) float64, what it was trained on; intervals: how far answers may be off, or None
+    judgement: how it did on runs it had not seen; None if nobody looked. If it lost there, it does not answer until
+        `despite_verdict` is called: every method that answers raises InputError E-ROM-023.
+    insisted: True after `despite_verdict`; not saved
     """
 
     title: str
@@ -66,6 +78,8 @@ class Surrogate:
     forces: ForceInputs | None = None
     designs: np.ndarray | None = None
     intervals: Intervals | None = None
+    judgement: Judgement | None = None
+    insisted: bool = False
 
     @classmethod
     def load(cls, path: str | Path) -> Surrogate:
@@ -75,6 +89,10 @@ class Surrogate:
     def save(self, path: str | Path) -> Path:
         """Write everything to one file without pickle (safetensors), atomically."""
         return write_tensors(path, *surrogate_content(self))
+
+    def despite_verdict(self) -> Surrogate:
+        """The same, which answers even if its judgement says that a simpler answer is better."""
+        return replace(self, insisted=True)
 
     @property
     def recipe(self) -> str:
@@ -110,8 +128,9 @@ class Surrogate:
 
         The array is a view of (runs, 3, times, nodes) memory: one component of one snapshot is contiguous.
         Raises InputError E-ROM-001 (names, shape or values of the design), E-ROM-002 (a parameter outside its trained
-        range), E-ROM-003 (a time outside), E-CPL-002 (forces missing, too many or of another shape). `extrapolate=True`
-        lifts E-ROM-002 and E-ROM-003; such an answer has no support in the data.
+        range), E-ROM-003 (a time outside), E-ROM-025 (no times), E-ROM-023 (the verdict), E-CPL-002 (forces missing,
+        too many or of another shape), NumericalStop E-ROM-024 (no finite answer). `extrapolate=True` lifts E-ROM-002
+        and E-ROM-003; such an answer has no support in the data.
         """
         rows, times, further, single = self._question(design, times, extrapolate, previous_forces)
         # Copied into the order of the product, which otherwise takes a third longer.
@@ -175,10 +194,11 @@ class Surrogate:
         return widths[0] if single else widths
 
     def standing(self, design) -> Standing | None:
-        """Where one design stands among the trained ones; None if the file is of a Billow that did not store them. A
-        design inside all ranges may still be far from everything learned. InputError E-ROM-001 if it does not fit."""
+        """Where one design stands among the trained ones; None if the file is of a Billow that did not store them, or
+        all of them are the same. A design inside all ranges may still be far from everything learned. InputError
+        E-ROM-001 if it does not fit."""
         rows, _ = design_rows(design, self.parameters)
-        if self.designs is None or len(self.designs) < 2:
+        if self.designs is None or len(distinct(self.designs, self.parameters)) < 2:
             return None
         return standing(rows[0], self.designs, self.parameters)
 
@@ -190,13 +210,15 @@ class Surrogate:
         return self.regression(rows, times, further).reshape(len(rows), len(times), 3, self.modes)
 
     def _question(self, design, times, extrapolate, previous_forces):
+        if not self.insisted:
+            require_won(self.judgement, self)
         rows, single = design_rows(design, self.parameters)
         if not extrapolate:
             check_design(rows, self.parameters)
         if times is None:
             times = self.times
         else:
-            times = np.atleast_1d(np.asarray(times, float))
+            times = time_row(times)
             if not extrapolate:
                 check_times(times, self.times)
         further = further_inputs(previous_forces, self.forces, (len(rows), len(times), self.nodes, 3))

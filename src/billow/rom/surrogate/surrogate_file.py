@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
@@ -13,9 +14,10 @@ from billow.base.errors import InputError, IntegrityError
 from billow.results.dataset_files import parameter_of
 from billow.results.tensor_file import read_tensors
 from billow.rom.surrogate.basis import Basis
-from billow.rom.surrogate.design_space import bounds
+from billow.rom.surrogate.design_space import bounds, has_range
 from billow.rom.surrogate.force_inputs import ForceInputs
 from billow.rom.surrogate.intervals import Intervals
+from billow.rom.surrogate.judgement import judgement_of
 from billow.rom.surrogate.regression import ACTIVATIONS, InputScaling, OutputScaling, Regression
 
 DAMAGED = IntegrityError.declare(
@@ -34,6 +36,16 @@ UNREADABLE = InputError.declare(
 )
 
 FORMAT = 1
+
+MOST_BYTES = 4 * 2**30
+"""Of a file, and of one answer of the model in it: [byte]. Ten times the largest mesh and history in use."""
+MOST_LAYERS = 64
+LARGEST = 1e15
+"""Any number in a file is smaller: larger ones are no lengths, forces, squares of them or weights, and overflow."""
+LARGEST_TIME = 1e6
+"""[s]"""
+LEAST_INTERVAL = 1e-12
+"""[s] between two times, and the part of its bounds that a range is at least wide: less is lost to rounding."""
 
 
 def surrogate_content(surrogate) -> tuple[dict[str, np.ndarray], dict]:
@@ -56,6 +68,7 @@ def surrogate_content(surrogate) -> tuple[dict[str, np.ndarray], dict]:
         "recipe": surrogate.recipe,
         "parameters": [asdict(parameter) for parameter in surrogate.parameters],
         "training": surrogate.training,
+        "judgement": surrogate.judgement and surrogate.judgement.record(),
     }
     return tensors, record
 
@@ -78,6 +91,8 @@ def read_checked(path: str | Path, fields: Callable[[dict, dict], object], comma
         return DAMAGED(path=path, why=why, command=command)
 
     try:
+        if path.stat().st_size > MOST_BYTES:
+            raise OSError(errno.EFBIG, f"it is larger than {MOST_BYTES / 2**30:.0f} GiB", str(path))
         tensors, record = read_tensors(path, damaged)
     except OSError as error:
         raise UNREADABLE(path=path, why=error, command=command) from error
@@ -90,8 +105,10 @@ def read_checked(path: str | Path, fields: Callable[[dict, dict], object], comma
         )
     try:
         return fields(tensors, record)
-    except (KeyError, TypeError, ValueError, IndexError) as error:
-        raise damaged(f"its parts do not fit together ({error})") from error
+    except (KeyError, TypeError, ValueError, IndexError, AttributeError, OverflowError, RecursionError) as error:
+        kinds = ((KeyError, f"{error} is missing"), (ValueError, str(error)), (Exception, "a value of another kind"))
+        told = next(text for kind, text in kinds if isinstance(error, kind))
+        raise damaged(f"its parts do not fit together ({told})") from error
 
 
 def surrogate_fields(tensors: dict[str, np.ndarray], record: dict) -> dict:
@@ -99,12 +116,14 @@ def surrogate_fields(tensors: dict[str, np.ndarray], record: dict) -> dict:
     recipe = record["recipe"]
     if recipe not in ACTIVATIONS:
         raise ValueError(f"recipe {recipe!r}")
-    title, training = record["title"], record["training"]
-    if not isinstance(title, str) or not isinstance(training, dict) or not isinstance(training.get("runs"), list):
-        raise ValueError("its training runs are missing")
+    title, training = record["title"], _training(record["training"])
+    if not isinstance(title, str) or not title.isprintable():
+        raise ValueError("its title is no text in one line")
     parameters = tuple(map(parameter_of, record["parameters"]))
     low, high = bounds(parameters)
-    if not (low < high).all():
+    if not len({parameter.name for parameter in parameters}) == len(parameters) > 0:
+        raise ValueError("its parameters have no names of their own")
+    if not has_range(low, high).all():
         raise ValueError("a parameter has no range")
     times = times_of(tensors, "times")
     reference = take(tensors, "reference", np.float32, None, 3)
@@ -114,11 +133,13 @@ def surrogate_fields(tensors: dict[str, np.ndarray], record: dict) -> dict:
     if triangles.size and not 0 <= triangles.min() <= triangles.max() < len(reference):
         raise ValueError("a triangle names a node that does not exist")
 
+    require_affordable(len(times) * reference.size)
     forces = _forces(tensors, len(reference))
     further = 0 if forces is None else forces.width
     inputs = InputScaling(low, high, float(times[0]), float(times[-1]), recipe, further)
     count = 3 * modes.shape[1]  # coefficients of all components
     weights, biases, width = take_networks(tensors, "", None if recipe == "shared" else count, inputs.width)
+    require_affordable(len(times) * max(weight.shape[0] * weight.shape[2] for weight in weights))
     if width != (count if recipe == "shared" else 1):
         raise ValueError(f"the last layer has {width} outputs")
     mean, deviation = (take(tensors, f"outputs.{n}", np.float32, len(times), count) for n in ("mean", "deviation"))
@@ -134,7 +155,27 @@ def surrogate_fields(tensors: dict[str, np.ndarray], record: dict) -> dict:
         "forces": forces,
         "designs": take(tensors, "designs", np.float64, None, len(parameters)) if "designs" in tensors else None,
         "intervals": _intervals(tensors, len(times), len(reference)),
+        "judgement": judgement_of(record.get("judgement")),  # none in files of Billow before it judged
     }
+
+
+def _training(told: object) -> dict:
+    """How a surrogate was made, with every entry of the kind that evaluation expects."""
+    runs, mesh = told["runs"], told["mesh_sha256"]
+    if not all(isinstance(name, str) for name in (*runs, mesh)) or not runs or not isinstance(runs, list):
+        raise ValueError("its training runs are missing")
+    for name, value in told.items():
+        if name in ("seed", "epochs") and not (type(value) is int and 0 <= value < 2**63):
+            raise ValueError(f"{name} of its training is no count")
+        if name.endswith("_seconds") and not (isinstance(value, int | float) and 0.0 <= value < LARGEST):
+            raise ValueError(f"{name} of its training is no time")
+    return told
+
+
+def require_affordable(values: int) -> None:
+    """ValueError if an answer, or a layer of its networks, has so many float32 values that it takes `MOST_BYTES`."""
+    if 4 * values > MOST_BYTES:
+        raise ValueError(f"an answer would take {4 * values / 2**30:.0f} GiB, more than {MOST_BYTES / 2**30:.0f}")
 
 
 def _intervals(tensors, times, nodes) -> Intervals | None:
@@ -167,6 +208,8 @@ def take_networks(tensors, prefix: str, networks: int | None, width: int):
     """Weights and biases as `Regression` takes them, and the number of outputs. networks: None for any number."""
     weights, biases = [], []
     while f"{prefix}weights.{len(weights)}" in tensors:
+        if len(weights) == MOST_LAYERS:
+            raise ValueError(f"its networks have more than {MOST_LAYERS} layers")
         weights.append(take(tensors, f"{prefix}weights.{len(weights)}", np.float32, networks, width, None))
         networks, _, width = weights[-1].shape
         biases.append(take(tensors, f"{prefix}biases.{len(biases)}", np.float32, networks, 1, width))
@@ -176,17 +219,24 @@ def take_networks(tensors, prefix: str, networks: int | None, width: int):
 def times_of(tensors, name: str) -> np.ndarray:
     """[s], (times,) float64. ValueError unless at least two rise."""
     times = take(tensors, name, np.float64, None)
-    if len(times) < 2 or not (np.diff(times) > 0).all():
+    if not np.abs(times).max() <= LARGEST_TIME:
+        raise ValueError(f"a time lies beyond {LARGEST_TIME:.0e} s")
+    if len(times) < 2 or not (np.diff(times) > LEAST_INTERVAL).all():
         raise ValueError("times do not rise")
     return times
 
 
 def take(tensors, name, dtype, *shape) -> np.ndarray:
-    """An array of the given type and shape; None stands for any length. ValueError if it is not, or not finite."""
+    """An array of the given type and shape; None stands for any length but 0. ValueError if it is not, or if a value is
+    not finite or beyond `LARGEST`."""
     array = tensors[name]
+    if not array.size:
+        raise ValueError(f"{name} is empty")
     fits = array.ndim == len(shape) and all(s in (None, n) for s, n in zip(shape, array.shape, strict=True))
     if array.dtype != dtype or not fits:
         raise ValueError(f"{name} is {array.dtype} {array.shape}, not {np.dtype(dtype)} {shape}")
     if not np.isfinite(array).all():
         raise ValueError(f"{name} is not finite")
+    if array.dtype.kind == "f" and not np.abs(array).max() <= LARGEST:
+        raise ValueError(f"{name} holds a value beyond {LARGEST:.0e}")
     return array

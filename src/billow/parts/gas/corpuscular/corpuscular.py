@@ -9,7 +9,7 @@ import numpy as np
 
 from billow.base.compiled import CHUNK
 from billow.base.errors import NumericalStop
-from billow.base.quality import Criterion, criterion
+from billow.base.quality import SMALLER_STEPS, Criterion, criterion
 from billow.geometry.chambers import OUTSIDE
 from billow.geometry.search_grid import SearchGrid
 from billow.geometry.surface import area_vectors
@@ -342,7 +342,7 @@ class Corpuscular(Setup, SwitchableGas):
         outer = np.where(ahead == OUTSIDE, self.supply.ambient.pressure, gas.bank.pressure[:, 1])
         bag = self._enclosure(gas.positions)  # as it was at the last gas step
         boxes = read_boxes(gas.particles, self.kinds(gas), bag)
-        return {"pressure": inner - outer} | on_faces(boxes, bag, gas.temperature)
+        return {"gauge_pressure": inner - outer} | on_faces(boxes, bag, gas.temperature)
 
     def cells(self, gas: CorpuscularState) -> dict[str, np.ndarray]:
         return read_boxes(gas.particles, self.kinds(gas), self._enclosure(gas.positions)).arrays()
@@ -363,7 +363,8 @@ class Corpuscular(Setup, SwitchableGas):
         return {"leaked_particles": float(gas.escaped), "leaked_particles_share": gas.escaped / self.particles}
 
     def verdicts(self, books: Mapping[str, float]) -> Iterator[Criterion]:
-        yield criterion("particles found outside, of all", 100.0 * books["leaked_particles_share"], 0.01, 1.0, "%")
+        share = 100.0 * books["leaked_particles_share"]
+        yield criterion("particles found outside, of all", share, 0.01, 1.0, "%", SMALLER_STEPS)
 
     def remarks(self, gas: CorpuscularState) -> list[str]:
         return [f"particles found outside and put back: {gas.escaped}"]

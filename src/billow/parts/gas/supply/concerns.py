@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from billow.base.errors import Concern
+from billow.base.plausible import is_usual
 from billow.parts.gas.supply.mixture import mixture_gas_constant
 from billow.parts.gas.supply.outflow import PERMEABILITY
 from billow.parts.gas.supply.passages import FABRIC, VENT
@@ -82,7 +83,7 @@ def supply_concerns(supply: Supply, setting: Setting) -> Iterator[Concern]:
         yield ODD_AMOUNT(mass=1e3 * total, volume=1e3 * setting.inflated_volume, bags=bags)
     yield from _losses(supply, heat / total)
     opening = {row.opens_at for row in supply.passages.rows if row.kind == VENT and np.isfinite(row.opens_at)}
-    for pressure in sorted(p for p in opening if not (p == 0.0 or 100.0 <= p <= 500e3)):
+    for pressure in sorted(p for p in opening if p != 0.0 and not is_usual("opening pressure", p)):
         yield ODD_OPENING_PRESSURE(pressure=pressure)
     for source in supply.sources:
         if source.jets is None or source.diffuse:

@@ -18,8 +18,9 @@ class JetRing:
     """Jets through holes evenly spaced on a ring about the mouth axis.
 
     count; ring_radius: of the holes [m]; hole_diameter [m]; angle: of each jet from the mouth axis, outwards [rad].
-    cone: half-angle of the cone each jet spreads in [rad], where the gas model asks for it. spin: rate at which the
-    ring turns about the axis [rad/s].
+    cone: half-angle of the cone each jet spreads in [rad], where the gas model asks for it. azimuth: of the first hole
+    at the start, about the axis [rad]; from where: `Jets.zero`. spin: rate at which the ring turns about the axis
+    [rad/s].
     """
 
     count: int
@@ -27,6 +28,7 @@ class JetRing:
     hole_diameter: float
     angle: float
     cone: float = 0.0
+    azimuth: float = 0.0
     spin: float = 0.0
 
 

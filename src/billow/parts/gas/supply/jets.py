@@ -25,15 +25,17 @@ STRIPS, WIDEST = 32, 0.4
 class Jets:
     """A jet ring mounted in a mouth, which carries it along and turns it.
 
-    mouth_nodes: (n,) int64, nodes that carry the inflator. axis: unit vector into the bag at the start, (3,). walls:
-    (n,) int64, triangles around the chamber that the jets blow into, and reversed: (n,) bool, those whose normals point
-    into it; None for a bag of one chamber, all of whose triangles are walls with normals outwards. mouth_start: where
-    the mouth nodes are at the start [m], (n, 3); None for a mouth that never turns.
+    mouth_nodes: (n,) int64, nodes that carry the inflator. axis: unit vector into the bag at the start, (3,). zero:
+    direction across the axis from which azimuths count at the start, (3,); its part along the axis does not count.
+    walls: (n,) int64, triangles around the chamber that the jets blow into, and reversed: (n,) bool, those whose
+    normals point into it; None for a bag of one chamber, all of whose triangles are walls with normals outwards.
+    mouth_start: where the mouth nodes are at the start [m], (n, 3); None for a mouth that never turns.
     """
 
     ring: JetRing
     mouth_nodes: np.ndarray
     axis: np.ndarray
+    zero: np.ndarray
     walls: np.ndarray | None = None
     reversed: np.ndarray | None = None
     mouth_start: np.ndarray | None = None
@@ -59,13 +61,13 @@ class Jets:
         """Positions and directions of the jets at a time [s].
 
         Returns hole positions [m] (jets, 3); frames (jets, 3, 3), rows: jet direction, tangent to the ring, and the
-        vector perpendicular to both; (3, 3) rows: axis, first and second radial vector of the ring.
+        vector perpendicular to both; (3, 3) rows: axis, radial vector and tangent of the first jet.
         """
-        seed = np.array([1.0, 0.0, 0.0]) if abs(self.axis[0]) < 0.9 else np.array([0.0, 1.0, 0.0])
-        first = seed - seed.dot(self.axis) * self.axis
+        first = self.zero - self.zero.dot(self.axis) * self.axis
         first /= np.linalg.norm(first)
         second = np.cross(self.axis, first)
-        azimuth = 2.0 * np.pi * np.arange(self.ring.count)[:, None] / self.ring.count + self.ring.spin * time
+        azimuth = 2.0 * np.pi * np.arange(self.ring.count)[:, None] / self.ring.count
+        azimuth += self.ring.azimuth + self.ring.spin * time
         radial = np.cos(azimuth) * first + np.sin(azimuth) * second
         tangent = np.cos(azimuth) * second - np.sin(azimuth) * first
         lean, rise = np.sin(self.ring.angle), np.cos(self.ring.angle)
@@ -73,7 +75,7 @@ class Jets:
         centre = positions[self.mouth_nodes].mean(axis=0)
         turned = self.turn(positions).T  # of rows
         holes = centre + self.ring.ring_radius * radial @ turned
-        return holes, frames @ turned, np.array([self.axis, first, second]) @ turned
+        return holes, frames @ turned, np.array([self.axis, radial[0], tangent[0]]) @ turned
 
 
 @dataclass

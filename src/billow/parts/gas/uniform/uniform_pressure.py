@@ -188,4 +188,4 @@ class UniformPressure(GasModel):
 
     def fields(self, gas: UniformState) -> dict[str, np.ndarray]:
         gauge, chambers = self._gauge(gas), self.supply.chambers
-        return {"pressure": gauge[chambers.behind] - gauge[chambers.ahead]}
+        return {"gauge_pressure": gauge[chambers.behind] - gauge[chambers.ahead]}

@@ -1,0 +1,22 @@
+"""What surrounds a process and must not decide how kernels are compiled: the variables of numba."""
+
+from __future__ import annotations
+
+import os
+
+MOST_THREADS = 1024
+"""Threads that may be asked for; a system may not start more, and numba then ends the process."""
+
+
+def own_compiler() -> None:
+    """Take away what would make numba compile in another way, and what it cannot read; before it is imported.
+
+    The number of threads stays: results do not depend on it. numba reads its environment again whenever that changes,
+    so what we ask of it must stand there, too.
+    """
+    for name in [name for name in os.environ if name.startswith(("NUMBA_", "LLVMLITE_"))]:
+        value = os.environ[name]
+        if name != "NUMBA_NUM_THREADS" or not (value.isdecimal() and 0 < int(value[:9]) <= MOST_THREADS):
+            del os.environ[name]
+    # Vector math of another library would change last bits between machines.
+    os.environ["NUMBA_DISABLE_INTEL_SVML"] = "1"
