@@ -18,7 +18,7 @@ from billow.geometry.shapes.touching import touch
 from billow.parts.bodies import rigid_body
 from billow.parts.bodies.bodies import BODY_KINETIC, CONTACT, FRICTION, Bodies
 from billow.parts.bodies.body import Body
-from billow.parts.bodies.contact import SurfaceLaw
+from billow.parts.bodies.contact import Nodes, SurfaceLaw
 from billow.parts.bodies.rigid_body import RigidBody, RigidState
 from billow.parts.part import Moment
 from billow.solver.run import Schedule, run
@@ -51,8 +51,8 @@ class Scene:
         self.state, self.lost, self.stored, self.time = self.part.start(), 0.0, 0.0, 0.0
 
     def step(self):
-        nothing = np.zeros((0, 3))
-        self.part.push(self.state, nothing, nothing.copy(), np.zeros(0), self.dt)
+        nothing = [np.zeros((0, 3)) for _ in range(4)]
+        self.part.kick_touch_drift(self.state, Nodes(np.zeros(0), *nothing), self.dt)
         for account, energy in self.part.meet(self.state, self.dt):
             self.stored = energy if account is CONTACT else self.stored
             self.lost += energy if account is FRICTION else 0.0

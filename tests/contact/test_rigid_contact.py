@@ -10,7 +10,14 @@ from hypothesis import strategies as st
 from billow.geometry.shapes.half_space import HalfSpace
 from billow.geometry.shapes.pose import of_plane, quaternion_about, rotation_matrix
 from billow.geometry.shapes.super_ellipsoid import SuperEllipsoid, closest_point, radial_measure
-from billow.parts.bodies.contact import ContactState, ShapeMotion, ShapeTable, SurfaceLaw, push
+from billow.parts.bodies.contact import (
+    ContactState,
+    Nodes,
+    ShapeMotion,
+    ShapeTable,
+    SurfaceLaw,
+    kick_touch_drift,
+)
 from billow.parts.bodies.penalty import A_REFERENCE
 
 NODES = 200
@@ -59,6 +66,15 @@ def crowd(seed, spread=0.12):
         rng.uniform(-spread, spread, (NODES, 3)), rng.normal(scale=10.0, size=(NODES, 3)),
         rng.uniform(0.5e-4, 2e-4, NODES), inverse_mass,
     )  # fmt: skip
+
+
+def push(table, motion, area, inverse_mass, positions, velocities, dt, contact):
+    """Contact without a kick before it; positions stay."""
+    nodes = Nodes(inverse_mass, np.zeros_like(positions), positions.copy(), velocities, np.empty_like(positions))
+    reaction = kick_touch_drift(table, motion, area, nodes, dt, contact)
+    np.testing.assert_array_equal(nodes.before, positions)
+    np.testing.assert_array_equal(nodes.positions, positions + dt * velocities)
+    return reaction
 
 
 def press(shape, law, area, inverse_mass, body, positions, velocities, dt, contact=None):

@@ -16,7 +16,7 @@ from billow.geometry.shapes.super_ellipsoid import SuperEllipsoid
 from billow.parts.bodies import rigid_body
 from billow.parts.bodies.bodies import Bodies
 from billow.parts.bodies.body import Body, Carried
-from billow.parts.bodies.contact import SurfaceLaw
+from billow.parts.bodies.contact import Nodes, SurfaceLaw
 from billow.parts.bodies.rigid_body import RigidBody, RigidState, moving
 
 LAW = SurfaceLaw(1e5, 0.3, 0.1)
@@ -31,7 +31,8 @@ def pushed(bodies, seed=0):
     part = Bodies(tuple(bodies), np.full(NODES, 1e-4), np.zeros(3))
     state, velocities = part.start(), rng.normal(scale=5.0, size=(NODES, 3))
     positions = rng.uniform(-0.12, 0.12, (NODES, 3))
-    part.push(state, positions, velocities, np.full(NODES, 1e4), 1e-6)
+    still = np.zeros((NODES, 3))
+    part.kick_touch_drift(state, Nodes(np.full(NODES, 1e4), still, positions, velocities, still.copy()), 1e-6)
     return state, velocities
 
 

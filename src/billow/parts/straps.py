@@ -49,13 +49,14 @@ class Straps(Part):
         """Bars that have never pulled, (bars, 6), the columns named above."""
         return np.zeros((len(self.bars), 6))
 
-    def add_forces(
+    def set_forces(
         self, bar: np.ndarray, positions: np.ndarray, velocities: np.ndarray, dt: float, nodal_force: np.ndarray
     ) -> list[Booking]:
-        """Add the tensions [N] to nodal_force (nodes, 3); books what bars hold, damping, and what torn bars held."""
-        add_strap_forces(self, positions, velocities, nodal_force, bar)
+        """Set the tensions [N] in nodal_force (nodes, 3); books what bars hold, damping, and what torn bars held."""
         if not len(bar):
             return []
+        nodal_force[self.bars] = 0.0
+        add_strap_forces(self, positions, velocities, nodal_force, bar)
         columns = bar.T.tolist()
         return [
             Booking(STRAP, sum(columns[ENERGY])),

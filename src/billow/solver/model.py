@@ -74,7 +74,8 @@ class Model:
     @cached_property
     def work(self) -> Work:
         surface = self.surface
-        return Work(Loads.room(surface.triangle_count, surface.chambers.count), np.zeros_like(self.start))
+        held = np.zeros_like(self.start) if len(self.straps.bars) else np.empty((0, 3))
+        return Work(Loads.room(surface.triangle_count, surface.chambers.count), np.zeros_like(self.start), held)
 
     def setting(self, end_time: float) -> Setting:
         """What parts see when they look for what is probably not meant."""
@@ -83,10 +84,12 @@ class Model:
 
 @dataclass(frozen=True)
 class Work:
-    """Arrays a step works in; nothing in them outlives it. before: positions at its start [m], (nodes, 3)."""
+    """Arrays a step works in; nothing in them outlives it. before: positions at its start [m], (nodes, 3). held: forces
+    of the straps [N], (nodes, 3), or (0, 3) without any."""
 
     loads: Loads
     before: np.ndarray
+    held: np.ndarray
 
 
 @dataclass

@@ -9,42 +9,38 @@ from __future__ import annotations
 
 import math
 
+from billow.parts.bodies.contact import Nodes
 from billow.parts.gas.gas_model import Bag
 from billow.parts.part import DAMPING, GRAVITY_WORK, Booking
 from billow.solver.model import KINETIC, Model, State
-from billow.solver.nodes import drift, gather, half_kick, last_kick, twice_kinetic
+from billow.solver.nodes import gather_and_kick, twice_kinetic
 
 
 def advance(model: Model, state: State, dt: float) -> None:
     """Advance by dt [s]. On return positions, velocities, forces, parts and ledger all belong to the new time."""
-    positions, velocities, ledger, nodes = state.positions, state.velocities, state.ledger, len(model.mass)
+    positions, velocities, ledger = state.positions, state.velocities, state.ledger
     ledger.open()
 
-    half_kick(nodes, model.inverse_mass, state.nodal_force, 0.5 * dt, velocities)
-    if model.driven is not None:
+    if model.driven is not None:  # nodes that no kick moves
         model.driven.drive(state.driven, positions, velocities, state.nodal_force, state.time, dt)
-    ledger.book(model.bodies.push(state.bodies, positions, velocities, model.inverse_mass, dt))
+    nodes = Nodes(model.inverse_mass, state.nodal_force, positions, velocities, model.work.before)
+    ledger.book(model.bodies.kick_touch_drift(state.bodies, nodes, dt))
     ledger.book(model.bodies.meet(state.bodies, dt))
     ledger.book(gravity_and_damping(model, state, dt))
     ledger.book(model.bodies.move(state.bodies, dt))
-    drift(nodes, dt, velocities, positions, model.work.before)
 
     evaluate_forces(model, state, dt)
 
-    contact = state.bodies.contact
     if model.driven is not None:
         ledger.book(model.driven.work(state.driven, velocities, state.nodal_force, dt))
-    twice = last_kick(
-        nodes, model.mass, model.inverse_mass, state.nodal_force, contact.touching, contact.force, 0.5 * dt, velocities
-    )
-    ledger.book([Booking(KINETIC, 0.5 * twice)])
     state.time += dt
     state.step += 1
     ledger.close()
 
 
 def evaluate_forces(model: Model, state: State, dt: float) -> None:
-    """All forces at the end of a step of dt [s] from `state.time`; velocities are those of its middle."""
+    """All forces at the end of a step of dt [s] from `state.time`, and the half kick that ends it; velocities are those
+    of its middle, and then of its end."""
     positions, velocities, ledger = state.positions, state.velocities, state.ledger
     loads, force = model.work.loads, model.work.loads.corner_force
     ledger.book(model.fabric.add_forces(state.fabric, positions, velocities, state.time, dt, loads))
@@ -52,11 +48,14 @@ def evaluate_forces(model: Model, state: State, dt: float) -> None:
     ledger.book(model.gas.advance(state.gas, bag, state.time, dt, force))
     if model.self_contact is not None:
         ledger.book(model.self_contact.add_forces(state.self_contact, positions, velocities, dt, force))
-    gather(
-        len(model.mass), model.surface.corner_start, model.surface.corners, force.reshape(-1, 3), model.mass,
-        model.gravity, 2.0 * model.mass_damping, velocities, state.nodal_force,
+    ledger.book(model.straps.set_forces(state.straps, positions, velocities, dt, model.work.held))
+    contact = state.bodies.contact
+    twice = gather_and_kick(
+        len(model.mass), model.surface.corner_start, model.surface.corners, force.reshape(-1, 3), model.work.held,
+        model.mass, model.inverse_mass, model.gravity, 2.0 * model.mass_damping, contact.touching, contact.force,
+        0.5 * dt, velocities, state.nodal_force,
     )  # fmt: skip
-    ledger.book(model.straps.add_forces(state.straps, positions, velocities, dt, state.nodal_force))
+    ledger.book([Booking(KINETIC, 0.5 * twice)])
 
 
 def first_forces(model: Model, state: State) -> None:

@@ -14,7 +14,7 @@ from billow.base.plausible import is_usual, unusual
 from billow.base.quality import Criterion, criterion
 from billow.parts.bodies import rigid_body
 from billow.parts.bodies.body import Body
-from billow.parts.bodies.contact import ContactState, ShapeMotion, ShapeTable, push
+from billow.parts.bodies.contact import ContactState, Nodes, ShapeMotion, ShapeTable, kick_touch_drift
 from billow.parts.bodies.meeting import Meetings, MeetingState
 from billow.parts.bodies.penalty import A_REFERENCE
 from billow.parts.bodies.rigid_body import RigidState
@@ -145,14 +145,13 @@ class Bodies(Part):
 
     # --- in a step -------------------------------------------------------------------------------------------------
 
-    def push(
-        self, state: BodiesState, positions: np.ndarray, velocities: np.ndarray, inverse_mass: np.ndarray, dt: float
-    ) -> list[Booking]:
-        """Contact over the coming drift: half of each impulse on the nodes, all of it on the bodies."""
+    def kick_touch_drift(self, state: BodiesState, nodes: Nodes, dt: float) -> list[Booking]:
+        """Half a kick of the nodes, their contact with the bodies over the drift, and the drift: half of each contact
+        impulse on the nodes, all of it on the bodies."""
+        contact = state.contact
+        reaction = kick_touch_drift(self.table, self._motion(state), self.area, nodes, dt, contact)
         if not self.bodies:
             return []
-        contact = state.contact
-        reaction = push(self.table, self._motion(state), self.area, inverse_mass, positions, velocities, dt, contact)
         if len(self.owner) > len(self.bodies):
             reaction = np.add.reduceat(reaction, self._first_shape)
         for motion, received in zip(state.motion, reaction, strict=True):
@@ -259,8 +258,9 @@ class Bodies(Part):
 
     def touching_at_start(self, positions: np.ndarray, inverse_mass: np.ndarray) -> Iterator[tuple[Body, float]]:
         """Bodies that reach into fabric at positions [m] (nodes, 3), and how deep [m]."""
-        state = self.start()
-        self.push(state, positions, np.zeros_like(positions), inverse_mass, 0.0)
+        state, still = self.start(), np.zeros_like(positions)
+        nodes = Nodes(inverse_mass, still, positions.copy(), still.copy(), np.empty_like(positions))
+        self.kick_touch_drift(state, nodes, 0.0)
         for body, deepest in zip(self.bodies, self._deepest(state), strict=True):
             if deepest > TOUCHES:
                 yield body, deepest

@@ -1,5 +1,6 @@
-"""Fabric nodes against the shapes of rigid bodies, over a step (docs/theory.md, Contact over a step). Half of
-each impulse comes at once, so that the drift has the mean of both velocities, the other half after the drift.
+"""Fabric nodes against the shapes of rigid bodies, over a step (docs/theory.md, Contact over a step): one pass over the
+nodes gives half a kick, half of each contact impulse, and the drift. So the drift has the mean of both velocities; the
+other half of kick and impulses comes after it.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from numba import prange
 from billow.base.compiled import CHUNK, kernel
 from billow.geometry.shapes.kinds import near_shape, number_of
 from billow.geometry.shapes.pose import into_axes, into_space, pose_of
-from billow.geometry.shapes.shape import Shape
+from billow.geometry.shapes.shape import NUMBERS, Shape
 from billow.parts.bodies.penalty import A_REFERENCE, contact_force
 
 
@@ -68,10 +69,21 @@ class ShapeTable(NamedTuple):
     def build(cls, shapes: Sequence[Shape], laws: Sequence[SurfaceLaw]) -> ShapeTable:
         return cls(
             np.array([number_of(shape) for shape in shapes], dtype=np.int64),
-            np.array([shape.numbers for shape in shapes]),
+            np.array([shape.numbers for shape in shapes], dtype=float).reshape(-1, NUMBERS),
             np.array([shape.bound for shape in shapes], dtype=float),
             np.array([(law.slope / A_REFERENCE, law.friction, law.damping) for law in laws]).reshape(-1, 3),
         )
+
+
+class Nodes(NamedTuple):
+    """inverse_mass [1/kg], (nodes,); force [N] at the start of a step, positions [m], velocities [m/s], and room for the
+    positions before the drift: (nodes, 3)."""
+
+    inverse_mass: np.ndarray
+    force: np.ndarray
+    positions: np.ndarray
+    velocities: np.ndarray
+    before: np.ndarray
 
 
 class ShapeMotion(NamedTuple):
@@ -92,29 +104,26 @@ class ShapeMotion(NamedTuple):
         return cls(np.zeros((shapes, 9)), np.zeros((shapes, 3)), np.zeros((shapes, 9)))
 
 
-def push(
-    table: ShapeTable, motion: ShapeMotion, area: np.ndarray, inverse_mass: np.ndarray, positions: np.ndarray,
-    velocities: np.ndarray, dt: float, contact: ContactState,
-) -> np.ndarray:  # fmt: skip
-    """Contact of all fabric nodes with all shapes over a step of dt [s]; fills `contact` and adds half of each impulse
-    to velocities [m/s] (nodes, 3).
-
-    area [m^2] and inverse_mass [1/kg]: (nodes,). positions [m]: (nodes, 3), at the start of the step. Returns (shapes,
-    6): force [N] and torque about the centre of the body [N m] that each shape receives.
+def kick_touch_drift(
+    table: ShapeTable, motion: ShapeMotion, area: np.ndarray, nodes: Nodes, dt: float, contact: ContactState
+) -> np.ndarray:
+    """Half a kick of all fabric nodes, their contact with all shapes over a step of dt [s], and their drift; fills
+    `contact`. area: [m^2], (nodes,). Returns (shapes, 6): force [N] and torque about the centre of the body [N m] that
+    each shape receives.
     """
     reaction = np.empty((len(table.kind), 6))
-    _push(
-        len(positions), table, motion, area, inverse_mass, positions, velocities, dt, contact.force, contact.offset,
-        contact.touching, contact.stored, contact.dissipated, contact.deepest, reaction,
+    _kick_touch_drift(
+        len(nodes.positions), table, motion, area, tuple(nodes), dt, contact.force, contact.offset, contact.touching,
+        contact.stored, contact.dissipated, contact.deepest, reaction,
     )  # fmt: skip
     return reaction
 
 
 @kernel
-def _push(
-    n, table, motion, area, inverse_mass, positions, velocities, dt, force, offset, touching, stored_out,
-    dissipated_out, deepest_out, reaction_out,
-):  # fmt: skip
+def _kick_touch_drift(
+    n, table, motion, area, nodes, dt, force, offset, touching, stored_out, dissipated_out, deepest_out, reaction_out
+):
+    inverse_mass, nodal_force, positions, velocities, before = nodes
     body, centre, pose = motion.body, motion.centre, motion.pose
     kind, numbers, bound, law = table.kind, table.numbers, table.bound, table.law
     chunks, shapes = (n + CHUNK - 1) // CHUNK, len(table.kind)
@@ -126,6 +135,10 @@ def _push(
         answer = np.empty((shapes, 9))  # force, new offset in space, stored, dissipated, depth after
         for i in range(chunk * CHUNK, min(n, (chunk + 1) * CHUNK)):
             px, py, pz = positions[i, 0], positions[i, 1], positions[i, 2]
+            before[i, 0], before[i, 1], before[i, 2] = px, py, pz
+            half = 0.5 * dt * inverse_mass[i]
+            for k in range(3):
+                velocities[i, k] += half * nodal_force[i, k]
             count = 0
             for o in range(shapes):
                 rx, ry, rz = px - body[o, 0], py - body[o, 1], pz - body[o, 2]
@@ -156,8 +169,9 @@ def _push(
                         force[o, i, k] = 0.0
                         offset[o, i, k] = 0.0
             if count == 0:
+                for k in range(3):
+                    positions[i, k] += dt * velocities[i, k]
                 continue
-            half = 0.5 * dt * inverse_mass[i]
             for _ in range(SWEEPS if count > 1 else 1):
                 change, size = 0.0, 0.0
                 for m in range(count):
@@ -202,6 +216,8 @@ def _push(
                 partial[chunk, o, 6] += answer[o, 6]
                 partial[chunk, o, 7] += answer[o, 7]
                 partial[chunk, o, 8] = max(partial[chunk, o, 8], answer[o, 8])
+            for k in range(3):
+                positions[i, k] += dt * velocities[i, k]
     stored_out[:], dissipated_out[:], deepest_out[:], reaction_out[:] = 0.0, 0.0, 0.0, 0.0
     for chunk in range(chunks):
         for o in range(shapes):
