@@ -76,7 +76,6 @@ def dask_client(workers: int, scheduler: str | None) -> Iterator:
         from distributed import Client, LocalCluster, WorkerPlugin
     except (OSError, ValueError, TypeError, AttributeError) as error:
         raise NO_WORKERS(
-            count=workers,
             what="Dask cannot read its settings",
             where="the files of ~/.config/dask and DASK_CONFIG, and the variables that begin with DASK_",
             why=error if "config file" in str(error) else "they do not say what Dask expects",
