@@ -188,7 +188,8 @@ def tank_cases(attempt: Attempt, count: int, random: Random, bench: Bench) -> No
             with contextlib.suppress(TypeError, ValueError, RecursionError):
                 data = tomli_w.dumps(mutate_dictionary(content, random)).encode()
         path.write_bytes(data)
-        attempt(lambda: predict_case(TankCase.load(path)), data, path.name)
+        if attempt(lambda: TankCase.load(path), data, path.name):
+            attempt(lambda: predict_case(TankCase.load(path)), data)
 
 
 def imports(attempt: Attempt, count: int, random: Random, bench: Bench) -> None:

@@ -218,5 +218,5 @@ class FabricFile:
         try:
             with h5py.File(self.path, "r") as file:
                 yield file
-        except (KeyError, OSError, ValueError, IndexError) as error:
+        except (KeyError, OSError, ValueError, IndexError, RuntimeError) as error:
             raise UNREADABLE_MESH(path=self.path, why=error.args[0] if error.args else error) from error
