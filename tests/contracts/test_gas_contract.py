@@ -218,7 +218,9 @@ def test_sealed_rigid_bag_obeys_the_gas_law(gas_name, rested):
         mean = result.fields["gauge_pressure"][fabric] @ area / area.sum()
         assert mean == pytest.approx(now.pressure - gas.supply.ambient.pressure, rel=even)
         return
-    assert result.fields["gauge_pressure"][fabric] == pytest.approx(now.pressure - gas.supply.ambient.pressure, rel=1e-6)
+    assert result.fields["gauge_pressure"][fabric] == pytest.approx(
+        now.pressure - gas.supply.ambient.pressure, rel=1e-6
+    )
 
 
 def test_gas_at_rest_puts_no_net_force_on_a_closed_bag(gas_name, rested):
