@@ -222,7 +222,16 @@ def forged_runs(attempt: Attempt, count: int, random: Random, bench: Bench) -> N
 
 def _read_all(result: Result) -> None:
     result.fabric.points(-1)
-    for name in ("times", "reference", "triangles", "displacement", "contact_force", "pressure", "histories"):
+    for name in (
+        "times",
+        "reference",
+        "triangles",
+        "displacement",
+        "contact_force",
+        "gauge_pressure",
+        "obstacles",
+        "histories",
+    ):
         getattr(result, name)
     for name in ("case_toml", "status", "ledger", "wall_seconds"):
         getattr(result, name)
