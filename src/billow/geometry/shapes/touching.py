@@ -66,9 +66,10 @@ def touch(kind_a, numbers_a, pose_a, kind_b, numbers_b, pose_b, cx, cy, cz):
         ox, oy, oz = farthest_in_space(kind_b, numbers_b, pose_b, -dx, -dy, -dz)
         bx, by, bz = px - ox, py - oy, pz - oz
         new = bx * dx + by * dy + bz * dz
-        if not first and new > value + 1e-4 * (gp * sp + gq * sq) and share > 1e-9:
+        if not first and new > value * (1.0 + 1e-15) + 1e-4 * (gp * sp + gq * sq) and share > 1e-9:
             share, sp, sq = 0.5 * share, 0.5 * sp, 0.5 * sq
             continue
+        steep = max(abs(gp), abs(gq))
         yp, yq = bx * ux + by * uy + bz * uz - gp, bx * vx + by * vy + bz * vz - gq
         p, q, gp, gq = p + sp, q + sq, gp + yp, gq + yq
         curved = sp * yp + sq * yq
@@ -80,7 +81,8 @@ def touch(kind_a, numbers_a, pose_a, kind_b, numbers_b, pose_b, cx, cy, cz):
             hpp += more * sp * sp - 2.0 * sp * hp / curved
             hpq += more * sp * sq - (sp * hq + sq * hp) / curved
             hqq += more * sq * sq - 2.0 * sq * hq / curved
-        over = max(abs(gp), abs(gq)) <= FLAT * new or abs(new - value) <= 1e-16 * new
+        now = max(abs(gp), abs(gq))  # near the end the slope still falls where the value is flat to rounding
+        over = now <= FLAT * new or (abs(new - value) <= 1e-15 * new and now >= 0.5 * steep)
         first, value = False, new
         if over:
             break
