@@ -28,8 +28,9 @@ trust: $(READY)           ## reliability goals as a table: determinism, restart,
 mutants: $(READY)         ## mistakes put into a copy of the package: each is caught by its test
 	$(BIN)/python -m trust.mutants
 
-docs: $(READY)            ## regenerate the references of cases and errors
+docs: $(READY)            ## regenerate the references of cases, studies and errors
 	$(BIN)/python docs/make_reference.py
+	$(BIN)/python docs/make_study.py
 	$(BIN)/python docs/make_errors.py
 
 $(READY): pyproject.toml constraints.txt

@@ -29,6 +29,8 @@ An example (`billow check --example`):
 {EXAMPLE.strip()}
 ```
 
+`billow schema case` prints the JSON schema of a case, for editors (docs/study.md).
+
 Curves against time are tables of equally long lists, piecewise linear:
 `mass_flow = {{ time = [0, "8 ms", "50 ms"], value = [0, 2.0, 0] }}`.
 

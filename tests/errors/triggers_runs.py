@@ -173,6 +173,6 @@ TRIGGERS: dict[str, Callable[[Here], object]] = {
     "E-RES-030": left_behind("journal.bin", lambda data: data[:1000]),
     "E-RES-031": left_behind("checkpoint_a.safetensors", lambda data: data[:-9]),
     "E-RES-032": left_behind("checkpoint_a.safetensors", None),
-    "E-RES-033": left_behind("case.toml", lambda data: data[:100]),
+    "E-RES-033": left_behind("case.toml", lambda data: b"[" + data),
     "W-RES-001": without_locks,
 }

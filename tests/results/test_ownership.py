@@ -87,6 +87,7 @@ def test_a_lock_that_is_a_link_or_a_file_of_yours_is_left_alone(tmp_path):
     (tmp_path / "precious").write_text("mine")
     for make in (
         lambda lock: lock.symlink_to(tmp_path / "precious"),
+        lambda lock: lock.symlink_to(tmp_path / "nothing"),
         lambda lock: os.link(tmp_path / "precious", lock),
         lambda lock: lock.mkdir(),
         lambda lock: os.mkfifo(lock),
@@ -97,6 +98,7 @@ def test_a_lock_that_is_a_link_or_a_file_of_yours_is_left_alone(tmp_path):
         with pytest.raises(InputError, match="E-RES-024"), owned(folder, "study.toml"):
             pass
         assert (tmp_path / "precious").read_text() == "mine"
+        assert not (tmp_path / "nothing").exists()
         (folder / LOCK).rmdir() if (folder / LOCK).is_dir() else (folder / LOCK).unlink()
         folder.rmdir()
 
@@ -167,7 +169,8 @@ def test_a_partial_folder_of_yours_is_left_alone(tmp_path):
         pass
     (yours / "thesis.txt").rename(tmp_path / "thesis.txt")
     yours.rmdir()
-    yours.symlink_to(tmp_path)
+    (tmp_path / "empty").mkdir()
+    yours.symlink_to(tmp_path / "empty")
     with pytest.raises(InputError, match="E-RES-024"), new_folder(tmp_path / "out"):
         pass
     assert (tmp_path / "thesis.txt").read_text() == "mine"

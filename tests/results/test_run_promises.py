@@ -87,7 +87,7 @@ def test_pictures_show_obstacles_where_the_case_puts_them(tmp_path):
     table = {
         "shape": "super-ellipsoid", "radii": 0.1, "clearance": 0.03, "offset": [0.02, -0.01], "angle_about_x": 20.0,
     }  # fmt: skip
-    place = [0.02, -0.01, 0.13]  # the clearance is that of its lowest point
+    place, above = [0.02, -0.01, 0.13], [0.02, -0.01, 0.4]  # the clearance is that of its lowest point
     case = Case.from_dict(
         {
             "bag": {"element_size": 0.06, "diameter": 0.4},
@@ -95,7 +95,7 @@ def test_pictures_show_obstacles_where_the_case_puts_them(tmp_path):
             "obstacles": [
                 {"shape": "plate", "height": -0.005},
                 table | {"name": "locked", "locked": True},
-                table | {"name": "free", "locked": False, "velocity": [1.0, 0.0, 2.0]},
+                table | {"name": "free", "locked": False, "clearance": 0.3, "velocity": [1.0, 0.0, 2.0]},
             ],
             "run": {"end_time": 1e-3, "frames": 1, "histories_per_frame": 1},
         }
@@ -103,12 +103,12 @@ def test_pictures_show_obstacles_where_the_case_puts_them(tmp_path):
     result = simulate(case, tmp_path / "run")
     plate, locked, free = result.record["obstacles"]
     assert (plate["name"], plate["kind"], plate["center"][2]) == ("plate", "plate", -0.005)
-    for told in (locked, free):
+    for told, centre in ((locked, place), (free, above)):
         assert (told["kind"], told["radii"]) == ("super-ellipsoid", [0.1, 0.1, 0.1])
-        assert told["center"] == pytest.approx(place, abs=1e-12)
+        assert told["center"] == pytest.approx(centre, abs=1e-12)
         assert np.array(told["rotation"])[2, 1] == pytest.approx(np.sin(np.radians(20.0)), rel=1e-12)
     start, end = ({o["name"]: np.array(o["center"]) for o in obstacles_at(result, t)} for t in (0.0, 1e-3))
     assert start["locked"] == pytest.approx(place, abs=1e-12)
-    assert start["free"] == pytest.approx(place, abs=1e-12)
+    assert start["free"] == pytest.approx(above, abs=1e-12)
     assert end["locked"] == pytest.approx(place, abs=1e-12)
-    assert end["free"] - place == pytest.approx([1e-3, 0.0, 2e-3], abs=1e-9)
+    assert end["free"] - above == pytest.approx([1e-3, 0.0, 2e-3], abs=1e-9)

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import dataclasses
 import re
+import sys
 
 import numpy as np
 import pytest
 from synthetic import SyntheticDataset
 
+from billow.base.errors import ResourceError
+from billow.cli.demo import run_demo
 from billow.rom.judge import figures
+from billow.rom.judge.errors import fit_learning_curve
 from billow.rom.judge.evaluate import evaluate
 from billow.rom.judge.figures import cut, outline
 from billow.rom.judge.findings import verdict, weaknesses
@@ -69,6 +73,36 @@ def test_a_lost_comparison_is_said_first(evaluation):
     assert any("ABOVE" in sentence for sentence in verdict(lost))
     assert "does not beat" in weaknesses(lost)[0]
     assert not any("does not beat" in sentence for sentence in weaknesses(evaluation))
+
+
+def test_a_loss_is_said_as_people_say_it(evaluation):
+    worse = evaluation.errors | {"surrogate": 1.1 * evaluation.errors["nearest run"]}
+    text = page(dataclasses.replace(evaluation, errors=worse), {})
+    assert "10 % more" in text
+    assert not re.search(r">-\d+ %", text)
+
+
+@pytest.mark.parametrize(
+    ("runs", "errors", "said"),
+    [
+        ((2, 4, 8), (3.0, 2.0, 1.5), "So few runs do not show"),
+        ((10, 20, 40), (4e-3, 3e-3, 2.25e-3), "with every doubling it fell by 25 %. If this continues"),
+        ((10, 20, 40), (4e-3, 3.9e-3, 3.8e-3), "More runs would help little"),
+        ((10, 20, 40), (4e-3, 4.1e-3, 4.2e-3), "more runs did not lower it"),
+    ],
+)
+def test_what_more_runs_would_bring_is_said_when_the_runs_show_it(evaluation, monkeypatch, runs, errors, said):
+    curve = fit_learning_curve(runs, errors)
+    monkeypatch.setattr(type(evaluation), "learning_curve", lambda self, component: curve)
+    assert any(said in sentence for sentence in weaknesses(evaluation))
+
+
+def test_the_demo_asks_for_pytorch_before_it_simulates(monkeypatch, tmp_path):
+    monkeypatch.setitem(sys.modules, "billow.rom.learn.network", None)
+    monkeypatch.delattr("billow.rom.learn.network", raising=False)
+    with pytest.raises(ResourceError, match=r"E-ROM-006(?s:.*)billow\[train\]"):
+        run_demo(tmp_path / "demo", 4, 2, 1, None)
+    assert not (tmp_path / "demo").exists()
 
 
 def test_a_bad_ledger_is_shown_as_bad(evaluation):

@@ -108,7 +108,7 @@ def test_outside_the_trained_range_is_refused(surrogate, middle, low, name, fact
     assert np.isfinite(surrogate.predict(outside, extrapolate=True)).all()
 
 
-@pytest.mark.parametrize("time", [0.0401, -1e-4, np.nan])
+@pytest.mark.parametrize("time", [0.0401, -1e-4])
 def test_times_outside_are_refused(surrogate, middle, time):
     with pytest.raises(InputError, match="E-ROM-003"):
         surrogate.predict(middle, [0.01, time])

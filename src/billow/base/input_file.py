@@ -19,6 +19,8 @@ LARGEST_TABLE = 50_000_000
 LARGEST_DATA = 2_000_000_000
 """Bytes of a mesh or of the frames of a run; a frame of a million triangles takes 50 MB."""
 
+_BLOCK = 2**20
+
 _MARKS = (
     (codecs.BOM_UTF32_LE, "utf-32"),  # before UTF-16, whose mark begins alike
     (codecs.BOM_UTF32_BE, "utf-32"),
@@ -52,11 +54,13 @@ def require_file(path: str | Path, largest: int) -> int:
 def read_bytes(path: str | Path, largest: int) -> bytes:
     """The content of a regular file. OSError, with a sentence, if it cannot be read or is larger than `largest`."""
     require_file(path, largest)
+    content = bytearray()
     with open(path, "rb") as file:
-        content = file.read(largest + 1)  # the size of a file may be said wrongly, as in /proc
-    if len(content) > largest:
-        raise OSError(f"it has more than {largest} bytes, the most that are read")
-    return content
+        while block := file.read(_BLOCK):  # the size of a file may be said wrongly, as in /proc
+            content += block
+            if len(content) > largest:
+                raise OSError(f"it has more than {largest} bytes, the most that are read")
+    return bytes(content)
 
 
 def read_text(path: str | Path, largest: int = LARGEST_TEXT) -> str:

@@ -128,6 +128,11 @@ class Documented:
     low: float
     high: float
 
+    def __get_pydantic_json_schema__(self, core_schema: Any, handler: Callable[[Any], dict]) -> dict[str, Any]:
+        """Number in its range, or text with a unit."""
+        number = {**handler(core_schema), "minimum": self.low, "maximum": self.high}
+        return {"anyOf": [number, {"type": "string"}]} if self.unit else number
+
 
 def unit_of(field) -> Documented | None:
     """Unit and range of a pydantic field, if it is a quantity."""

@@ -5,6 +5,7 @@ a file is executed. Formats: docs.vtk.org, "VTKHDF format specification" and "VT
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -86,9 +87,11 @@ def read_mesh(path: str | Path, part_field: str = "part", frame: int = 0) -> Cel
             require_file(path, LARGEST_DATA)
             with h5py.File(path, "r") as file:
                 grid, names = _read_vtkhdf(file, part_field, frame)
-    except KeyError as error:
-        raise UNREADABLE(name=path.name, path=str(path), why=f"it has no entry {error.args[0]}") from None
-    except (OSError, ValueError, RuntimeError) as error:
+    except (KeyError, RuntimeError) as error:
+        absent = re.search(r"'([^']{1,60})' doesn't exist", str(error))
+        why = f"it has no entry {absent[1]!r}" if absent else "a part of it is damaged"
+        raise UNREADABLE(name=path.name, path=str(path), why=why) from None
+    except (OSError, ValueError) as error:
         raise UNREADABLE(name=path.name, path=str(path), why=error) from None
     try:
         cells = corners_of(grid)

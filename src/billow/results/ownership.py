@@ -138,7 +138,9 @@ def discard(folder: Path, *known: str) -> None:
 
 def _locked(path: Path, what: Path) -> int:
     """A handle of the lock file, locked, with a note of who holds it. what: the folder or file it is for."""
+    tries = 0
     while True:
+        tries += 1
         try:
             handle = os.open(path, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC, 0o666)
         except OSError as error:
@@ -148,7 +150,8 @@ def _locked(path: Path, what: Path) -> int:
         try:
             _take(handle, path, what)
             # The file may have been removed, or its folder renamed, since it was opened: then the lock means nothing.
-            if os.path.lexists(path) and os.path.samestat(os.fstat(handle), os.lstat(path)):
+            # Some network disks give a file another number each time it is asked for.
+            if tries > 100 or (os.path.lexists(path) and os.path.samestat(os.fstat(handle), os.lstat(path))):
                 os.ftruncate(handle, 0)
                 os.pwrite(handle, f"{MARK}{_whoami()}\n".encode("utf-8", "replace"), 0)
                 return handle

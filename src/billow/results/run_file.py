@@ -153,11 +153,14 @@ def read_run_file(folder: str | Path, verify: bool = True) -> dict:
 
 
 def _is_record(record: dict) -> bool:
-    files, seconds = record.get("files"), record.get("wall_seconds")
+    files, seconds, obstacles = record.get("files"), record.get("wall_seconds"), record.get("obstacles", [])
     return (
         record.get("status") in STATUSES
         and isinstance(record.get("case_digest"), str)
         and isinstance(record.get("ledger"), dict)
+        and isinstance(obstacles, list)
+        and all(isinstance(shape, dict) and isinstance(shape.get("name"), str) for shape in obstacles)
+        and all(isinstance(shape.get("locked"), bool) for shape in obstacles)
         and isinstance(seconds, int | float)
         and isinstance(files, dict)
         and set(FILES) <= set(files)

@@ -256,4 +256,4 @@ class FabricFile:
             with h5py.File(self.path, "r") as file:
                 yield file
         except (KeyError, OSError, ValueError, IndexError, TypeError, AttributeError, RuntimeError) as error:
-            raise UNREADABLE_MESH(path=self.path, why=error) from error
+            raise UNREADABLE_MESH(path=self.path, why=error.args[0] if error.args else error) from error

@@ -72,33 +72,51 @@ _Text = Annotated[str, Field(min_length=1), AfterValidator(_one_line)]
 
 
 class _Strict(BaseModel):
-    model_config = ConfigDict(strict=True, frozen=True, extra="forbid", allow_inf_nan=False)
+    model_config = ConfigDict(
+        strict=True, frozen=True, extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True
+    )
 
 
 class StudyParameter(_Strict):
     """One axis of the design space; low and high are in `unit`, which is the unit of the case's entries `keys`."""
 
     name: Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")]
+    """What it is called in design.csv and by `billow predict --set NAME=VALUE`: letters, digits and _."""
     label: _Text
+    """What it is called in reports."""
     unit: Annotated[str, Field(pattern=r"^[^\[\]]+$"), AfterValidator(_one_line)]
+    """Unit of low and high, that of the case's entries; "-" for none."""
     low: float
+    """Smallest value."""
     high: float
+    """Largest value."""
     keys: Annotated[tuple[_Text, ...], Field(strict=False, min_length=1, max_length=100)]
+    """Entries of the case that take the value, such as "fabric.permeability" or "obstacles.impactor.degree"."""
     scale: Literal["linear", "log"] = "linear"
+    """Whether designs are spread evenly over the values or over their logarithms."""
 
 
 class StudyDefinition(_Strict):
     """The content of a study.toml. reference_length: [m]."""
 
     title: _Text
+    """Title of the study and of what is learned from it."""
     case: _Text
+    """Path of the case file that is varied, from the folder of the study file."""
     seed: Annotated[int, Field(ge=0, lt=2**63)]
+    """Chooses the designs; the same seed gives the same ones."""
     train: Annotated[int, Field(ge=2, le=MOST_RUNS)]
+    """Number of training runs: a Latin hypercube."""
     test: Annotated[int, Field(ge=1, le=MOST_RUNS)]
+    """Number of unseen runs, to measure accuracy with: another Latin hypercube."""
     nested: Annotated[tuple[Annotated[int, Field(ge=2)], ...], Field(strict=False, max_length=100)] = ()
+    """Smaller numbers of training runs, ascending, that are to be Latin hypercubes, too."""
     added_designs: _Text | None = None
+    """Path of a table of further training designs (CSV), as `billow suggest` writes it."""
     reference_length: Annotated[float, Field(gt=0)]
+    """Length [m] to which errors are compared, such as the diameter of the bag."""
     parameters: Annotated[tuple[StudyParameter, ...], Field(strict=False, min_length=1, max_length=100)]
+    """The axes of the design space."""
 
     @classmethod
     def load(cls, path: str | Path) -> StudyDefinition:

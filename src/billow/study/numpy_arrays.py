@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 import zipfile
 import zlib
 from pathlib import Path
@@ -34,8 +35,8 @@ def read_npz(path: Path) -> dict[str, np.ndarray]:
                 with archive.open(member) as file:
                     found[name] = _array(file, member.file_size, f"{path.name}, array {name}")
             return found
-    except (zipfile.BadZipFile, zlib.error, NotImplementedError, EOFError, RuntimeError) as error:
-        raise ValueError(f"{path.name} is no sound .npz file ({error})") from None
+    except (zipfile.BadZipFile, zlib.error, NotImplementedError, EOFError, RuntimeError, OSError):
+        raise ValueError(f"{path.name} is damaged, or no .npz file") from None
 
 
 def _array(file: BinaryIO, size: int, name: str) -> np.ndarray:
@@ -43,7 +44,9 @@ def _array(file: BinaryIO, size: int, name: str) -> np.ndarray:
     try:
         version = np.lib.format.read_magic(file)
         header = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}[version]
-        shape, by_column, dtype = header(file)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of files by Python 2
+            shape, by_column, dtype = header(file)
     except (ValueError, KeyError, SyntaxError, TokenError, TypeError, RecursionError, MemoryError, OverflowError):
         raise ValueError(f"{name} does not begin like an array of NumPy") from None
     if dtype.kind not in "iufb" or any(length < 0 for length in shape):

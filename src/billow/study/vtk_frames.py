@@ -9,6 +9,7 @@ from __future__ import annotations
 import base64
 import binascii
 import itertools
+import re
 import zlib
 from dataclasses import dataclass
 from pathlib import Path
@@ -50,7 +51,9 @@ def _xml(content: bytes) -> Grid:
     start = content.find(b"<AppendedData")
     appended, encoding = b"", "base64"
     if start >= 0:
-        head, body = content[start:].split(b"_", 1)
+        head, mark, body = content[start:].partition(b"_")
+        if not mark:
+            raise ValueError("its appended data do not begin")
         encoding = "raw" if b"raw" in head else "base64"
         appended, content = body, content[:start] + b"</VTKFile>"
     if b"\0" in content or b"<!DOCTYPE" in content or b"<!ENTITY" in content:
@@ -83,7 +86,7 @@ def _xml(content: bytes) -> Grid:
     types = np.select([corners == 3, corners == 4], [TRIANGLE, QUAD], POLYGON)
     if "types" in arrays:
         types = whole_numbers(arrays["types"], "kind of cell")
-    announced = int(piece.get("NumberOfPoints", len(points) // 3))
+    announced = _count(piece, "NumberOfPoints", len(points) // 3)
     if points.size != 3 * announced:
         raise ValueError(f"it announces {announced} points and holds {points.size} coordinates")
     return Grid(points.reshape(-1, 3), offsets, whole_numbers(arrays["connectivity"], "node"), types)
@@ -112,7 +115,7 @@ class _Arrays:
                 ) from None
         if kind == "binary":
             return np.frombuffer(self._data(text.strip().encode(), "base64"), dtype)
-        return np.frombuffer(self._data(self.appended[int(element.get("offset")) :], self.encoding), dtype)
+        return np.frombuffer(self._data(self.appended[_count(element, "offset") :], self.encoding), dtype)
 
     def _data(self, block: bytes, encoding: str) -> bytes:
         """The data behind their header: its one number is the size; of packed data blocks, block size, last block's
@@ -138,6 +141,13 @@ class _Arrays:
         if (len(places) - 1) * sizes[1] > LARGEST_ARRAY:
             raise ValueError(f"unpacked it has arrays of more than {LARGEST_ARRAY} bytes")
         return b"".join(_unpacked(data[a:b], sizes[1]) for a, b in itertools.pairwise(places))
+
+
+def _count(element, name: str, default: int | None = None) -> int:
+    text = element.get(name, default)
+    if not re.fullmatch(r"\d{1,15}", str(text).strip(), re.ASCII):
+        raise ValueError(f"its {name} is {str(text)[:40]!r}, not a count")
+    return int(text)
 
 
 def _unpacked(block: bytes, size: int) -> bytes:

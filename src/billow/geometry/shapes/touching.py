@@ -18,6 +18,9 @@ from billow.geometry.triangle import cross
 MOST_STEPS, FLAT = 100, 1e-12
 """Steps of the search, and the relative slope at which it ends."""
 
+NUDGE = 1e-6
+"""Of a direction, relative to its length."""
+
 
 @scalar
 def farthest_in_space(kind, numbers, pose, dx, dy, dz):
@@ -55,7 +58,7 @@ def touch(kind_a, numbers_a, pose_a, kind_b, numbers_b, pose_b, cx, cy, cz):
     p, q, sp, sq, share, value = 0.0, 0.0, 0.0, 0.0, 1.0, math.inf
     gp, gq, hpp, hpq, hqq = 0.0, 0.0, 0.0, 0.0, 0.0
     first = True
-    dx = dy = dz = px = py = pz = 0.0
+    dx = dy = dz = px = py = pz = ox = oy = oz = 0.0
     for _ in range(20 * MOST_STEPS):
         at_p, at_q = p + sp, q + sq
         dx, dy, dz = ax + at_p * ux + at_q * vx, ay + at_p * uy + at_q * vy, az + at_p * uz + at_q * vz
@@ -63,9 +66,10 @@ def touch(kind_a, numbers_a, pose_a, kind_b, numbers_b, pose_b, cx, cy, cz):
         ox, oy, oz = farthest_in_space(kind_b, numbers_b, pose_b, -dx, -dy, -dz)
         bx, by, bz = px - ox, py - oy, pz - oz
         new = bx * dx + by * dy + bz * dz
-        if not first and new > value + 1e-4 * (gp * sp + gq * sq) and share > 1e-9:
+        if not first and new > value * (1.0 + 1e-15) + 1e-4 * (gp * sp + gq * sq) and share > 1e-9:
             share, sp, sq = 0.5 * share, 0.5 * sp, 0.5 * sq
             continue
+        steep = max(abs(gp), abs(gq))
         yp, yq = bx * ux + by * uy + bz * uz - gp, bx * vx + by * vy + bz * vz - gq
         p, q, gp, gq = p + sp, q + sq, gp + yp, gq + yq
         curved = sp * yp + sq * yq
@@ -77,11 +81,30 @@ def touch(kind_a, numbers_a, pose_a, kind_b, numbers_b, pose_b, cx, cy, cz):
             hpp += more * sp * sp - 2.0 * sp * hp / curved
             hpq += more * sp * sq - (sp * hq + sq * hp) / curved
             hqq += more * sq * sq - 2.0 * sq * hq / curved
-        over = max(abs(gp), abs(gq)) <= FLAT * new or abs(new - value) <= 1e-16 * new
+        now = max(abs(gp), abs(gq))  # near the end the slope still falls where the value is flat to rounding
+        over = now <= FLAT * new or (abs(new - value) <= 1e-15 * new and now >= 0.5 * steep)
         first, value = False, new
         if over:
             break
         sp, sq, share = -(hpp * gp + hpq * gq), -(hpq * gp + hqq * gq), 1.0
-    length = math.sqrt(dx * dx + dy * dy + dz * dz)
-    scale = size / value
-    return dx / length, dy / length, dz / length, value / length, scale * px, scale * py, scale * pz
+    # Both shapes have the place on their surface. On a side that is nearly flat it hardly depends on the normal, and is
+    # found badly from it: the shape whose farthest point moves less when the normal is nudged counts more.
+    firm_a = _firmness(kind_a, numbers_a, pose_a, dx, dy, dz, px, py, pz, ux, uy, uz, vx, vy, vz)
+    firm_b = _firmness(kind_b, numbers_b, pose_b, -dx, -dy, -dz, ox, oy, oz, ux, uy, uz, vx, vy, vz)
+    length, scale, share = math.sqrt(dx * dx + dy * dy + dz * dz), size / value, firm_a / (firm_a + firm_b)
+    x = share * scale * px + (1.0 - share) * (cx + scale * ox)
+    y = share * scale * py + (1.0 - share) * (cy + scale * oy)
+    z = share * scale * pz + (1.0 - share) * (cz + scale * oz)
+    return dx / length, dy / length, dz / length, value / length, x, y, z
+
+
+@scalar
+def _firmness(kind, numbers, pose, dx, dy, dz, x, y, z, ux, uy, uz, vx, vy, vz):
+    """How little the farthest point (x, y, z) in direction d moves when d is nudged along u and v."""
+    moves = 0.0
+    for sign in (NUDGE, -NUDGE):
+        qx, qy, qz = farthest_in_space(kind, numbers, pose, dx + sign * ux, dy + sign * uy, dz + sign * uz)
+        moves += (qx - x) ** 2 + (qy - y) ** 2 + (qz - z) ** 2
+        qx, qy, qz = farthest_in_space(kind, numbers, pose, dx + sign * vx, dy + sign * vy, dz + sign * vz)
+        moves += (qx - x) ** 2 + (qy - y) ** 2 + (qz - z) ** 2
+    return 1.0 / max(moves, 1e-300)

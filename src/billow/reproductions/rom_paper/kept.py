@@ -26,8 +26,9 @@ class Kept:
 
     def __init__(self, folder: Path):
         self.folder = folder
-        folder.mkdir(parents=True, exist_ok=True)
-        write_atomically(folder / ".gitignore", "*\n")  # large, and made again by the command that made them
+        if not folder.exists():  # a folder of yours may have a .gitignore of its own
+            folder.mkdir(parents=True)
+            write_atomically(folder / ".gitignore", "*\n")  # large, and made again by the command that made them
 
     def path(self, name: str, inputs: dict) -> Path:
         """Where a model lies, or will. inputs: everything it depends on, plain JSON; the version of Billow is added."""

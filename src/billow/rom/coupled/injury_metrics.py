@@ -7,10 +7,11 @@ the source is chosen for each metric by its errors on runs that were held out. T
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import binom, chi2, norm
+from scipy.stats import chi2, norm
 
 from billow.injury.criteria import GRAVITY, Injury
 from billow.results.dataset_files import Parameter
@@ -189,9 +190,9 @@ def compare(own: np.ndarray, mean: np.ndarray) -> list[Comparison]:
 
 
 def compare_intervals(held: np.ndarray, runs: int) -> list[Comparison]:
-    """held: (metrics,), how many of `runs` unseen values lie inside their intervals. Lost if so few, or fewer, have a
-    probability below 5 % for intervals that hold `LEVEL` of all (binomial)."""
-    few = max(float(binom.ppf(0.05, runs, LEVEL)) - 1.0, 0.0)
+    """held: (metrics,), how many of `runs` unseen values lie inside their intervals. Lost if their part is smaller than
+    `LEVEL`: no metric is called usable whose intervals held less than they say, though chance may be the cause."""
+    few = math.ceil(LEVEL * runs - 1e-9) - 1
     answer = f"least for {100 * LEVEL:.0f} % intervals"
     return [
         Comparison(f"{shown} inside its interval [%]", answer, 100.0 * n / runs, 100.0 * few / runs, False, True)

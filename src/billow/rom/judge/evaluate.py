@@ -25,7 +25,7 @@ from billow.rom.learn.simple_answers import (
     nearest,
     radial_basis,
 )
-from billow.rom.learn.train import Recipe, same_training, train, unvaried
+from billow.rom.learn.train import Recipe, import_network, same_training, train, unvaried
 from billow.rom.surrogate.basis import Basis, Z
 from billow.rom.surrogate.design_space import distinct, neighbour_distances, to_unit
 from billow.rom.surrogate.judgement import UNSEEN, Judgement
@@ -158,6 +158,8 @@ def evaluate(
         count = len(surrogate.runs)
         sizes = tuple(sorted({count // 4, count // 2, count})) if surrogate.recipe == "shared" else ()
         sizes = tuple(size for size in sizes if size > 1 and not unvaried(dataset, surrogate.runs[:size]))
+    if sizes:
+        import_network()  # before the work that needs none
     announce = Announcer(progress, 2 + len(sizes))
     announce(f"comparing with {len(test)} unseen runs and simple answers")
     unseen = np.asarray(dataset.design(test), float)
