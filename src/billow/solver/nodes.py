@@ -1,5 +1,5 @@
-"""Loops over the n nodes: gathering corner forces, the kick that ends a step, kinetic energy. mass [kg], inverse_mass [1/kg]: (n,);
-velocities [m/s], positions [m], forces [N]: (n, 3)."""
+"""Loops over the n nodes: gathering corner forces and the kick that ends a step; kinetic energy. mass [kg],
+inverse_mass [1/kg]: (n,); velocities [m/s], positions [m], forces [N]: (n, 3)."""
 
 from __future__ import annotations
 

@@ -76,8 +76,8 @@ class ShapeTable(NamedTuple):
 
 
 class Nodes(NamedTuple):
-    """inverse_mass [1/kg], (nodes,); force [N] at the start of a step, positions [m], velocities [m/s], and room for the
-    positions before the drift: (nodes, 3)."""
+    """inverse_mass [1/kg], (nodes,); force [N] at the start of a step, positions [m], velocities [m/s], and room for
+    the positions before the drift: (nodes, 3)."""
 
     inverse_mass: np.ndarray
     force: np.ndarray
