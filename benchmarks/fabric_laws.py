@@ -19,7 +19,7 @@ from billow.case.build import build_model
 from billow.case.fabric.build_fabric import build_fabric
 from billow.case.schema import Case
 from billow.cli.demo import CASE
-from billow.parts.fabric.membrane import SUMS, Membrane
+from billow.parts.fabric.membrane import Membrane
 from billow.solver.model import Model
 from billow.solver.run import Schedule, begin
 from billow.solver.step import advance, stable_dt
@@ -50,10 +50,10 @@ def fabric_laws() -> dict[str, str]:
 
     def use(law: str):
         membrane = Membrane.build(build_fabric(Case.from_dict({"fabric": {"law": law}}).fabric), elements, flat)
-        history, force = membrane.fresh_history(), np.zeros((len(triangles), 3, 3))
-        sums = np.zeros((-(-len(elements) // 1024), SUMS))
+        history, sums = membrane.fresh_history(), membrane.sums()
+        loads = np.zeros((len(triangles), 3, 3)), np.zeros((len(triangles), 3))
         fabric = membrane.fabric
-        return lambda x, v: fabric.add_forces(membrane, triangles, x, v, history, force, sums)
+        return lambda x, v: fabric.add_forces(membrane, triangles, x, v, history, loads, sums)
 
     calls = [use(law) for law in LAWS]
     times = np.empty((ROUNDS, STATES, len(calls)))

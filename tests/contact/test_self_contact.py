@@ -14,11 +14,10 @@ from billow.parts.fabric.linear_law import LinearFabric
 from billow.parts.fabric.membrane import Membrane
 from billow.parts.gas.gas_part import GasPart
 from billow.parts.gas.no_gas import NoGas
-from billow.parts.part import Booking
 from billow.parts.self_contact import SelfContact
 from billow.parts.straps import NO_STRAPS
 from billow.solver.checkpoint import flatten
-from billow.solver.model import KINETIC, Model, start_state
+from billow.solver.model import Model, start_state
 from billow.solver.step import advance, first_forces
 
 EDGE, NODES = 0.004, 14  # of a square sheet, along its side
@@ -59,9 +58,6 @@ def thrown(model, speed, roughness=0.1):
     state.velocities[SHEET:, 2] = -speed
     state.velocities[:, 2] += np.random.default_rng(0).normal(0.0, roughness * speed, 2 * SHEET)
     first_forces(model, state)
-    state.ledger.start = None
-    state.ledger.book([Booking(KINETIC, 0.5 * float(model.mass @ np.sum(state.velocities**2, axis=1)))])
-    state.ledger.close()
     return state
 
 

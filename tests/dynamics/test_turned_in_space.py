@@ -175,7 +175,8 @@ def model_in_space(folder, view: View, law: str) -> Model:
 @pytest.mark.parametrize(("law", "name"), [("linear", name) for name in VIEWS] + [("curves", "turned and moved")])
 def test_a_case_turned_and_moved_in_space_gives_the_same_result_to_rounding(law, name, tmp_path):
     """Jets that spin, straps, a vent, leakage, layers in contact, warp, gravity, driven nodes, obstacles of each shape
-    that touch, turn, travel and meet."""
+    that touch, turn, travel and meet. Rounding grows where layers and kinks decide: three times as much is allowed as
+    comes of a start that is off by one bit."""
     view, schedule = VIEWS[name], Schedule(0.002, 1, 1)
     here, there = model_in_space(tmp_path / "a", HERE, law), model_in_space(tmp_path / "b", view, law)
     acted = set()
@@ -185,11 +186,15 @@ def test_a_case_turned_and_moved_in_space_gives_the_same_result_to_rounding(law,
         acted.update(["obstacles that meet"] if state.bodies.meeting.force.any() else [])
 
     first, second = run(here, schedule, EachStep(look)), run(there, schedule)
+    bit = 2.2e-16 * np.random.default_rng(0).choice([-1.0, 1.0], here.start.shape)
+    off = run(dataclasses.replace(here, start=here.start + bit), schedule)
+    spread = max(3.0 * np.abs(off.positions - first.positions).max(), 1e-13)
+    assert spread < 1e-9
     moved = np.abs(first.positions - here.start).max()
     assert moved > 0.01
     assert first.step == second.step
     expected = first.positions @ view.matrix.T + view.away
-    assert np.abs(expected - second.positions[new_nodes(view)]).max() < 1e-11 * moved
+    assert np.abs(expected - second.positions[new_nodes(view)]).max() < spread
     assert "obstacles that meet" in acted
     assert acted >= {"strain", "strap", "contact", "friction", "gas_work", "gravity_work", "drive_work", "self_contact"}
     largest = first.ledger.largest_energy

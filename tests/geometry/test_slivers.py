@@ -27,10 +27,10 @@ def test_slivers_that_set_the_step_are_named_with_the_step_without_them(tmp_path
     corners = [points[node] for node in cells[20] if node != inside]
     points[inside] = corners[0] + distance * (np.mean(corners, axis=0) - corners[0])
     model, (found,) = told(write_vtk(tmp_path / "m.vtk", points, cells, part))
-    heights = np.sort(model.fabric.membranes[0].altitude)
+    steps = np.sort(model.fabric.membranes[0].squared_rate ** -0.5)
     count = int(found.what.split(",")[1].split(" of ")[0])
     now, without = (float(text.split()[0]) for text in found.what.split("the step ")[1].split("instead of "))
-    assert without / now == pytest.approx(heights[count] / heights[0], rel=0.01)
+    assert without / now == pytest.approx(steps[count] / steps[0], rel=0.01)
     worst = int(found.where.split()[1])
     flat = model.start[model.surface.triangles[worst]]
     assert np.linalg.norm(flat[:, None] - flat, axis=2).max() < 0.1

@@ -145,9 +145,8 @@ class Fabric(Part):
     @cached_property
     def _bare(self) -> np.ndarray:
         """Triangles that no membrane covers: vents, and the mouth."""
-        return np.setdiff1d(
-            np.arange(self.surface.triangle_count), np.concatenate([m.elements for m in self.membranes])
-        )
+        covered = [np.empty(0, np.int64), *(membrane.elements for membrane in self.membranes)]
+        return np.setdiff1d(np.arange(self.surface.triangle_count), np.concatenate(covered))
 
     def _holes(self, positions: np.ndarray, loads: Loads) -> np.ndarray:
         """Set the loads of triangles without fabric; returns their part in the volumes [m^3], (chambers,)."""
