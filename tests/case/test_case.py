@@ -170,3 +170,10 @@ def test_a_case_cannot_be_changed_in_place():
     case = Case()
     with pytest.raises(Exception, match="frozen"):
         case.bag.diameter = 0.5
+
+
+@pytest.mark.parametrize("length", [5e-324, 1e-250, 1.0, 1e3])
+def test_the_normal_of_a_plate_may_have_any_length(length):
+    case = Case.from_dict({"obstacles": [{"shape": "plate", "normal": [length, 0.0, length]}]})
+    facing = case.obstacles[0].build()[2].rotation[:, 2]
+    assert facing == pytest.approx([0.5**0.5, 0.0, 0.5**0.5], abs=1e-15)

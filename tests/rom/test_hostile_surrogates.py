@@ -146,11 +146,11 @@ def test_a_record_that_is_no_table_is_refused(tmp_path, monkeypatch, text):
 
 def test_what_is_no_file_or_too_large_is_not_read(saved, tmp_path, monkeypatch):
     os.mkfifo(tmp_path / "pipe")
-    for path in (tmp_path / "pipe", "/dev/zero", tmp_path):
+    for path in (tmp_path / "pipe", "/dev/zero", tmp_path, "no\0path"):
         with pytest.raises(InputError, match="E-ROM-005"):
             Surrogate.load(path)
     monkeypatch.setattr(surrogate_file, "MOST_BYTES", 1000)
-    with pytest.raises(InputError, match=r"E-ROM-005(?s:.*)larger than"):
+    with pytest.raises(InputError, match=r"E-ROM-005(?s:.*)at most 1000 are read"):
         Surrogate.load(saved)
 
 

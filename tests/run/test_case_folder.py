@@ -89,6 +89,6 @@ def test_the_digest_of_a_case_counts_what_its_files_hold(case_file, tmp_path):
 def test_a_study_whose_mesh_is_missing_is_refused_before_its_first_run(case_file, tmp_path):
     (case_file.parent / "study.toml").write_text(STUDY)
     (case_file.parent / "start.vtk").unlink()
-    with pytest.raises(InputError, match="E-GEO-030"):
+    with pytest.raises(InputError, match="cannot read the mesh file"):
         Study.create(case_file.parent / "study.toml", tmp_path / "study")
     assert not (tmp_path / "study").exists()

@@ -44,7 +44,7 @@ SHARES_OTHER_THAN_ONE = InputError.declare(
 NOT_GIVEN = InputError.declare(
     "E-TANK-012",
     "{quantity} is not given",
-    where="[{table}]",
+    where="the tank case, [{table}]",
     cause="a key that only a prediction or only an evaluation needs",
     remedy="add the key; docs/tank.md shows the file",
 )

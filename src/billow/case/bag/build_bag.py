@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import replace
 from typing import Any
@@ -67,8 +68,12 @@ def build_shape(bag: schema_bag.Bag) -> BagShape:
     Raises InputError E-GEO-010 (something does not fit), E-GEO-011 (too many triangles), E-GEO-012 (no such chamber),
     and of a mesh E-GEO-030..035 and those of `mesh_bag`.
     """
-    if isinstance(bag, schema_bag.MeshBag):
-        return _mesh(bag)
+    return _mesh(bag) if isinstance(bag, schema_bag.MeshBag) else _ready_made(bag)
+
+
+@functools.lru_cache(maxsize=1)
+def _ready_made(bag: schema_bag.PanelBag) -> BagShape:
+    """The last one is kept: a study tries many designs of one bag. Nobody writes to its arrays."""
     shape = MAKERS[bag.shape](bag)
     for ring in getattr(bag, "reinforcements", ()):
         shape = doubled(shape, (ring.panel,), ring_depth(ring.inner, ring.outer), ring.layers)

@@ -48,7 +48,7 @@ class Plate(ObstacleTable):
     height: quantity("m", -10.0, 10.0) = 0.0
     """Height at which its surface crosses the z axis."""
     normal: tuple[Component, Component, Component] = (0.0, 0.0, 1.0)
-    """Direction its surface faces, of any length."""
+    """Direction its surface faces; its length does not count."""
 
     @field_validator("normal")
     @classmethod
@@ -58,7 +58,7 @@ class Plate(ObstacleTable):
         return value
 
     def build(self) -> tuple[HalfSpace, RigidBody, RigidState]:
-        normal = np.array(self.normal)
+        normal = np.array(self.normal) / np.abs(self.normal).max()  # so that no square is lost
         pose = of_plane(self.height, normal / np.linalg.norm(normal))
         return HalfSpace(), RigidBody(1.0, np.ones(3), locked=True), RigidState(pose.centre, pose.quaternion)
 

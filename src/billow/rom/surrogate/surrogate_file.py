@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import errno
 from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
@@ -11,6 +10,7 @@ import numpy as np
 
 from billow import __version__
 from billow.base.errors import InputError, IntegrityError
+from billow.base.input_file import require_file
 from billow.results.dataset_files import parameter_of
 from billow.results.tensor_file import read_tensors
 from billow.rom.surrogate.basis import Basis
@@ -91,8 +91,7 @@ def read_checked(path: str | Path, fields: Callable[[dict, dict], object], comma
         return DAMAGED(path=path, why=why, command=command)
 
     try:
-        if path.stat().st_size > MOST_BYTES:
-            raise OSError(errno.EFBIG, f"it is larger than {MOST_BYTES / 2**30:.0f} GiB", str(path))
+        require_file(path, MOST_BYTES)
         tensors, record = read_tensors(path, damaged)
     except OSError as error:
         raise UNREADABLE(path=path, why=error, command=command) from error
