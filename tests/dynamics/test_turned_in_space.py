@@ -199,16 +199,21 @@ def test_a_case_turned_and_moved_in_space_gives_the_same_result_to_rounding(law,
     assert acted >= {"strain", "strap", "contact", "friction", "gas_work", "gravity_work", "drive_work", "self_contact"}
     largest = first.ledger.largest_energy
     for account, energy in first.ledger.energies.items():
-        assert second.ledger[account] == pytest.approx(energy, abs=1e-11 * largest)
+        allowed = max(3.0 * abs(off.ledger[account] - energy), 1e-12 * largest)
+        assert second.ledger[account] == pytest.approx(energy, abs=allowed)
     totals = first.gas.totals
     assert totals.jet_impulse_out > 0.0
     assert totals.vented_by["vent_1"] > 0.0
     assert totals.leaked > 0.0
     assert second.gas.totals.pressure == pytest.approx(totals.pressure, rel=1e-12)
-    for before, after in zip(first.bodies.motion, second.bodies.motion, strict=True):
-        assert after.centre == pytest.approx(view.matrix @ before.centre + view.away, abs=1e-13)
-        assert after.velocity == pytest.approx(view.matrix @ before.velocity, abs=1e-10)
-        assert after.angular_momentum == pytest.approx(view.spin(before.angular_momentum), abs=1e-12)
+    for before, after, beside in zip(first.bodies.motion, second.bodies.motion, off.bodies.motion, strict=True):
+        for field, turned, least in (
+            ("centre", view.matrix @ before.centre + view.away, 1e-13),
+            ("velocity", view.matrix @ before.velocity, 1e-10),
+            ("angular_momentum", view.spin(before.angular_momentum), 1e-12),
+        ):
+            allowed = max(3.0 * np.abs(getattr(beside, field) - getattr(before, field)).max(), least)
+            assert getattr(after, field) == pytest.approx(turned, abs=allowed)
 
 
 def test_particles_blow_out_of_the_same_places_of_the_mouth(tmp_path):
