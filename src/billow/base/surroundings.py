@@ -1,4 +1,4 @@
-"""What surrounds a process and must not decide how kernels are compiled: the variables of numba."""
+"""What surrounds a process and must not decide how kernels are compiled and run: the variables of numba and OpenMP."""
 
 from __future__ import annotations
 
@@ -20,3 +20,6 @@ def own_compiler() -> None:
             del os.environ[name]
     # Vector math of another library would change last bits between machines.
     os.environ["NUMBA_DISABLE_INTEL_SVML"] = "1"
+    # Threads that have nothing to do sleep. When they spin, a run beside other programs costs ten times its processor
+    # time: each waits for one that the system has set aside, and keeps a core busy with it.
+    os.environ["OMP_WAIT_POLICY"] = "passive"

@@ -23,8 +23,8 @@ FOREIGN = (
 )
 """How the names of variables begin that our libraries listen to; numba's are looked after by `billow` itself."""
 
-KEPT = ("HDF5_USE_FILE_LOCKING",)
-"""Of these, what a file system may need and no result depends on."""
+KEPT = ("HDF5_USE_FILE_LOCKING", "OMP_WAIT_POLICY")
+"""Of these, what a file system may need and no result depends on, and what `billow` itself has set."""
 
 SETTINGS_FILES = {".numba_config.yaml": "numba", "matplotlibrc": "matplotlib"}
 """File of the working folder -> the library that reads it when it is imported, and may not be able to."""
