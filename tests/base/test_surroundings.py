@@ -6,11 +6,9 @@ import sys
 
 
 def test_threads_that_have_nothing_to_do_sleep():
-    """Spinning threads cost a run beside two busy programs 16 times the processor time of one thread, sleeping ones 1.05
-    times (400 steps of 24,096 triangles)."""
-    ask = (
-        "import os, billow; from billow.cli.surroundings import settle; settle(); print(os.environ['OMP_WAIT_POLICY'])"
-    )
+    """Spinning threads cost a run beside two busy programs 16 times the processor time of one thread, sleeping ones
+    1.05 times (400 steps of 24,096 triangles)."""
+    ask = "import os; from billow.cli.surroundings import settle; settle(); print(os.environ['OMP_WAIT_POLICY'])"
     for asked in ({}, {"OMP_WAIT_POLICY": "active"}):
         told = subprocess.run(
             [sys.executable, "-c", ask], env={**os.environ, **asked}, capture_output=True, text=True, check=True
