@@ -264,23 +264,24 @@ def paths(attempt: Attempt, count: int, random: Random, bench: Bench) -> None:
         ("", lambda p: import_runs(p, place / "imported")),
         (".toml", new_study),
     ]  # fmt: skip
-    for _ in range(count):
-        suffix, read = random.choice(readers)
-        path = Path(random.choice(odd))
-        if random.random() < 0.6:
-            named = place / f"{random.choice(NAMES)}{suffix}"
+    with contextlib.chdir(place):  # where paths that are not absolute lead
+        for _ in range(count):
+            suffix, read = random.choice(readers)
+            path = Path(random.choice(odd))
+            if random.random() < 0.6:
+                named = place / f"{random.choice(NAMES)}{suffix}"
+                with contextlib.suppress(OSError, ValueError):
+                    target = random.choice([path, sound.get(suffix) or path, named])
+                    os.symlink(target, named)
+                path = named
+            if read is new_study and "\0" in str(path):
+                continue  # no command line can hold it
+            attempt(lambda read=read, path=path: _with_reason(read, path), str(path))
+            for left in ("study", "imported"):
+                shutil.rmtree(place / left, ignore_errors=True)
             with contextlib.suppress(OSError, ValueError):
-                target = random.choice([path, sound.get(suffix) or path, named])
-                os.symlink(target, named)
-            path = named
-        if read is new_study and "\0" in str(path):
-            continue  # no command line can hold it
-        attempt(lambda read=read, path=path: _with_reason(read, path), str(path))
-        for left in ("study", "imported"):
-            shutil.rmtree(place / left, ignore_errors=True)
-        with contextlib.suppress(OSError, ValueError):
-            if path.is_symlink() and path.parent == place and path.name not in ("loop",):
-                path.unlink()
+                if path.is_symlink() and path.parent == place and path.name not in ("loop",):
+                    path.unlink()
 
 
 def _with_reason(read: Callable[[Path], object], path: Path) -> None:
