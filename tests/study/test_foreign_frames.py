@@ -191,3 +191,12 @@ def test_a_packed_array_that_unpacks_to_more_than_it_says_is_refused(tmp_path):
         )
         with pytest.raises(ValueError, match=told):
             read_vtk(path)
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, 1e200])
+def test_a_frame_that_cannot_be_stored_is_named(tmp_path, value):
+    positions = np.random.default_rng(0).normal(size=(4, 5, 3))
+    positions[2, 3, 1] = value
+    np.save(tmp_path / "r0.npy", positions)
+    with pytest.raises(InputError, match="positions of frame 2 are not all finite, or beyond"):
+        read_run(tmp_path, "r0")

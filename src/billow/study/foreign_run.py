@@ -25,6 +25,10 @@ NODE = "node"
 """Column of frames in CSV that may stand beside the coordinates."""
 
 
+LARGEST = 1e30
+"""Of positions [m] and forces [N]: what is stored as float32 with room for differences."""
+
+
 @dataclass(frozen=True, eq=False)
 class ForeignRun:
     """positions: [m], (times, nodes, 3) float64; triangles: (triangles, 3) int64 or None; times: [s], (times,) or None
@@ -55,9 +59,12 @@ def read_run(folder: Path, run: str) -> ForeignRun:
             raise ValueError(f"contact_force has shape {given.contact_force.shape}, positions have {shape}")
         for name in ("positions", "contact_force"):
             values = getattr(given, name)
-            if values is not None and not np.isfinite(values).all():
-                frame = int(np.argmin(np.isfinite(values).all(axis=(1, 2))))
-                raise ValueError(f"{name} of frame {frame} are not all finite")
+            if values is None:
+                continue
+            stored = np.abs(values) <= LARGEST  # not a number is not
+            if not stored.all():
+                frame = int(np.argmin(stored.all(axis=(1, 2))))
+                raise ValueError(f"{name} of frame {frame} are not all finite, or beyond {LARGEST:.0e}")
         if not np.ptp(given.positions[0], axis=0).any():
             raise ValueError("all nodes begin in one place: these are displacements; add the start shape to them")
         return given
