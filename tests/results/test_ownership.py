@@ -14,6 +14,7 @@ import pytest
 from billow.base.errors import InputError
 from billow.results.atomic import new_folder, new_place
 from billow.results.ownership import LOCK, MARK, discard, mark, owned, owned_file
+from billow.run.simulate import resume
 
 HOLD = """
 import sys, time
@@ -204,3 +205,12 @@ def test_nothing_is_left_of_what_failed(tmp_path):
     with pytest.raises(ZeroDivisionError):
         fill_and_fail(tmp_path / "out")
     assert os.listdir(tmp_path) == []
+
+
+def test_the_root_has_no_name_and_is_refused_all_the_same():
+    with pytest.raises(InputError, match="E-RES-024"), owned_file("/", b"sign"):
+        pass
+    with pytest.raises(InputError, match="E-RES-009"):
+        new_place("/")
+    with pytest.raises(InputError, match="E-RES-021"):
+        resume("/")

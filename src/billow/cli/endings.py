@@ -91,7 +91,7 @@ def interruptible(then: str, out: Path | None = None) -> Iterator[None]:
         yield
     except KeyboardInterrupt as stop:
         if out is not None:
-            partial = out.absolute().with_name(out.absolute().name + PARTIAL)
+            partial = out.absolute().parent / (out.absolute().name + PARTIAL)
             if any((partial / name).exists() for name in CHECKPOINTS):
                 then = f"continue it: billow resume {shlex.quote(str(out))}"
         print(f"interrupted; {then}", file=sys.stderr)

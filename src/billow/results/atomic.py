@@ -68,7 +68,7 @@ def write_atomically(path: str | Path, data: str | bytes) -> None:
     if isinstance(data, str):
         data = data.encode("utf-8")
     # Two writers of one path must not share a temporary file: the name is unique.
-    temporary = path.with_name(f".{path.name}.{uuid.uuid4().hex[:12]}.partial")
+    temporary = path.parent / f".{path.name}.{uuid.uuid4().hex[:12]}.partial"
     try:
         with open(temporary, "xb") as file:
             file.write(data)

@@ -88,7 +88,7 @@ def owned_file(path: str | Path, sign: bytes) -> Iterator[None]:
     sign: what the beginning of a file of this kind holds if Billow made it; only such a file may be replaced.
     """
     path = Path(path)
-    lock = path.with_name(f".{path.name}.lock")
+    lock = path.parent / f".{path.name}.lock"
     if os.path.lexists(path):
         if path.is_symlink() or not path.is_file():
             raise NOT_OURS(path=path, why="it is a link, a folder or a device")

@@ -87,7 +87,7 @@ def resume(
     there is no checkpoint, or something the run left behind cannot be used.
     """
     folder = Path(folder).absolute()  # "." has a name only in full
-    partial = folder.with_name(folder.name + PARTIAL)
+    partial = folder.parent / (folder.name + PARTIAL)  # "/" has no name
     if not partial.is_dir():
         finished = folder.is_dir()
         why = "the run has finished" if finished else "no such folder"
@@ -150,7 +150,7 @@ def _writing(folder: str | Path) -> Iterator[None]:
         yield
     except OSError as error:
         folder = Path(folder).absolute()
-        partial = folder.with_name(folder.name + PARTIAL)
+        partial = folder.parent / (folder.name + PARTIAL)  # "/" has no name
         remedy = None
         if any((partial / name).exists() for name in SLOTS):
             remedy = f"free space, then: billow resume {shlex.quote(str(folder))}"

@@ -44,7 +44,7 @@ def write_prediction(surrogate: Surrogate, design: dict, out: Path | None, extra
     trust next to it, as OUT.json.
     Raises InputError of `Surrogate.predict`, E-CLI-004 if `out` or OUT.json exists.
     """
-    for path in (out, out.with_name(out.name + ".json")) if out else ():
+    for path in (out, out.parent / f"{out.name}.json") if out else ():
         if os.path.lexists(path):
             raise FILE_EXISTS(path=path)
     displacement = surrogate.predict(design, extrapolate=extrapolate)
@@ -55,7 +55,7 @@ def write_prediction(surrogate: Surrogate, design: dict, out: Path | None, extra
     if out is not None:
         _write(surrogate, displacement, widths, out)
         told = {"design": design, "largest_height_m": float(top.max()), **trust}
-        write_atomically(out.with_name(out.name + ".json"), json.dumps(told, indent=1, allow_nan=False) + "\n")
+        write_atomically(out.parent / f"{out.name}.json", json.dumps(told, indent=1, allow_nan=False) + "\n")
         summary = f"{out}: {len(displacement)} frames, {summary}"
     return "\n".join([summary, *describe_trust(trust)])
 
