@@ -89,11 +89,12 @@ def given_curves(test: str, fabric: schema_fabric.Fabric, peak: float) -> dict[s
 
 
 def _curve(written: schema_fabric.YarnCurve | schema_fabric.ShearCurve) -> Curve | None:
-    if len(written.stress) < 2:
+    """None for a curve of less than two points, or whose points do not rise: what the law refuses."""
+    sheared = isinstance(written, schema_fabric.ShearCurve)
+    x = np.radians(written.angle) if sheared else np.array(written.strain)
+    if len(x) < 2 or len(x) != len(written.stress) or np.diff(x).min() <= 0.0:
         return None
-    if isinstance(written, schema_fabric.ShearCurve):
-        return Curve(tuple(np.radians(written.angle).tolist()), written.stress)
-    return Curve(written.strain, written.stress)
+    return Curve(tuple(x.tolist()), written.stress)
 
 
 def run_laws(
