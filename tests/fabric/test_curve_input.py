@@ -201,3 +201,11 @@ def test_what_a_steep_curve_costs_and_how_far_curves_reach():
     _, now, without = mild.cost_of_steepness(0.008)
     assert now > 0.9 * without
     assert mild.reach()["warp"] == pytest.approx((0.1, 20e6 * np.exp(0.1) * 3e-4), rel=1e-12)
+
+
+def test_a_value_that_is_refused_names_the_file_of_its_curve(tmp_path):
+    (tmp_path / "pull.csv").write_text("strain,stress [Pa]\n0,0\n0.1,-1e306\n")
+    (tmp_path / "case.toml").write_text('[fabric]\nlaw = "curves"\n[fabric.curves.warp]\nloading = "pull.csv"\n')
+    with pytest.raises(InputError) as caught:
+        Case.load(tmp_path / "case.toml")
+    assert caught.value.where.endswith("key fabric.curves.warp.loading.stress.1, from pull.csv")

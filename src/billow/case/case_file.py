@@ -14,7 +14,7 @@ from pydantic import ValidationError
 
 from billow.base.errors import InputError, shown
 from billow.base.toml_file import read_toml
-from billow.case.named_files import with_files_settled
+from billow.case.named_files import curve_files, with_files_settled
 from billow.case.quantity import Strict, listed, missing_beside, reason_of
 
 Model = TypeVar("Model", bound=Strict)
@@ -69,7 +69,12 @@ def load_case(model: type[Model], path: str | Path) -> Model:
         raise UNREADABLE(path=str(path), why=error) from None
     except ValueError as error:
         raise NOT_TOML(name=path.name, path=path, why=error) from None
-    return validate(model, with_files_settled(data, path.parent), str(path))
+    settled = with_files_settled(data, path.parent)
+    try:
+        return validate(model, settled, str(path))
+    except InputError as error:
+        error.where += "".join(f", from {file}" for key, file in curve_files(data) if f" {key}." in error.where)
+        raise
 
 
 def validate(model: type[Model], data: dict[str, Any], where: str) -> Model:

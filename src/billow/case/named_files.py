@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +27,16 @@ def with_files_settled(data: dict[str, Any], folder: Path) -> dict[str, Any]:
     if isinstance(bag, dict) and bag.get("shape") == "mesh":
         data = {**data, "bag": _with_digest(bag, folder)}
     return data
+
+
+def curve_files(data: dict[str, Any]) -> Iterator[tuple[str, str]]:
+    """Keys of a case whose points come from a file, and its name as written; after `with_files_settled`."""
+    fabric = data.get("fabric")
+    curves = fabric.get("curves") if isinstance(fabric, dict) else None
+    for name, table in curves.items() if isinstance(curves, dict) else ():
+        for branch, file in table.items() if isinstance(table, dict) else ():
+            if isinstance(file, str):
+                yield f"fabric.curves.{name}.{branch}", file
 
 
 def files_digest(*paths: Any) -> str:
