@@ -68,16 +68,16 @@ def step_cost() -> dict[str, str]:
         advance(model, state, stable_dt(model, state))
     dt = 1e-9  # the state hardly moves while it is timed
 
-    loads, contact = model.work.loads, state.bodies.contact
+    work, loads, contact = model.work, model.work.loads, state.bodies.contact
 
     def membrane() -> None:
         model.fabric.add_forces(state.fabric, state.positions, state.velocities, state.time, 0.0, loads)
 
     def gather() -> None:
         nodes.gather_and_kick(
-            len(model.mass), model.surface.corner_start, model.surface.corners, loads.corner_force.reshape(-1, 3),
-            model.work.held, model.mass, model.inverse_mass, model.gravity, 0.0, contact.touching, contact.force, 0.0,
-            state.velocities, state.nodal_force,
+            len(model.mass), work.gathering, loads.entries, loads.gauge, loads.node_force, work.corners,
+            loads.corner_force.reshape(-1, 3), model.mass, model.inverse_mass, model.gravity, 0.0, contact.touching,
+            contact.force, 0.0, state.velocities, state.nodal_force,
         )  # fmt: skip
 
     whole, kernel, gathered = median_seconds(lambda: advance(model, state, dt), membrane, gather)

@@ -15,6 +15,7 @@ from billow.parts.gas.gas_model import Bag
 from billow.parts.gas.supply.mixture import mixture_enthalpy, species_cp
 from billow.parts.gas.supply.outflow import ORIFICE, PERMEABILITY, POROUS_MEDIUM
 from billow.parts.gas.supply.passages import FABRIC, OPENING, VENT
+from billow.parts.part import Loads
 
 SMALL = {"element_size": 0.05}
 TWO_CHAMBERS = {"shape": "rectangular", "chambers": 2, "element_size": 0.05, "vents": {"chambers": [2]}}
@@ -127,9 +128,9 @@ def test_several_inflators_blow_each_into_its_chamber_from_its_time_on():
     assert late.temperature_time.tolist() == pytest.approx([0.005, 0.015], rel=1e-12)
     assert late.mass_fractions[gas.supply.species_names.index("Ar")] == pytest.approx(0.5, rel=1e-15)
     still = Bag(shape.surface, shape.positions, np.zeros_like(shape.positions))
-    state, force = gas.start(still), np.zeros((shape.surface.triangle_count, 3, 3))
+    state, loads = gas.start(still), Loads(0, shape.surface)
     for k in range(200):
-        gas.advance(state, still, k * 1e-4, 1e-4, force)
+        gas.advance(state, still, k * 1e-4, 1e-4, loads)
         if k == 40:
             assert gas.totals(state).mass_by_species[gas.supply.species_names.index("He")] == 0.0
     totals = gas.totals(state)

@@ -6,6 +6,7 @@ import dataclasses
 import numba
 import numpy as np
 import pytest
+from plain_loads import on_nodes
 
 from billow.geometry.surface import Surface, nodal_share
 from billow.parts.bodies.bodies import Bodies
@@ -14,6 +15,7 @@ from billow.parts.fabric.linear_law import LinearFabric
 from billow.parts.fabric.membrane import Membrane
 from billow.parts.gas.gas_part import GasPart
 from billow.parts.gas.no_gas import NoGas
+from billow.parts.part import Loads
 from billow.parts.self_contact import SelfContact
 from billow.parts.straps import NO_STRAPS
 from billow.solver.checkpoint import flatten
@@ -67,12 +69,10 @@ def run(model, state, steps):
 
 
 def forces(model, pairs, positions):
-    corner_force = np.zeros((model.surface.triangle_count, 3, 3))
-    bookings = model.self_contact.add_forces(pairs, positions, np.zeros_like(positions), 0.0, corner_force)
+    loads = Loads(0, model.surface)
+    bookings = model.self_contact.add_forces(pairs, positions, np.zeros_like(positions), 0.0, loads)
     stored = sum(energy for account, energy in bookings if account.name == "self_contact")
-    nodal = np.zeros_like(positions)
-    np.add.at(nodal, model.surface.triangles.ravel(), corner_force.reshape(-1, 3))
-    return stored, nodal
+    return stored, on_nodes(loads, model.surface, positions)
 
 
 @pytest.fixture(scope="module")

@@ -10,6 +10,7 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 import pytest
+from plain_loads import on_nodes
 
 from billow.case.bag.build_bag import build_shape
 from billow.case.gas.build_gas import build_gas
@@ -17,6 +18,7 @@ from billow.case.schema import Case
 from billow.geometry.surface import area_vectors
 from billow.parts.gas.gas_model import Bag
 from billow.parts.gas.supply.mixture import mixture_enthalpy, mixture_gas_constant
+from billow.parts.part import Loads
 
 DRIVER = {"diameter": 0.4, "vents": {"distance": 0.13, "diameter": 0.03}, "straps": {"count": 0}}
 TWO_CHAMBERS = {
@@ -98,11 +100,11 @@ def breathing(start, time):
 
 @dataclass
 class Drive:
-    """What happened while a bag was moved by hand: totals after each step, corner forces at the end, work of all
-    corner forces over the motion (trapezoid rule) [J]."""
+    """What happened while a bag was moved by hand: totals after each step, forces on the nodes at the end [N], their
+    work over the motion (trapezoid rule) [J]."""
 
     totals: list
-    corner_force: np.ndarray
+    force: np.ndarray
     work: float
     fields: dict
     state: object
@@ -112,14 +114,16 @@ def drive(gas, shape, motion, end=0.012, dt=2e-5) -> Drive:
     surface = shape.surface
     positions = motion(shape.positions, 0.0)
     state = gas.start(Bag(surface, positions, np.zeros_like(positions)))
-    force = np.zeros((surface.triangle_count, 3, 3))
-    gas.advance(state, Bag(surface, positions, np.zeros_like(positions)), 0.0, 0.0, force)
+    loads = Loads(0, surface)
+    gas.advance(state, Bag(surface, positions, np.zeros_like(positions)), 0.0, 0.0, loads)
+    force = on_nodes(loads, surface, positions)
     totals, work = [gas.totals(state)], 0.0
     for step in range(round(end / dt)):
         moved = motion(shape.positions, (step + 1) * dt)
-        before, force = force, np.zeros_like(force)
-        gas.advance(state, Bag(surface, moved, (moved - positions) / dt, before=positions), step * dt, dt, force)
-        work += 0.5 * float(np.sum((before + force) * (moved - positions)[surface.triangles]))
+        before, loads = force, Loads(0, surface)
+        gas.advance(state, Bag(surface, moved, (moved - positions) / dt, before=positions), step * dt, dt, loads)
+        force = on_nodes(loads, surface, moved)
+        work += 0.5 * float(np.sum((before + force) * (moved - positions)))
         positions = moved
         totals.append(gas.totals(state))
     return Drive(totals, force, work, gas.fields(state), state)
@@ -198,7 +202,7 @@ def test_sealed_rigid_bag_obeys_the_gas_law(gas_name, rested):
     assert now.volume == pytest.approx(shape.surface.volume(shape.positions), rel=1e-14)
     assert now.work == now.jet_work == now.vented == now.leaked == now.drawn_in == 0.0
     if now.mass == 0.0:
-        assert not result.corner_force.any()
+        assert not result.force.any()
         return
     rooms = now.chambers or (now,)
     assert sum(room.volume for room in rooms) == pytest.approx(now.volume, rel=1e-14)
@@ -225,8 +229,7 @@ def test_sealed_rigid_bag_obeys_the_gas_law(gas_name, rested):
 
 def test_gas_at_rest_puts_no_net_force_on_a_closed_bag(gas_name, rested):
     _, shape, result = rested
-    force = result.corner_force
-    arm = shape.positions[shape.surface.triangles]
+    force = result.force
     scale = np.abs(force).sum() + 1e-300
     tolerance = 1e-13
     if of_particles_to_the_end(gas_name):
@@ -234,8 +237,8 @@ def test_gas_at_rest_puts_no_net_force_on_a_closed_bag(gas_name, rested):
         # holds exactly is the momentum of gas and bag together.
         tolerance = 4.0 * 1.13 / np.sqrt(1500.0)
         assert result.state.momentum_error < 1e-11
-    assert np.abs(force.sum(axis=(0, 1))).max() <= tolerance * scale
-    assert np.abs(np.cross(arm, force).sum(axis=(0, 1))).max() <= tolerance * scale
+    assert np.abs(force.sum(axis=0)).max() <= tolerance * scale
+    assert np.abs(np.cross(shape.positions, force).sum(axis=0)).max() <= tolerance * scale
 
 
 def test_constant_velocity_changes_nothing(gas_name, breathed):
@@ -253,7 +256,7 @@ def test_constant_velocity_changes_nothing(gas_name, breathed):
             rel = 4.0 / np.sqrt(100.0) if name in ("vented", "leaked") else 2.0 * NOISE
             assert getattr(b, name) == pytest.approx(getattr(a, name), rel=rel), name
         return
-    assert there.corner_force == pytest.approx(here.corner_force, rel=1e-8, abs=1e-8 * np.abs(here.corner_force).max())
+    assert there.force == pytest.approx(here.force, rel=1e-8, abs=1e-8 * np.abs(here.force).max())
     for name, value in numbers(here.totals[-1]).items():
         if not name.endswith("_error"):
             assert numbers(there.totals[-1])[name] == pytest.approx(value, rel=1e-9, abs=1e-9), name
@@ -282,7 +285,7 @@ def test_work_booked_is_work_done(gas_name, breathed):
 def test_same_bits_twice(gas_name, breathed):
     def digest(result):
         values = np.concatenate([np.ravel(v) for v in numbers(result.totals[-1]).values()])
-        return hashlib.sha256(result.corner_force.tobytes() + values.tobytes()).hexdigest()
+        return hashlib.sha256(result.force.tobytes() + values.tobytes()).hexdigest()
 
     gas, shape = scene(gas_name)
     assert digest(drive(gas, shape, breathing)) == digest(breathed[2])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from billow.geometry.assembly import COLUMNS, Corners
 from billow.parts.fabric.linear_law import KEEP, PRINCIPAL, YARN, LinearFabric
 from billow.parts.fabric.membrane import Membrane
 
@@ -29,11 +30,17 @@ def patch(rule: int) -> Membrane:
 
 def forces(membrane: Membrane, positions, velocities=None):
     """Corner forces [N] (4, 3, 3), energy [J], damping power [W] of the patch."""
-    loads, sums = (np.zeros((4, 3, 3)), np.zeros((4, 3))), membrane.sums()
     velocities = np.zeros_like(positions) if velocities is None else velocities
-    history = membrane.fresh_history()
-    membrane.fabric.add_forces(membrane, TRIANGLES, positions, velocities, history, loads, sums)
-    return loads[0], sums[0, 0], sums[0, 1]
+    force, sums = corner_forces(membrane, TRIANGLES, positions, velocities, membrane.fresh_history())
+    return force, sums[0], sums[1]
+
+
+def corner_forces(membrane: Membrane, triangles, positions, velocities, history):
+    """Corner forces [N] (n, 3, 3) of a membrane on these triangles, and its sums; brings the history up to date."""
+    corners, sums = Corners.apart(triangles), membrane.sums()
+    loads = np.full((corners.entry.size, COLUMNS), np.nan)
+    membrane.fabric.add_forces(membrane, corners, positions, velocities, history, loads, sums)
+    return loads[:, :3].reshape(-1, 3, 3), sums[0]
 
 
 def nodal(corner_force):

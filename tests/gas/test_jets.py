@@ -19,6 +19,7 @@ from billow.parts.gas.supply.outflow import jet_speed
 from billow.parts.gas.supply.species import SPECIES, thermo_table
 from billow.parts.gas.supply.supply import Source, Supply
 from billow.parts.gas.uniform.uniform_pressure import UniformPressure
+from billow.parts.part import Loads
 
 COUNT, LEAN = 6, np.radians(45.0)
 RING = JetRing(COUNT, ring_radius=0.04, hole_diameter=0.005, angle=LEAN)
@@ -63,10 +64,22 @@ def nearest_jet(triangles, positions):
 
 
 def forces(pattern, triangles, positions, velocities=None, thrust=100.0):
-    corner_force = np.zeros((len(triangles), 3, 3))
+    """Forces on the corners of all triangles [N], which are those on the nodes, and their power [W]."""
+    node_force = np.zeros_like(positions)
     velocities = np.zeros_like(positions) if velocities is None else velocities
-    _, power = add_jet_force(pattern, thrust, triangles, positions, velocities, velocities[0], corner_force)
+    _, power = add_jet_force(pattern, thrust, triangles, positions, velocities, velocities[0], node_force)
+    corner_force = on_corners(pattern, triangles)
+    gathered = np.zeros_like(positions)
+    np.add.at(gathered, np.asarray(triangles, np.int64), corner_force)
+    assert node_force == pytest.approx(gathered, abs=1e-12 * thrust)
     return corner_force, power
+
+
+def on_corners(pattern, triangles):
+    """Last forces on the corners of all triangles [N], (triangles, 3, 3)."""
+    corner_force = np.zeros((len(triangles), 3, 3))
+    corner_force[pattern.triangles] = pattern.force[:, None, :]
+    return corner_force
 
 
 def along_each_jet(corner_force, triangles, positions):
@@ -180,9 +193,10 @@ def blown_dome(flow, steps, dt, *, wall):
     state = gas.start(bag)
     received = np.zeros(COUNT)
     for step in range(steps):
-        force = np.zeros((len(triangles), 3, 3))
-        gas.advance(state, bag, step * dt, dt, force)
-        force -= (state.pressure[0] - air.pressure) / 3.0 * area_vectors(triangles, positions)[:, None, :]
+        loads = Loads(0, bag.surface)
+        gas.advance(state, bag, step * dt, dt, loads)
+        force = on_corners(state.pattern[0], triangles)
+        assert loads.node_force.sum(axis=0) == pytest.approx(force.sum(axis=(0, 1)), abs=1e-9)
         received += dt * along_each_jet(force, triangles, positions)
     return gas.totals(state), received, jet_speed(species, np.ones(1), 600.0)
 
@@ -235,7 +249,7 @@ def test_jets_turn_with_their_mouth(angle, time):
 def test_the_last_force_is_weighed_with_the_velocities_of_now():
     """Work is the mean of two powers, so the force of the step before meets the velocities of this one."""
     pattern, outwards = aim(JETS, TRIANGLES, POSITIONS), 3.0 * POSITIONS
-    args = TRIANGLES, POSITIONS, outwards, outwards[0], np.zeros((len(TRIANGLES), 3, 3))
+    args = TRIANGLES, POSITIONS, outwards, outwards[0], np.zeros_like(POSITIONS)
     assert add_jet_force(pattern, 100.0, *args)[0] == 0.0
     before = power_of_last_force(pattern, TRIANGLES, outwards, outwards[0])
     last, power = add_jet_force(pattern, 250.0, *args)
@@ -275,7 +289,7 @@ def test_a_wall_whose_normal_points_into_the_chamber_is_pushed_out_of_it():
     triangles[turned] = triangles[turned][:, ::-1]
     jets = Jets(RING, np.array([0]), UP, X, np.arange(len(triangles)), turned)
     pattern = aim(jets, triangles, POSITIONS)
-    force, same = np.zeros((len(triangles), 3, 3)), np.zeros((len(triangles), 3, 3))
+    force, same = np.zeros_like(POSITIONS), np.zeros_like(POSITIONS)
     still = np.zeros_like(POSITIONS)
     add_jet_force(pattern, 100.0, triangles, POSITIONS, still, np.zeros(3), force)
     add_jet_force(aim(JETS, TRIANGLES, POSITIONS), 100.0, TRIANGLES, POSITIONS, still, np.zeros(3), same)

@@ -24,6 +24,7 @@ from billow.parts.gas.supply.passages import (
     Passages,
     effective_area,
 )
+from billow.parts.part import Loads
 
 ROOM = boxes_in_a_row((0.4,))
 TRIANGLES, POSITIONS = ROOM.surface.triangles, ROOM.positions
@@ -131,10 +132,10 @@ def test_a_touched_vent_closes_and_its_blocked_area_is_told():
 def test_a_vent_opens_at_its_pressure_or_its_time_whichever_is_first(opens_at, bursts_at, pressure, opens):
     vent = Passage("vent", VENT, ORIFICE, 0, OUTSIDE, area=1e-6, opens_at=opens_at, bursts_at=bursts_at)
     gas = joined_rooms(ROOM, (vent,), [pressure], [300.0], [0.5])
-    state, force = gas.start(ROOM), np.zeros((12, 3, 3))
+    state, loads = gas.start(ROOM), Loads(0, ROOM.surface)
     first = None
     for k in range(10):
-        gas.advance(state, ROOM, k * 1e-4, 1e-4, force)
+        gas.advance(state, ROOM, k * 1e-4, 1e-4, loads)
         first = k if first is None and state.is_open[0] else first
     assert first == opens
 

@@ -7,6 +7,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from plain_loads import on_nodes
 
 from billow.case.bag.build_bag import build_shape
 from billow.case.gas.build_gas import build_gas
@@ -14,6 +15,7 @@ from billow.case.schema import Case
 from billow.parts.gas.corpuscular.corpuscular import Corpuscular
 from billow.parts.gas.gas_model import Bag, LocalGas
 from billow.parts.gas.supply.mixture import mixture_enthalpy, mixture_gas_constant
+from billow.parts.part import Loads
 from billow.run.check import describe
 from billow.solver.checkpoint import flatten, restore
 
@@ -55,16 +57,18 @@ class Drive:
     def __init__(self, gas, shape, motion=swaying):
         self.gas, self.shape, self.motion, self.step = gas, shape, motion, 0
         positions = motion(shape.positions, 0.0)
-        self.force = np.zeros((shape.surface.triangle_count, 3, 3))
+        loads = Loads(0, shape.surface)
         self.state = gas.start(Bag(shape.surface, positions, np.zeros_like(positions)))
-        gas.advance(self.state, Bag(shape.surface, positions, np.zeros_like(positions)), 0.0, 0.0, self.force)
+        gas.advance(self.state, Bag(shape.surface, positions, np.zeros_like(positions)), 0.0, 0.0, loads)
+        self.force = on_nodes(loads, shape.surface, positions)
 
     def to(self, step):
         while self.step < step:
             before, after = (self.motion(self.shape.positions, (self.step + k) * DT) for k in (0, 1))
-            self.force = np.zeros_like(self.force)
             bag = Bag(self.shape.surface, after, (after - before) / DT)
-            self.gas.advance(self.state, bag, self.step * DT, DT, self.force)
+            loads = Loads(0, self.shape.surface)
+            self.gas.advance(self.state, bag, self.step * DT, DT, loads)
+            self.force = on_nodes(loads, self.shape.surface, after)
             self.step += 1
         return self.gas.totals(self.state)
 
@@ -120,7 +124,7 @@ def test_the_work_of_the_step_between_is_the_work_done():
     old = drive.force
     after = drive.to(LAST + 1)
     moved = swaying(drive.shape.positions, SWITCH) - swaying(drive.shape.positions, SWITCH - DT)
-    done = 0.5 * float(np.sum((old + drive.force) * moved[drive.shape.surface.triangles]))
+    done = 0.5 * float(np.sum((old + drive.force) * moved))
     assert abs(done) > 0.05
     assert after.work_on_fabric - before.work_on_fabric == pytest.approx(done, rel=1e-9)
 

@@ -28,7 +28,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from billow.parts.gas.gas_model import GasModel, GasTotals
-from billow.parts.gas.uniform.pressure_load import add_pressures
 
 
 @dataclass
@@ -48,11 +47,11 @@ class Pump(GasModel):
         volume = bag.surface.volume(bag.positions)
         return PumpState(volume, volume, bag.surface.triangle_count)
 
-    def advance(self, gas, bag, time, dt, corner_force):
+    def advance(self, gas, bag, time, dt, loads):
         before, old = gas.volume, gas.gauge
         gas.volume, gas.gauge = bag.surface.volume(bag.positions), 2e4 * min(1.0, (time + dt) / 1e-3)
         gas.work += (self.ambient + 0.5 * (old + gas.gauge)) * (gas.volume - before)
-        add_pressures(bag, np.array([gas.gauge, 0.0]), corner_force)
+        loads.gauge[0] = gas.gauge
 
     def totals(self, gas):
         grown = self.ambient * (gas.volume - gas.start)
@@ -181,12 +180,11 @@ class Rubber:
     def squared_rate(self, membrane):
         return (1.5 * self.wave_speed / membrane.altitude) ** 2
 
-    def add_forces(self, membrane, triangles, positions, velocities, history, loads, partial):
-        corner_force, thirds = loads
-        corners, d = triangles[membrane.elements], membrane.reference_inverse.T.reshape(-1, 2, 2)
+    def add_forces(self, membrane, corners, positions, velocities, history, loads, partial):
+        node, d = corners.node, membrane.reference_inverse.T.reshape(-1, 2, 2)
 
         def gradient(field):
-            x = field[corners]
+            x = field[node]
             return np.stack([x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]], axis=2) @ d
 
         f, rate = gradient(positions), gradient(velocities)
@@ -194,12 +192,12 @@ class Rubber:
         speed = 0.5 * (np.swapaxes(rate, 1, 2) @ f + np.swapaxes(f, 1, 2) @ rate)
         viscous = membrane.viscosity[:, None, None] * speed
         pull = membrane.volume[:, None, None] * (f @ (self.young * strain + viscous)) @ np.swapaxes(d, 1, 2)
-        corner_force[membrane.elements, 1] = -pull[:, :, 0]
-        corner_force[membrane.elements, 2] = -pull[:, :, 1]
-        corner_force[membrane.elements, 0] = pull.sum(axis=2)
-        a, b, c = np.swapaxes(positions[corners], 0, 1)
-        thirds[membrane.elements] = np.cross(b - a, c - a) / 6.0
-        volume = np.sum((a - positions[0]) * thirds[membrane.elements], axis=1)
+        a, b, c = np.swapaxes(positions[node], 0, 1)
+        third = np.cross(b - a, c - a) / 6.0
+        volume = np.sum((a - positions[0]) * third, axis=1)
+        loads[corners.first[0] : corners.first[-1]] = 0.0
+        for k, force in enumerate((pull.sum(axis=2), -pull[:, :, 0], -pull[:, :, 1])):
+            np.add.at(loads, corners.entry[:, k], np.hstack([force, third]))
         energy = 0.5 * self.young * membrane.volume * np.sum(strain**2, axis=(1, 2))
         power = membrane.volume * np.sum(viscous * speed, axis=(1, 2))
         stretch = 1.0 + 2.0 * np.abs(strain).sum(axis=2).max(axis=1)

@@ -12,6 +12,7 @@ from billow.case.fabric.build_fabric import build_fabric
 from billow.case.gas.build_gas import build_gas
 from billow.case.gas.models import GAS_MODELS
 from billow.case.obstacles.obstacles import build_body
+from billow.geometry.assembly import in_neighbourhoods
 from billow.geometry.bag_shapes import BagShape
 from billow.geometry.flat_cut import flat_area
 from billow.geometry.surface import check_closed, encloses, nodal_share
@@ -59,6 +60,7 @@ def build_model(case: schema.Case) -> Model:
     check_closed(shape.surface, shape.positions, "bag")
     law = build_fabric(case.fabric)
     cloth = shape.surface.triangles_of_kind("fabric")  # vents are holes, and the mouth is the inflator
+    cloth = cloth[in_neighbourhoods(shape.positions[shape.surface.triangles[cloth]].mean(axis=1))]
     thickness = law.thickness * shape.layers[cloth]
     membrane = Membrane.build(law, cloth, shape.reference[cloth], thickness, shape.surface.chambers)
     straps = build_straps(shape, law)

@@ -18,6 +18,7 @@ import numpy as np
 
 from billow.base.errors import Concern
 from billow.base.quality import Criterion
+from billow.geometry.assembly import COLUMNS
 from billow.geometry.surface import Surface
 
 MOTION, STORED, LOST, RECEIVED = "motion", "stored", "lost", "received"
@@ -102,21 +103,40 @@ class Moment(NamedTuple):
         return f"t = {1e3 * self.time:.4f} ms, step {self.step}"
 
 
-@dataclass(frozen=True)
 class Loads:
-    """What acts on the triangles of a bag in a step; fabric sets it, and the parts after it add forces.
+    """What acts on the nodes of a bag in a step: fabric sets `entries` and `volumes`, and the parts after it add to the
+    rest.
 
-    corner_force: [N], (triangles, 3, 3). thirds: a third of each area vector [m^2], (triangles, 3), the force of a unit
-    of pressure on each corner. volumes: of the chambers [m^3], (chambers,).
+    entries: forces of fabric [N] and a third of the area vectors [m^2] of the triangles, (entries, COLUMNS), as an
+    `Assembly` sums them up. volumes: of the chambers [m^3], (chambers,). gauge: uniform pressure in the chambers above
+    ambient [Pa], (chambers + 1,), the last one, of the surroundings, zero. node_force: other forces [N], (nodes, 3), of
+    the few who act on few nodes. corner_force: forces on the corners of the triangles [N], (triangles, 3, 3), of those
+    who act everywhere; (0, 3, 3) as long as nobody does.
     """
 
-    corner_force: np.ndarray
-    thirds: np.ndarray
-    volumes: np.ndarray
+    def __init__(self, entries: int, surface: Surface):
+        self.entries = np.zeros((entries, COLUMNS))
+        self.volumes = np.zeros(surface.chambers.count)
+        self.gauge = np.zeros(surface.chambers.count + 1)
+        self.node_force = np.zeros((surface.node_count, 3))
+        self.corner_force = self._none = np.empty((0, 3, 3))
+        self._room = None
+        self._triangles = surface.triangle_count
 
-    @classmethod
-    def room(cls, triangles: int, chambers: int) -> Loads:
-        return cls(np.empty((triangles, 3, 3)), np.empty((triangles, 3)), np.empty(chambers))
+    def open(self) -> None:
+        """Begin a step: no force but what is set."""
+        self.gauge.fill(0.0)
+        self.node_force.fill(0.0)
+        self.corner_force = self._none
+
+    def at_corners(self) -> np.ndarray:
+        """`corner_force`, to be added to."""
+        if not len(self.corner_force):
+            if self._room is None:
+                self._room = np.empty((self._triangles, 3, 3))
+            self._room.fill(0.0)
+            self.corner_force = self._room
+        return self.corner_force
 
 
 @dataclass(frozen=True)

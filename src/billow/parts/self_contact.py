@@ -13,7 +13,7 @@ from billow.base.compiled import CHUNK, kernel, scalar
 from billow.base.quality import Criterion, criterion
 from billow.geometry.search_grid import SearchGrid, largest_move
 from billow.geometry.surface import Surface, area_vectors
-from billow.parts.part import FRICTION, STORED, Account, Booking, Moment, Part
+from billow.parts.part import FRICTION, STORED, Account, Booking, Loads, Moment, Part
 
 SELF_CONTACT = Account("self_contact", STORED, renewed=True)
 """Energy in the springs between layers of fabric."""
@@ -125,9 +125,9 @@ class SelfContact(Part):
         return Pairs.none(len(self.stiffness), len(self.triangles))
 
     def add_forces(
-        self, pairs: Pairs, positions: np.ndarray, velocities: np.ndarray, dt: float, corner_force: np.ndarray
+        self, pairs: Pairs, positions: np.ndarray, velocities: np.ndarray, dt: float, loads: Loads
     ) -> list[Booking]:
-        """Add the forces of all pairs to corner_force [N] (triangles, 3, 3); books the energy in the springs and what
+        """Add the forces of all pairs to the corners; books the energy in the springs and what
         damping took in this step of dt [s].
 
         positions [m], velocities [m/s]: (nodes, 3). Looks for new pairs when nodes have moved far enough.
@@ -139,7 +139,7 @@ class SelfContact(Part):
             self.search(pairs, positions)
         if not len(pairs.triangle):
             return []
-        sums = np.empty((-(-n // CHUNK), 2))
+        sums, corner_force = np.empty((-(-n // CHUNK), 2)), loads.at_corners()
         _push(
             n, pairs.start, pairs.triangle, pairs.side, pairs.gap, pairs.near, self.triangles, self.own_corner,
             self.gap, self.stiffness, self.damping, positions, velocities, dt, corner_force.reshape(-1, 3), pairs.push,

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from billow.base.compiled import kernel
-from billow.parts.part import DAMPING, HYSTERESIS, STORED, Account, Booking, Moment, Owner, Part, Quantity
+from billow.base.compiled import scalar
+from billow.parts.part import DAMPING, HYSTERESIS, STORED, Account, Booking, Loads, Moment, Owner, Part, Quantity
 
 STRAP = Account("strap", STORED, renewed=True)
 """Recoverable energy of the straps."""
@@ -49,20 +49,14 @@ class Straps(Part):
         """Bars that have never pulled, (bars, 6), the columns named above."""
         return np.zeros((len(self.bars), 6))
 
-    def set_forces(
-        self, bar: np.ndarray, positions: np.ndarray, velocities: np.ndarray, dt: float, nodal_force: np.ndarray
+    def add_forces(
+        self, bar: np.ndarray, positions: np.ndarray, velocities: np.ndarray, dt: float, loads: Loads
     ) -> list[Booking]:
-        """Set the tensions [N] in nodal_force (nodes, 3); books what bars hold, damping, and what torn bars held."""
+        """Add the tensions to the forces on the nodes; books what bars hold, damping, and what torn bars held."""
         if not len(bar):
             return []
-        nodal_force[self.bars] = 0.0
-        add_strap_forces(self, positions, velocities, nodal_force, bar)
-        columns = bar.T.tolist()
-        return [
-            Booking(STRAP, sum(columns[ENERGY])),
-            Booking(DAMPING, sum(columns[POWER]) * dt),
-            Booking(HYSTERESIS, sum(columns[LOST])),
-        ]
+        energy, power, lost = add_strap_forces(self, positions, velocities, loads.node_force, bar)
+        return [Booking(STRAP, energy), Booking(DAMPING, power * dt), Booking(HYSTERESIS, lost)]
 
     def squared_rate(self, inverse_mass: np.ndarray) -> float:
         """1 / dt^2 [1/s^2] of the largest stable step; zero without straps. inverse_mass: [1/kg], (nodes,).
@@ -94,21 +88,21 @@ NO_STRAPS = Straps(
 
 def add_strap_forces(
     straps: Straps, positions: np.ndarray, velocities: np.ndarray, nodal_force: np.ndarray, bar: np.ndarray
-) -> None:
+) -> tuple[float, float, float]:
     """Add bar forces [N] to nodal_force (nodes, 3), and bring bar (bars, 6), the columns named above, up to date.
+    Returns the sums of ENERGY [J], POWER [W] and LOST [J].
 
     A bar tears when its tension exceeds its failure tension; the energy it held is lost, and it never pulls again.
     """
-    if len(straps.bars):
-        _strap_forces(
-            len(straps.bars), straps.bars, straps.length, straps.stiffness, straps.viscosity, straps.failure,
-            positions, velocities, nodal_force, bar,
-        )  # fmt: skip
+    return _strap_forces(
+        straps.bars, straps.length, straps.stiffness, straps.viscosity, straps.failure, positions, velocities,
+        nodal_force, bar,
+    )  # fmt: skip
 
 
-@kernel
-def _strap_forces(n, bars, length, stiffness, viscosity, failure, positions, velocities, nodal_force, bar):
-    for i in range(n):  # few bars share nodes, so this loop stays serial
+@scalar
+def _strap_forces(bars, length, stiffness, viscosity, failure, positions, velocities, nodal_force, bar):
+    for i in range(len(bars)):
         a, b = bars[i, 0], bars[i, 1]
         dx, dy, dz = (
             positions[b, 0] - positions[a, 0], positions[b, 1] - positions[a, 1], positions[b, 2] - positions[a, 2],
@@ -142,3 +136,7 @@ def _strap_forces(n, bars, length, stiffness, viscosity, failure, positions, vel
         nodal_force[b, 0] -= tension * dx
         nodal_force[b, 1] -= tension * dy
         nodal_force[b, 2] -= tension * dz
+    stored, heating, lost = 0.0, 0.0, 0.0
+    for i in range(len(bars)):
+        stored, heating, lost = stored + bar[i, ENERGY], heating + bar[i, POWER], lost + bar[i, LOST]
+    return stored, heating, lost

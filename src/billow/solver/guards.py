@@ -84,9 +84,9 @@ def check_step_size(state: State, limit: float) -> None:
 def _non_finite(model: Model, state: State) -> NumericalStop:
     """Names what went bad first, and where. Gas couples all nodes: within one step the whole bag is bad."""
     # A step moves nodes before it evaluates forces: a bad position is older than what it has spoiled since.
-    when, totals = state.moment.when, state.gas.totals
+    when, gas = state.moment.when, state.gas.vitals
     bad = np.flatnonzero(~np.isfinite(state.positions).all(axis=1))
-    if not len(bad) and not math.isfinite(totals.pressure + totals.temperature):
+    if not len(bad) and not math.isfinite(gas.pressure + gas.temperature):
         why = "all positions are finite, so the gas went bad first"
         return NOT_FINITE(quantity="a state of the gas", place="gas", when=when, why=why)
     bad = bad if len(bad) else np.flatnonzero(~np.isfinite(state.velocities).all(axis=1))

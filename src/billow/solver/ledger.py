@@ -58,14 +58,21 @@ class Ledger:
 
     def close(self) -> None:
         """Balance the books of a step."""
-        motion, stored, lost = self.side(MOTION), self.side(STORED), self.side(LOST)
+        motion, stored, lost, received, largest = 0.0, 0.0, 0.0, 0.0, self.largest_energy
+        for name, side, _ in self.accounts:
+            energy = self.energies[name]
+            if side == MOTION:
+                motion += energy
+            elif side == STORED:
+                stored += energy
+            elif side == LOST:
+                lost += energy
+            else:
+                received += energy
+                largest = max(largest, abs(energy))
         if self.start is None:
             self.start = motion + stored
-        residual, largest = motion + stored + lost - self.start, max(self.largest_energy, motion, stored, self.start)
-        for account in self.accounts:
-            if account.side == RECEIVED:
-                residual -= self.energies[account.name]
-                largest = max(largest, abs(self.energies[account.name]))
+        residual, largest = motion + stored + lost - self.start - received, max(largest, motion, stored, self.start)
         self.residual, self.largest_energy = residual, largest
         self.largest_gain = max(self.largest_gain, residual)
         self.largest_loss = min(self.largest_loss, residual)

@@ -74,8 +74,10 @@ class Model:
     @cached_property
     def work(self) -> Work:
         surface = self.surface
-        held = np.zeros_like(self.start) if len(self.straps.bars) else np.empty((0, 3))
-        return Work(Loads.room(surface.triangle_count, surface.chambers.count), np.zeros_like(self.start), held)
+        assembly = self.fabric.assembly
+        gathering = (assembly.start, assembly.entry, assembly.behind, assembly.ahead)
+        corners = surface.corner_start, surface.corners
+        return Work(Loads(len(assembly.entry), surface), gathering, corners, np.zeros_like(self.start))
 
     def setting(self, end_time: float) -> Setting:
         """What parts see when they look for what is probably not meant."""
@@ -84,12 +86,13 @@ class Model:
 
 @dataclass(frozen=True)
 class Work:
-    """Arrays a step works in; nothing in them outlives it. before: positions at its start [m], (nodes, 3). held: forces
-    of the straps [N], (nodes, 3), or (0, 3) without any."""
+    """Arrays a step works in; nothing in them outlives it. before: positions at its start [m], (nodes, 3). gathering,
+    corners: what `gather_and_kick` reads of the assembly and of the surface."""
 
     loads: Loads
+    gathering: tuple[np.ndarray, ...]
+    corners: tuple[np.ndarray, ...]
     before: np.ndarray
-    held: np.ndarray
 
 
 @dataclass

@@ -20,15 +20,19 @@ def in_order(partial):
 
 @kernel
 def gather_and_kick(
-    n, corner_start, corners, corner_force, held, mass, inverse_mass, gravity, drag, touching, contact_force, half_dt,
-    velocities, force_out,
+    n, assembly, loads, gauge, node_force, corners, corner_force, mass, inverse_mass, gravity, drag, touching,
+    contact_force, half_dt, velocities, force_out,
 ):  # fmt: skip
-    """force_out = corner forces [N] (corners, 3) + held + mass (gravity - drag v); then the half kick that ends a step,
-    by this and by the second half of the contact impulses. Returns twice the kinetic energy after it [J].
+    """force_out = loads + node_force + corner_force + mass (gravity - drag v); then the half kick that ends a step, by
+    this and by the second half of the contact impulses. Returns twice the kinetic energy after it [J].
 
-    held: other forces on the nodes [N], (n, 3), or (0, 3) for none. drag: 2 alpha [1/s]. touching: (obstacles, n) bool;
-    contact_force: [N], (obstacles, n, 3).
+    assembly: start, entry, behind and ahead of an `Assembly`; loads to corner_force: of `Loads`. corners: corner_start
+    and corners of a `Surface`. drag: 2 alpha [1/s]. touching: (obstacles, n) bool; contact_force: [N], (obstacles, n,
+    3).
     """
+    start, entries, behind, ahead = assembly
+    corner_start, corner = corners
+    on_corners = len(corner_force) > 0
     partial = np.empty((n + CHUNK - 1) // CHUNK)
     for chunk in prange(len(partial)):
         total = 0.0
@@ -39,13 +43,19 @@ def gather_and_kick(
             fx, fy, fz = m * gravity[0], m * gravity[1], m * gravity[2]
             if drag > 0.0:
                 fx, fy, fz = fx - drag * m * vx, fy - drag * m * vy, fz - drag * m * vz
-            for k in range(corner_start[i], corner_start[i + np.uint64(1)]):
-                c = np.uint64(corners[k])
-                fx += corner_force[c, 0]
-                fy += corner_force[c, 1]
-                fz += corner_force[c, 2]
-            if len(held):
-                fx, fy, fz = fx + held[i, 0], fy + held[i, 1], fz + held[i, 2]
+            fx, fy, fz = fx + node_force[i, 0], fy + node_force[i, 1], fz + node_force[i, 2]
+            for k in range(start[i], start[i + np.uint64(1)]):
+                e = np.uint64(entries[k])
+                p = gauge[behind[e]] - gauge[ahead[e]]  # OUTSIDE, -1, is the last
+                fx += loads[e, 0] + p * loads[e, 3]
+                fy += loads[e, 1] + p * loads[e, 4]
+                fz += loads[e, 2] + p * loads[e, 5]
+            if on_corners:
+                for k in range(corner_start[i], corner_start[i + np.uint64(1)]):
+                    c = np.uint64(corner[k])
+                    fx += corner_force[c, 0]
+                    fy += corner_force[c, 1]
+                    fz += corner_force[c, 2]
             force_out[i, 0], force_out[i, 1], force_out[i, 2] = fx, fy, fz
             for o in range(len(touching)):
                 if touching[o, i]:

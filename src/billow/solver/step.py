@@ -42,18 +42,19 @@ def evaluate_forces(model: Model, state: State, dt: float) -> None:
     """All forces at the end of a step of dt [s] from `state.time`, and the half kick that ends it; velocities are those
     of its middle, and then of its end."""
     positions, velocities, ledger = state.positions, state.velocities, state.ledger
-    loads, force = model.work.loads, model.work.loads.corner_force
+    work, loads = model.work, model.work.loads
+    loads.open()
     ledger.book(model.fabric.add_forces(state.fabric, positions, velocities, state.time, dt, loads))
-    bag = Bag(model.surface, positions, velocities, state.bodies.contact.touching, model.work.before, loads)
-    ledger.book(model.gas.advance(state.gas, bag, state.time, dt, force))
+    bag = Bag(model.surface, positions, velocities, state.bodies.contact.touching, work.before, loads.volumes)
+    ledger.book(model.gas.advance(state.gas, bag, state.time, dt, loads))
     if model.self_contact is not None:
-        ledger.book(model.self_contact.add_forces(state.self_contact, positions, velocities, dt, force))
-    ledger.book(model.straps.set_forces(state.straps, positions, velocities, dt, model.work.held))
+        ledger.book(model.self_contact.add_forces(state.self_contact, positions, velocities, dt, loads))
+    ledger.book(model.straps.add_forces(state.straps, positions, velocities, dt, loads))
     contact = state.bodies.contact
     twice = gather_and_kick(
-        len(model.mass), model.surface.corner_start, model.surface.corners, force.reshape(-1, 3), model.work.held,
-        model.mass, model.inverse_mass, model.gravity, 2.0 * model.mass_damping, contact.touching, contact.force,
-        0.5 * dt, velocities, state.nodal_force,
+        len(model.mass), work.gathering, loads.entries, loads.gauge, loads.node_force, work.corners,
+        loads.corner_force.reshape(-1, 3), model.mass, model.inverse_mass, model.gravity, 2.0 * model.mass_damping,
+        contact.touching, contact.force, 0.5 * dt, velocities, state.nodal_force,
     )  # fmt: skip
     ledger.book([Booking(KINETIC, 0.5 * twice)])
 

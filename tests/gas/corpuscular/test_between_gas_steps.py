@@ -8,6 +8,7 @@ import pytest
 from billow.apps.verification.gas import GAMMA, IDEAL
 from billow.apps.verification.particles import LID, in_a_box
 from billow.apps.verification.scenes import bag_of_height
+from billow.parts.part import Loads
 
 PRESSURE = 1.5e5
 FLAT = 0.03
@@ -25,9 +26,9 @@ def test_walls_that_close_in_meet_the_adiabatic_pressure_in_every_step():
     for step in range(41):
         bag = bag_of_height(FLAT * (1.0 - closing) ** max(step, 1))
         bag.velocities[bag.positions[:, 2] > 0.0, 2] = -closing * bag.positions[:, 2].max() / dt
-        force = np.zeros((12, 3, 3))
-        gas.advance(state, bag, step * dt, dt, force)
-        push.append(force[LID, :, 2].sum())
+        loads = Loads(0, bag.surface)
+        gas.advance(state, bag, step * dt, dt, loads)
+        push.append(loads.corner_force[LID, :, 2].sum())
     area = np.ptp(bag.positions[:, 0]) * np.ptp(bag.positions[:, 1])
     rise = np.median(np.diff(push)) / (PRESSURE * area)
     assert rise == pytest.approx(GAMMA * closing, rel=0.15)

@@ -24,6 +24,7 @@ from billow.parts.gas.supply.outflow import ORIFICE, orifice_flux
 from billow.parts.gas.supply.passages import VENT, Passage, Passages
 from billow.parts.gas.supply.species import thermo_table
 from billow.parts.gas.supply.supply import Supply
+from billow.parts.part import Loads
 
 WHOLE = np.ones(1)
 
@@ -105,7 +106,7 @@ def test_what_passed_between_chambers_is_what_they_gained():
     span = 1e-4  # a gas step in which most particles cross the bag
     for step in range(20):
         state.steps_to_go = 0
-        gas.advance(state, bag, step * span, span, np.zeros((shape.surface.triangle_count, 3, 3)))
+        gas.advance(state, bag, step * span, span, Loads(0, shape.surface))
         gained = content(gas, state)[0].sum(axis=1) - start
         into_second = sum(gas.totals(state).passed.values())
         assert gained[1] == pytest.approx(into_second, abs=1e-13 * start.sum())
@@ -183,7 +184,7 @@ def test_a_choked_vent_in_the_mesh_lets_out_what_its_law_says(coefficient):
         if step >= 50:
             flux = orifice_flux(state.pressure[0], 1e5, GAMMA, GAS_CONSTANT * state.temperature[0])
             law += dt * coefficient * area * flux
-        gas.advance(state, bag, step * dt, dt, np.zeros((len(bag.surface.triangles), 3, 3)))
+        gas.advance(state, bag, step * dt, dt, Loads(0, bag.surface))
     after = gas.totals(state)
     assert after.vented - before.vented == pytest.approx(law, rel=0.03)
     assert max(state.mass_error, state.energy_error) < 1e-12

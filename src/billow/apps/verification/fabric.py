@@ -12,7 +12,6 @@ from billow.apps.verification.scenes import Observer, PrescribedPressure, disc, 
 from billow.geometry.bag_shapes import BagShape, round_bag, square_bag
 from billow.geometry.flat_cut import flat_area
 from billow.parts.fabric.linear_law import LinearFabric
-from billow.parts.part import Loads
 from billow.solver.model import Model, State, start_state
 from billow.solver.run import Schedule, run
 from billow.solver.step import first_forces
@@ -52,7 +51,7 @@ def patch() -> Iterator[Measurement]:
         model, state = _at_rest(shape, fabric, flat @ (turn @ gradient).T + [0.2, -0.1, 0.4])
         expected = turn @ gradient @ law(0.5 * (gradient.T @ gradient - np.eye(2)))
         size = np.linalg.norm(expected)
-        error = np.linalg.norm(_first_piola(model, shape, thickness) - expected, axis=(1, 2)).max() / size
+        error = np.linalg.norm(_first_piola(model, state, shape, thickness) - expected, axis=(1, 2)).max() / size
         yield Measurement(f"{name}: stress error of the worst triangle / stress [absolute]", error, 0.0, 1e-12)
         inner = np.linalg.norm(state.nodal_force[~model.fixed], axis=1).max() / scale
         yield Measurement(f"{name}: force on inner nodes / (E t h) [absolute]", inner, 0.0, 1e-12)
@@ -167,11 +166,12 @@ def _at_rest(shape: BagShape, fabric: LinearFabric, positions: np.ndarray) -> tu
     return model, state
 
 
-def _first_piola(model: Model, shape: BagShape, thickness: float) -> np.ndarray:
+def _first_piola(model: Model, state: State, shape: BagShape, thickness: float) -> np.ndarray:
     """[Pa], (triangles, 3, 2), from corner forces f and flat corners X: sum f (x) X = -V P."""
     flat = shape.reference - shape.reference.mean(axis=1, keepdims=True)
     volume = thickness * flat_area(flat)
-    return -np.einsum("tci,tcj->tij", model.work.loads.corner_force, flat) / volume[:, None, None]
+    forces = model.fabric.corner_forces(state.fabric, state.positions, state.velocities)
+    return -np.einsum("tci,tcj->tij", forces, flat) / volume[:, None, None]
 
 
 def _tension(model: Model, state: State) -> np.ndarray:
@@ -180,12 +180,11 @@ def _tension(model: Model, state: State) -> np.ndarray:
     The forces f of a triangle in uniform tension N on its corners x obey sum f (x) x = -A N (divergence theorem), with
     A its present area.
     """
-    loads = Loads.room(model.surface.triangle_count, model.surface.chambers.count)
-    model.fabric.add_forces(state.fabric, state.positions, state.velocities, state.time, 0.0, loads)
+    forces = model.fabric.corner_forces(state.fabric, state.positions, state.velocities)
     corners = state.positions[model.surface.triangles]
     area = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
     arm = corners - corners.mean(axis=1, keepdims=True)
-    return -np.einsum("tci,tcj->tij", loads.corner_force, arm) / area[:, None, None]
+    return -np.einsum("tci,tcj->tij", forces, arm) / area[:, None, None]
 
 
 def _rotation(axis: np.ndarray, angle: float) -> np.ndarray:

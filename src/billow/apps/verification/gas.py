@@ -25,6 +25,7 @@ from billow.parts.gas.supply.passages import OPENING, PRESENT_AREA, VENT, Passag
 from billow.parts.gas.supply.species import MOLAR_GAS_CONSTANT, SPECIES, Species, mass_fractions, thermo_table
 from billow.parts.gas.supply.supply import Source, Supply
 from billow.parts.gas.uniform.uniform_pressure import UniformPressure, UniformState
+from billow.parts.part import Loads
 
 GAS_CONSTANT, GAMMA = 287.0, 1.4
 IDEAL, WHOLE = [Species.ideal("ideal", GAS_CONSTANT, GAMMA)], np.ones(1)
@@ -66,13 +67,14 @@ def steps(
     gas: GasModel, state, count: int, dt: float, height: Callable[[float], float] | None = None, begin: int = 0
 ) -> Iterator[float]:
     """Advance by `count` steps of dt [s], with the lid at height(time) [m], and yield the time [s] after each."""
-    bag, force = bag_of_height(HEIGHT), np.zeros((12, 3, 3))
+    bag = bag_of_height(HEIGHT)
+    loads = Loads(0, bag.surface)
     for k in range(begin, begin + count):
         if height is not None:
             low, high = height(k * dt), height((k + 1) * dt)
             bag = bag_of_height(high)
             bag.velocities[bag.positions[:, 2] > 0.0, 2] = (high - low) / dt
-        gas.advance(state, bag, k * dt, dt, force)
+        gas.advance(state, bag, k * dt, dt, loads)
         yield (k + 1) * dt
 
 
@@ -102,9 +104,10 @@ def filling_at_constant_pressure() -> Iterator[Measurement]:
     per_second = flow * mixture_gas_constant(gas.supply.table, PYRO_FRACTIONS) * hot / pressure  # m^3/s
     heights = 1e-7 * HEIGHT * 1.01 ** np.arange(1621)  # the last is the first beyond HEIGHT
     times = (heights - heights[0]) * WIDTH * DEPTH / per_second
-    state, force = gas.start(bag_of_height(heights[0])), np.zeros((12, 3, 3))
+    bag = bag_of_height(heights[0])
+    state, loads = gas.start(bag), Loads(0, bag.surface)
     for height, time, before in zip(heights[1:], times[1:], times[:-1], strict=True):
-        gas.advance(state, bag_of_height(height), before, time - before, force)
+        gas.advance(state, bag_of_height(height), before, time - before, loads)
     yield Measurement("temperature behind the piston [K]", state.temperature[0], hot, 1e-6)
     yield Measurement("pressure behind the piston [Pa]", state.pressure[0], pressure, 1e-6)
 
@@ -157,9 +160,10 @@ def critical_flow() -> Iterator[Measurement]:
 def isentropic_compression() -> Iterator[Measurement]:
     """T5: the work of a step is a trapezium in p(V), so the error is about (dV/V)^2/10, 1e-7 with 1000 steps."""
     gas = uniform_gas(IDEAL, Ambient(1e5, 300.0, WHOLE))
-    state, force = gas.start(bag_of_height(HEIGHT)), np.zeros((12, 3, 3))
+    bag = bag_of_height(HEIGHT)
+    state, loads = gas.start(bag), Loads(0, bag.surface)
     for k in range(1, 1001):
-        gas.advance(state, bag_of_height(HEIGHT * (1.0 - 0.5 * k / 1000)), (k - 1) * 1e-5, 1e-5, force)
+        gas.advance(state, bag_of_height(HEIGHT * (1.0 - 0.5 * k / 1000)), (k - 1) * 1e-5, 1e-5, loads)
     ratio = state.temperature[0] / 300.0
     yield Measurement("pressure ratio at half the volume [-]", state.pressure[0] / 1e5, 2.0**GAMMA, 1e-5)
     yield Measurement("temperature ratio at half the volume [-]", ratio, 2.0 ** (GAMMA - 1.0), 1e-5)
@@ -214,10 +218,10 @@ def joined_rooms(
 
 def run(gas: UniformPressure, bag: Bag, steps: int, dt: float) -> tuple[UniformState, np.ndarray]:
     """The state after some steps, and the pressures [Pa] on the way, (steps + 1, chambers)."""
-    state, force = gas.start(bag), np.zeros((bag.surface.triangle_count, 3, 3))
+    state, loads = gas.start(bag), Loads(0, bag.surface)
     pressures = [state.pressure.copy()]
     for k in range(steps):
-        gas.advance(state, bag, k * dt, dt, force)
+        gas.advance(state, bag, k * dt, dt, loads)
         pressures.append(state.pressure.copy())
     return state, np.array(pressures)
 

@@ -31,6 +31,7 @@ from billow.parts.gas.supply.outflow import ORIFICE
 from billow.parts.gas.supply.passages import VENT, Passage
 from billow.parts.gas.supply.species import SPECIES, Species, mass_fractions
 from billow.parts.gas.supply.supply import Source
+from billow.parts.part import Loads
 
 MONATOMIC = [Species.ideal("monatomic", GAS_CONSTANT, 5.0 / 3.0)]
 DRIVER = {
@@ -264,13 +265,13 @@ def leak_audit() -> Iterator[Measurement]:
     gas, x = build_gas(case, shape).model, shape.positions
     still = np.zeros_like(x)
     state = gas.start(Bag(shape.surface, x.copy(), still))
-    dt, last, force = 2e-5, x.copy(), np.zeros((shape.surface.triangle_count, 3, 3))
+    dt, last, loads = 2e-5, x.copy(), Loads(0, shape.surface)
     for k in range(1000):
         phase = 2.0 * np.pi * (k + 1) * dt / 0.010
         moved = x * [1.0, 1.0, 4.0 ** np.sin(phase) * 0.5 ** (0.5 - 0.5 * np.cos(phase))]
         moved[:, 0] += 2.0 * np.sin(3.0 * phase) * moved[:, 2]
         moved[:, 1] += np.sin(2.0 * phase) * moved[:, 2]
-        gas.advance(state, Bag(shape.surface, moved, (moved - last) / dt), k * dt, dt, force)
+        gas.advance(state, Bag(shape.surface, moved, (moved - last) / dt), k * dt, dt, loads)
         last = moved
     yield Measurement("particles found outside their chamber [absolute]", state.escaped, 0.0, 0.5)
     yield from books(state)

@@ -22,7 +22,7 @@ from billow.parts.fabric.membrane import Membrane
 from billow.parts.gas.gas_model import Bag, GasModel, GasTotals
 from billow.parts.gas.gas_part import GasPart
 from billow.parts.gas.no_gas import NoGas
-from billow.parts.gas.uniform.pressure_load import add_pressures
+from billow.parts.part import Loads
 from billow.parts.straps import NO_STRAPS
 from billow.solver.model import Model, State
 from billow.solver.run import Recorder
@@ -121,9 +121,9 @@ class PrescribedPressure(GasModel):
         """Volumes at time zero and now [m^3]."""
         return np.full(2, bag.surface.volume(bag.positions))
 
-    def advance(self, gas: np.ndarray, bag: Bag, time: float, dt: float, corner_force: np.ndarray) -> None:
+    def advance(self, gas: np.ndarray, bag: Bag, time: float, dt: float, loads: Loads) -> None:
         gas[1] = bag.surface.volume(bag.positions)
-        add_pressures(bag, np.array([self.gauge, 0.0]), corner_force)
+        loads.gauge[0] = self.gauge
 
     def totals(self, gas: np.ndarray) -> GasTotals:
         start, volume = gas.tolist()

@@ -162,6 +162,9 @@ def _onto_surface(x, y, z, a, b, c, degree):
     Powers are what a closest point costs, so none is taken twice: slopes and curvatures follow from these three.
     """
     ux, uy, uz = x / a, y / b, z / c
+    if degree == 2.0:
+        back = 1.0 / math.sqrt(ux * ux + uy * uy + uz * uz)
+        return back * x, back * y, back * z, 1.0, 1.0, 1.0
     wx, wy, wz = ux ** (degree - 2.0), uy ** (degree - 2.0), uz ** (degree - 2.0)
     value = wx * ux * ux + wy * uy * uy + wz * uz * uz
     back = value ** (-1.0 / degree)

@@ -134,6 +134,11 @@ class Bodies(Part):
         return [k for k, body in enumerate(self.bodies) if not body.rigid.locked]
 
     @cached_property
+    def _allowed(self) -> list[float]:
+        """Of each shape, how deep fabric may go into it [m]."""
+        return [DEEPEST * self.bodies[k].size for k in self.owner]
+
+    @cached_property
     def meetings(self) -> Meetings:
         """The pairs of bodies that can meet."""
         return Meetings.of(self.bodies)
@@ -184,17 +189,18 @@ class Bodies(Part):
     def move(self, state: BodiesState, dt: float) -> list[Booking]:
         """Bodies over a step of dt [s] under the contact forces and gravity."""
         bookings = []
-        for body, motion in zip(self.bodies, state.motion, strict=True):
+        for k in self._free:
+            body, motion = self.bodies[k], state.motion[k]
             rigid_body.advance(body.rigid, motion, self.gravity, dt)
-            if self.has_gravity and not body.rigid.locked:  # the velocity is the new one already
+            if self.has_gravity:  # the velocity is the new one already
                 middle = motion.velocity - 0.5 * dt * (motion.force / body.rigid.mass + self.gravity)
                 bookings.append(Booking(GRAVITY_WORK, float(body.rigid.mass * self.gravity @ middle) * dt))
         return bookings + self.kinetic_energy(state)
 
     def kinetic_energy(self, state: BodiesState) -> list[Booking]:
         """That of all bodies now."""
-        pairs = zip(self.bodies, state.motion, strict=True)
-        return [Booking(BODY_KINETIC, sum(rigid_body.kinetic_energy(body.rigid, motion) for body, motion in pairs))]
+        energies = (rigid_body.kinetic_energy(self.bodies[k].rigid, state.motion[k]) for k in self._free)
+        return [Booking(BODY_KINETIC, sum(energies))]
 
     # --- what a run says of them -----------------------------------------------------------------------------------
 
@@ -237,9 +243,9 @@ class Bodies(Part):
 
     def guard(self, state: BodiesState, moment: Moment) -> None:
         """Raises NumericalStop E-NUM-006 if fabric went too deep into a body."""
-        for body, deepest in zip(self.bodies, self._deepest(state), strict=True):
-            if deepest > DEEPEST * body.size:
-                raise TOO_DEEP(body=body.name, depth=1e3 * deepest, when=moment.when)
+        for owner, deepest, allowed in zip(self.owner, state.contact.deepest.tolist(), self._allowed, strict=True):
+            if deepest > allowed:
+                raise TOO_DEEP(body=self.bodies[owner].name, depth=1e3 * deepest, when=moment.when)
         self.meetings.guard(state.meeting, moment)
 
     def books(self, state: BodiesState, moment: Moment, history) -> dict[str, float]:

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import prange
 
-from billow.base.compiled import CHUNK, kernel
+from billow.base.compiled import CHUNK, inlined, kernel
 from billow.geometry.shapes.kinds import near_shape, number_of
 from billow.geometry.shapes.pose import into_axes, into_space, pose_of
 from billow.geometry.shapes.shape import NUMBERS, Shape
@@ -48,6 +48,12 @@ class ContactState:
         field, sums = np.zeros((shapes, nodes, 3)), np.zeros(shapes)
         return cls(field, field.copy(), np.zeros((shapes, nodes), np.bool_), sums, sums.copy(), sums.copy())
 
+
+BLOCK = 32
+"""Nodes that are kicked, and asked whether they come close to a shape, together."""
+PX, PY, PZ, VX, VY, VZ, CLOSE = (BLOCK * row for row in range(7))
+"""Rows of a block: positions [m], velocities [m/s], how far a node comes into a shape's reach (in no unit)."""
+ROWS = 7
 
 SWEEPS, SETTLED = 100, 1e-10
 """Most sweeps over the shapes that pinch a node, and the relative change of force at which they end."""
@@ -119,105 +125,154 @@ def kick_touch_drift(
     return reaction
 
 
+@inlined
+def _kick(block, first, count, dt, nodes):
+    """Half a kick of `count` nodes from `first` on: fill the rows PX to VZ, and keep where they are."""
+    inverse_mass, nodal_force, positions, velocities, before = nodes
+    for j in range(count):
+        i = np.uint64(first + j)
+        half = 0.5 * dt * inverse_mass[i]
+        x, y, z = positions[i, 0], positions[i, 1], positions[i, 2]
+        before[i, 0], before[i, 1], before[i, 2] = x, y, z
+        block[PX + j], block[PY + j], block[PZ + j] = x, y, z
+        block[VX + j] = velocities[i, 0] + half * nodal_force[i, 0]
+        block[VY + j] = velocities[i, 1] + half * nodal_force[i, 1]
+        block[VZ + j] = velocities[i, 2] + half * nodal_force[i, 2]
+
+
+@inlined
+def _ask(block, dt, bound, motion):
+    """Fill the row CLOSE: above zero for nodes that come into the sphere around a shape, or below a plane, if they go
+    on as they are. Most do not, so this is a loop without branches."""
+    body, centre, pose = motion.body, motion.centre, motion.pose
+    for j in range(BLOCK):
+        block[CLOSE + j] = 0.0
+    for o in range(len(bound)):
+        cx, cy, cz, ux, uy, uz = body[o, 0], body[o, 1], body[o, 2], body[o, 3], body[o, 4], body[o, 5]
+        wx, wy, wz, mx, my, mz = body[o, 6], body[o, 7], body[o, 8], centre[o, 0], centre[o, 1], centre[o, 2]
+        nx, ny, nz, radius = pose[o, 2], pose[o, 5], pose[o, 8], bound[o]
+        is_bounded = radius < math.inf
+        for j in range(BLOCK):
+            rx, ry, rz = block[PX + j] - cx, block[PY + j] - cy, block[PZ + j] - cz
+            tx = dt * (block[VX + j] - ux - (wy * rz - wz * ry))
+            ty = dt * (block[VY + j] - uy - (wz * rx - wx * rz))
+            tz = dt * (block[VZ + j] - uz - (wx * ry - wy * rx))
+            sx, sy, sz = rx - mx, ry - my, rz - mz
+            reach = radius + math.sqrt(tx * tx + ty * ty + tz * tz)
+            within = reach * reach - (sx * sx + sy * sy + sz * sz)
+            z = nx * sx + ny * sy + nz * sz
+            lower = z + (nx * tx + ny * ty + nz * tz)
+            below = -(lower if lower < z else z)
+            close = within if is_bounded else below
+            block[CLOSE + j] = close if close > block[CLOSE + j] else block[CLOSE + j]
+
+
 @kernel
 def _kick_touch_drift(
     n, table, motion, area, nodes, dt, force, offset, touching, stored_out, dissipated_out, deepest_out, reaction_out
 ):
-    inverse_mass, nodal_force, positions, velocities, before = nodes
+    inverse_mass, _, positions, velocities, _ = nodes
     body, centre, pose = motion.body, motion.centre, motion.pose
     kind, numbers, bound, law = table.kind, table.numbers, table.bound, table.law
     chunks, shapes = (n + CHUNK - 1) // CHUNK, len(table.kind)
     partial = np.empty((chunks, shapes, 9))  # reaction, stored, dissipated, deepest
     for chunk in prange(chunks):
         partial[chunk] = 0.0
+        block = np.zeros(ROWS * BLOCK)
         near = np.empty(shapes, dtype=np.int64)
         geometry = np.empty((shapes, 4))  # depth and normal
         answer = np.empty((shapes, 9))  # force, new offset in space, stored, dissipated, depth after
-        for i in range(chunk * CHUNK, min(n, (chunk + 1) * CHUNK)):
-            px, py, pz = positions[i, 0], positions[i, 1], positions[i, 2]
-            before[i, 0], before[i, 1], before[i, 2] = px, py, pz
-            half = 0.5 * dt * inverse_mass[i]
-            for k in range(3):
-                velocities[i, k] += half * nodal_force[i, k]
-            count = 0
-            for o in range(shapes):
-                rx, ry, rz = px - body[o, 0], py - body[o, 1], pz - body[o, 2]
-                tx = dt * (velocities[i, 0] - body[o, 3] - (body[o, 7] * rz - body[o, 8] * ry))
-                ty = dt * (velocities[i, 1] - body[o, 4] - (body[o, 8] * rx - body[o, 6] * rz))
-                tz = dt * (velocities[i, 2] - body[o, 5] - (body[o, 6] * ry - body[o, 7] * rx))
-                sx, sy, sz = rx - centre[o, 0], ry - centre[o, 1], rz - centre[o, 2]
-                # The cheap question first: within the sphere around the shape, or below the plane above it?
-                if bound[o] < math.inf:
-                    reach = bound[o] + math.sqrt(tx * tx + ty * ty + tz * tz)
-                    touches = sx * sx + sy * sy + sz * sz < reach * reach
-                else:
-                    z = pose[o, 2] * sx + pose[o, 5] * sy + pose[o, 8] * sz
-                    touches = min(z, z + (pose[o, 2] * tx + pose[o, 5] * ty + pose[o, 8] * tz)) < 0.0
-                if touches:
-                    own = numbers[o, 0], numbers[o, 1], numbers[o, 2], numbers[o, 3], numbers[o, 4]
-                    touches, depth, nx, ny, nz = near_shape(kind[o], own, pose_of(pose, o), sx, sy, sz, tx, ty, tz)
+        end = min(n, (chunk + 1) * CHUNK)
+        for first in range(chunk * CHUNK, end, BLOCK):
+            _kick(block, first, min(BLOCK, end - first), dt, nodes)
+            _ask(block, dt, bound, motion)
+            for i in range(first, min(end, first + BLOCK)):
+                j = i - first
+                px, py, pz = block[PX + j], block[PY + j], block[PZ + j]
+                velocities[i, 0], velocities[i, 1], velocities[i, 2] = block[VX + j], block[VY + j], block[VZ + j]
+                asks = block[CLOSE + j] > 0.0
+                for o in range(shapes):
+                    asks = asks or touching[o, i]
+                count = 0
+                half = 0.5 * dt * inverse_mass[i]
+                for o in range(shapes if asks else 0):
+                    rx, ry, rz = px - body[o, 0], py - body[o, 1], pz - body[o, 2]
+                    tx = dt * (velocities[i, 0] - body[o, 3] - (body[o, 7] * rz - body[o, 8] * ry))
+                    ty = dt * (velocities[i, 1] - body[o, 4] - (body[o, 8] * rx - body[o, 6] * rz))
+                    tz = dt * (velocities[i, 2] - body[o, 5] - (body[o, 6] * ry - body[o, 7] * rx))
+                    sx, sy, sz = rx - centre[o, 0], ry - centre[o, 1], rz - centre[o, 2]
+                    # The cheap question first: within the sphere around the shape, or below the plane above it?
+                    if bound[o] < math.inf:
+                        reach = bound[o] + math.sqrt(tx * tx + ty * ty + tz * tz)
+                        touches = sx * sx + sy * sy + sz * sz < reach * reach
+                    else:
+                        z = pose[o, 2] * sx + pose[o, 5] * sy + pose[o, 8] * sz
+                        touches = min(z, z + (pose[o, 2] * tx + pose[o, 5] * ty + pose[o, 8] * tz)) < 0.0
                     if touches:
-                        geometry[o, 0], geometry[o, 1], geometry[o, 2], geometry[o, 3] = depth, nx, ny, nz
-                if touches and area[i] > 0.0:
-                    near[count] = o
-                    answer[o, 0] = answer[o, 1] = answer[o, 2] = 0.0
-                    count += 1
-                    touching[o, i] = True
-                elif touching[o, i]:
-                    touching[o, i] = False
+                        own = numbers[o, 0], numbers[o, 1], numbers[o, 2], numbers[o, 3], numbers[o, 4]
+                        touches, depth, nx, ny, nz = near_shape(kind[o], own, pose_of(pose, o), sx, sy, sz, tx, ty, tz)
+                        if touches:
+                            geometry[o, 0], geometry[o, 1], geometry[o, 2], geometry[o, 3] = depth, nx, ny, nz
+                    if touches and area[i] > 0.0:
+                        near[count] = o
+                        answer[o, 0] = answer[o, 1] = answer[o, 2] = 0.0
+                        count += 1
+                        touching[o, i] = True
+                    elif touching[o, i]:
+                        touching[o, i] = False
+                        for k in range(3):
+                            force[o, i, k] = 0.0
+                            offset[o, i, k] = 0.0
+                if count == 0:
                     for k in range(3):
-                        force[o, i, k] = 0.0
-                        offset[o, i, k] = 0.0
-            if count == 0:
-                for k in range(3):
-                    positions[i, k] += dt * velocities[i, k]
-                continue
-            for _ in range(SWEEPS if count > 1 else 1):
-                change, size = 0.0, 0.0
+                        positions[i, k] += dt * velocities[i, k]
+                    continue
+                for _ in range(SWEEPS if count > 1 else 1):
+                    change, size = 0.0, 0.0
+                    for m in range(count):
+                        o = near[m]
+                        rx, ry, rz = px - body[o, 0], py - body[o, 1], pz - body[o, 2]
+                        # Without its own push, but with those of the others.
+                        ux = velocities[i, 0] - half * answer[o, 0]
+                        uy = velocities[i, 1] - half * answer[o, 1]
+                        uz = velocities[i, 2] - half * answer[o, 2]
+                        sx, sy, sz = into_space(pose_of(pose, o), offset[o, i, 0], offset[o, i, 1], offset[o, i, 2])
+                        fx, fy, fz, sx, sy, sz, stored, lost, after = contact_force(
+                            geometry[o, 0], geometry[o, 1], geometry[o, 2], geometry[o, 3],
+                            ux - body[o, 3] - (body[o, 7] * rz - body[o, 8] * ry),
+                            uy - body[o, 4] - (body[o, 8] * rx - body[o, 6] * rz),
+                            uz - body[o, 5] - (body[o, 6] * ry - body[o, 7] * rx),
+                            law[o, 0] * area[i], inverse_mass[i], law[o, 2], law[o, 1], sx, sy, sz, dt,
+                        )  # fmt: skip
+                        velocities[i, 0] = ux + half * fx
+                        velocities[i, 1] = uy + half * fy
+                        velocities[i, 2] = uz + half * fz
+                        change += abs(fx - answer[o, 0]) + abs(fy - answer[o, 1]) + abs(fz - answer[o, 2])
+                        size += abs(fx) + abs(fy) + abs(fz)
+                        answer[o, 0], answer[o, 1], answer[o, 2] = fx, fy, fz
+                        answer[o, 3], answer[o, 4], answer[o, 5] = sx, sy, sz
+                        answer[o, 6], answer[o, 7], answer[o, 8] = stored, lost, after
+                    if change <= SETTLED * size:
+                        break
                 for m in range(count):
                     o = near[m]
                     rx, ry, rz = px - body[o, 0], py - body[o, 1], pz - body[o, 2]
-                    # Without its own push, but with those of the others.
-                    ux = velocities[i, 0] - half * answer[o, 0]
-                    uy = velocities[i, 1] - half * answer[o, 1]
-                    uz = velocities[i, 2] - half * answer[o, 2]
-                    sx, sy, sz = into_space(pose_of(pose, o), offset[o, i, 0], offset[o, i, 1], offset[o, i, 2])
-                    fx, fy, fz, sx, sy, sz, stored, lost, after = contact_force(
-                        geometry[o, 0], geometry[o, 1], geometry[o, 2], geometry[o, 3],
-                        ux - body[o, 3] - (body[o, 7] * rz - body[o, 8] * ry),
-                        uy - body[o, 4] - (body[o, 8] * rx - body[o, 6] * rz),
-                        uz - body[o, 5] - (body[o, 6] * ry - body[o, 7] * rx),
-                        law[o, 0] * area[i], inverse_mass[i], law[o, 2], law[o, 1], sx, sy, sz, dt,
-                    )  # fmt: skip
-                    velocities[i, 0] = ux + half * fx
-                    velocities[i, 1] = uy + half * fy
-                    velocities[i, 2] = uz + half * fz
-                    change += abs(fx - answer[o, 0]) + abs(fy - answer[o, 1]) + abs(fz - answer[o, 2])
-                    size += abs(fx) + abs(fy) + abs(fz)
-                    answer[o, 0], answer[o, 1], answer[o, 2] = fx, fy, fz
-                    answer[o, 3], answer[o, 4], answer[o, 5] = sx, sy, sz
-                    answer[o, 6], answer[o, 7], answer[o, 8] = stored, lost, after
-                if change <= SETTLED * size:
-                    break
-            for m in range(count):
-                o = near[m]
-                rx, ry, rz = px - body[o, 0], py - body[o, 1], pz - body[o, 2]
-                fx, fy, fz = answer[o, 0], answer[o, 1], answer[o, 2]
-                force[o, i, 0], force[o, i, 1], force[o, i, 2] = fx, fy, fz
-                # Kept in the shape's axes, where the sticking point rests.
-                sx, sy, sz = into_axes(pose_of(pose, o), answer[o, 3], answer[o, 4], answer[o, 5])
-                offset[o, i, 0], offset[o, i, 1], offset[o, i, 2] = sx, sy, sz
-                partial[chunk, o, 0] -= fx
-                partial[chunk, o, 1] -= fy
-                partial[chunk, o, 2] -= fz
-                partial[chunk, o, 3] -= ry * fz - rz * fy
-                partial[chunk, o, 4] -= rz * fx - rx * fz
-                partial[chunk, o, 5] -= rx * fy - ry * fx
-                partial[chunk, o, 6] += answer[o, 6]
-                partial[chunk, o, 7] += answer[o, 7]
-                partial[chunk, o, 8] = max(partial[chunk, o, 8], answer[o, 8])
-            for k in range(3):
-                positions[i, k] += dt * velocities[i, k]
+                    fx, fy, fz = answer[o, 0], answer[o, 1], answer[o, 2]
+                    force[o, i, 0], force[o, i, 1], force[o, i, 2] = fx, fy, fz
+                    # Kept in the shape's axes, where the sticking point rests.
+                    sx, sy, sz = into_axes(pose_of(pose, o), answer[o, 3], answer[o, 4], answer[o, 5])
+                    offset[o, i, 0], offset[o, i, 1], offset[o, i, 2] = sx, sy, sz
+                    partial[chunk, o, 0] -= fx
+                    partial[chunk, o, 1] -= fy
+                    partial[chunk, o, 2] -= fz
+                    partial[chunk, o, 3] -= ry * fz - rz * fy
+                    partial[chunk, o, 4] -= rz * fx - rx * fz
+                    partial[chunk, o, 5] -= rx * fy - ry * fx
+                    partial[chunk, o, 6] += answer[o, 6]
+                    partial[chunk, o, 7] += answer[o, 7]
+                    partial[chunk, o, 8] = max(partial[chunk, o, 8], answer[o, 8])
+                for k in range(3):
+                    positions[i, k] += dt * velocities[i, k]
     stored_out[:], dissipated_out[:], deepest_out[:], reaction_out[:] = 0.0, 0.0, 0.0, 0.0
     for chunk in range(chunks):
         for o in range(shapes):

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from billow.geometry.assembly import COLUMNS, Corners
 from billow.parts.fabric.membrane import ENERGY, Membrane
 
 NUDGE = 1e-4
@@ -55,10 +56,12 @@ def strain_energy(
 ) -> float:
     """Recoverable energy [J] of membranes; their history stays as it is."""
     total = 0.0
-    at_rest, loads = np.zeros_like(positions), (np.empty((len(triangles), 3, 3)), np.empty((len(triangles), 3)))
+    at_rest = np.zeros_like(positions)
     for membrane, history in zip(membranes, histories, strict=True):
         sums = membrane.sums(1 + int(max(membrane.behind.max(), membrane.ahead.max())))
-        membrane.fabric.add_forces(membrane, triangles, positions, at_rest, history.copy(), loads, sums)
+        corners = Corners.apart(triangles[membrane.elements])
+        loads = np.empty((corners.entry.size, COLUMNS))
+        membrane.fabric.add_forces(membrane, corners, positions, at_rest, history.copy(), loads, sums)
         total += float(sums[:, ENERGY].sum())
     return total
 

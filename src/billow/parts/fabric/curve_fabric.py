@@ -14,6 +14,7 @@ from numba import prange
 
 from billow.base.compiled import CHUNK, kernel, scalar
 from billow.base.errors import Concern
+from billow.geometry.assembly import Corners
 from billow.parts.fabric.block import (
     AA,
     AB,
@@ -23,15 +24,15 @@ from billow.parts.fabric.block import (
     R11,
     R12,
     R22,
-    ROWS,
     S11,
     S12,
     S22,
     V,
+    add_up,
     fetch,
     load,
+    open_chunk,
     strain_of,
-    total,
 )  # fmt: skip
 from billow.parts.fabric.curve import Curve, TestedCurve, green_strain, shear_of_angle, shear_stress, yarn_stress
 from billow.parts.fabric.curve_table import INTERVALS, VIRGIN, Spring, SpringTable, place, read
@@ -172,14 +173,14 @@ class CurveFabric:
         return (CRITICAL * self.wave_speed / membrane.altitude) ** 2
 
     def add_forces(
-        self, membrane: Membrane, triangles: np.ndarray, positions: np.ndarray, velocities: np.ndarray,
-        history: np.ndarray, loads: tuple[np.ndarray, np.ndarray], partial: np.ndarray,
+        self, membrane: Membrane, corners: Corners, positions: np.ndarray, velocities: np.ndarray,
+        history: np.ndarray, loads: np.ndarray, partial: np.ndarray,
     ) -> None:  # fmt: skip
         """As `billow.parts.fabric.membrane.FabricLaw` promises."""
-        mesh = membrane.for_kernels(triangles, positions, velocities)
+        mesh = membrane.for_kernels(positions, velocities)
         _curve_forces(
-            len(membrane.elements), self.switches_shear, self.table, self._constants, mesh, history, loads,
-            partial,
+            len(membrane.elements), self.switches_shear, self.table, self._constants, mesh, history, tuple(corners),
+            loads, partial,
         )  # fmt: skip
 
     def cost_of_steepness(self, altitude: float) -> tuple[str, float, float]:
@@ -245,20 +246,18 @@ def shear_measure(c0, aa, bb, ab):
 
 
 @kernel
-def _curve_forces(n, switches_shear, table, constants, mesh, history, loads, partial_out):
+def _curve_forces(n, switches_shear, table, constants, mesh, history, corners, loads, partial_out):
     rows, scale, share = table
     below_a, below_b, c0, cot, csc = constants
-    corner_force, thirds = loads
     remember = 2 if switches_shear else 3
     for chunk in prange((n + CHUNK - 1) // CHUNK):
-        block = np.zeros(ROWS * BLOCK)
-        partial_out[chunk] = 0.0
+        block = open_chunk(chunk, corners, loads, partial_out)
         end = min(n, (chunk + 1) * CHUNK)
         heat = 0.0
         for first in range(chunk * CHUNK, end, BLOCK):
             count = min(BLOCK, end - first)
-            fetch(block, first, count, mesh)
-            strain_of(block)
+            fetch(block, first, count, mesh, corners)
+            strain_of(block, first, mesh)
             for j in range(count):
                 i = np.uint64(first + j)
                 aa, bb, ab = block[AA + j], block[BB + j], block[AB + j]
@@ -318,8 +317,8 @@ def _curve_forces(n, switches_shear, table, constants, mesh, history, loads, par
                 pressed_b, stored_b = shortened(below_b, eb)
                 saa, sbb, stored = saa + pressed_a, sbb + pressed_b, stored + stored_a + stored_b
                 block[S11 + j], block[S22 + j], block[S12 + j] = saa + h * zaa, sbb + h * zbb, h * zab
-                block[ENERGY + j] = block[V + j] * stored
-                heat += block[V + j] * history[i, HEAT]
-            load(block, first, count, mesh, corner_force, thirds)
-            total(block, first, count, mesh, cot, csc, 0.0, chunk, partial_out)
+                block[ENERGY + j] = stored
+                heat += mesh[0][V, i] * history[i, HEAT]
+            load(block, first, mesh, cot, csc, 0.0)
+            add_up(block, first, count, mesh, corners, loads, chunk, partial_out)
         partial_out[chunk, HYSTERESIS] = heat

@@ -13,12 +13,13 @@ from billow.base.compiled import scalar
 from billow.base.errors import Concern, NumericalStop
 from billow.base.plausible import is_usual
 from billow.base.quality import SMALLER_STEPS, Criterion, criterion
+from billow.geometry.assembly import COLUMNS, Assembly, Corners
 from billow.geometry.surface import Surface, area_vectors
 from billow.geometry.triangle import double_area_vector
 from billow.geometry.triangulation import sorted_edges
 from billow.parts.fabric.birth import Birth
 from billow.parts.fabric.block import VOLUMES
-from billow.parts.fabric.membrane import ENERGY, HYSTERESIS, POWER, SQUARED_RATE, STRETCH, Membrane, odd_speed
+from billow.parts.fabric.membrane import SQUARED_RATE, STRETCH, Membrane, odd_speed
 from billow.parts.part import (
     DAMPING,
     RECEIVED,
@@ -126,21 +127,26 @@ class Fabric(Part):
         membranes: Sequence[Membrane] = self.membranes
         if self.birth is not None:
             membranes = self._reference(state, positions, time, dt, bookings)
-        largest, rate, strain, heat = 0.0, 0.0, 0.0, 0.0
-        triangles, on_triangles = self.surface.triangles, (loads.corner_force, loads.thirds)
-        loads.volumes[:] = self._holes(positions, loads)
-        for membrane, history in zip(membranes, state.history, strict=True):
-            sums = membrane.sums(len(loads.volumes))
-            membrane.fabric.add_forces(membrane, triangles, positions, velocities, history, on_triangles, sums)
-            loads.volumes[:] += sums[:, VOLUMES + 1 :].sum(axis=0)
-            columns = sums.T.tolist()
-            strain += sum(columns[ENERGY])
-            heat += sum(columns[HYSTERESIS])
-            bookings.append(Booking(DAMPING, sum(columns[POWER]) * dt))
-            largest = max([largest, *columns[STRETCH]])
-            rate = max([rate, *columns[SQUARED_RATE]])
-        state.largest_stretch, state.squared_rate = math.sqrt(largest), rate
-        return [*bookings, Booking(STRAIN, strain), Booking(HEAT_OF_HYSTERESIS, heat)]
+        chambers = self.surface.chambers
+        *of_membranes, of_holes = self.assembly.corners
+        totals = np.zeros(VOLUMES + 1 + chambers.count)
+        for membrane, history, corners in zip(membranes, state.history, of_membranes, strict=True):
+            sums = membrane.sums(chambers.count)
+            membrane.fabric.add_forces(membrane, corners, positions, velocities, history, loads.entries, sums)
+            _add_chunks(sums, totals)
+        _measure_holes(
+            self._bare, positions, chambers.behind, chambers.ahead, *of_holes, loads.entries, totals
+        )  # fmt: skip
+        strain, power, largest, heat, state.squared_rate = totals[:VOLUMES].tolist()
+        loads.volumes[:] = totals[VOLUMES + 1 :]
+        state.largest_stretch = math.sqrt(largest)
+        return [*bookings, Booking(DAMPING, power * dt), Booking(STRAIN, strain), Booking(HEAT_OF_HYSTERESIS, heat)]
+
+    @cached_property
+    def assembly(self) -> Assembly:
+        """Of the membranes, and last of the triangles that none covers."""
+        lists = [*(membrane.elements for membrane in self.membranes), self._bare]
+        return Assembly.build(lists, self.surface.triangles, self.surface.chambers, self.surface.node_count)
 
     @cached_property
     def _bare(self) -> np.ndarray:
@@ -148,15 +154,16 @@ class Fabric(Part):
         covered = [np.empty(0, np.int64), *(membrane.elements for membrane in self.membranes)]
         return np.setdiff1d(np.arange(self.surface.triangle_count), np.concatenate(covered))
 
-    def _holes(self, positions: np.ndarray, loads: Loads) -> np.ndarray:
-        """Set the loads of triangles without fabric; returns their part in the volumes [m^3], (chambers,)."""
-        chambers = self.surface.chambers
-        volumes = np.zeros(chambers.count + 1)
-        _measure_holes(
-            self._bare, self.surface.triangles, positions, chambers.behind, chambers.ahead, loads.corner_force,
-            loads.thirds, volumes,
-        )  # fmt: skip
-        return volumes[:-1]
+    def corner_forces(self, state: FabricState, positions: np.ndarray, velocities: np.ndarray) -> np.ndarray:
+        """Forces of the fabric on the corners of each triangle by itself [N], (triangles, 3, 3), after the ramp from a
+        stretched start shape; positions [m] and velocities [m/s]: (nodes, 3). Its history stays as it is."""
+        forces = np.zeros((self.surface.triangle_count, 3, 3))
+        for membrane, history in zip(self.membranes, state.history, strict=True):
+            corners = Corners.apart(self.surface.triangles[membrane.elements])
+            loads, sums = np.empty((corners.entry.size, COLUMNS)), membrane.sums(self.surface.chambers.count)
+            membrane.fabric.add_forces(membrane, corners, positions, velocities, history.copy(), loads, sums)
+            forces[membrane.elements] = loads[:, :3].reshape(-1, 3, 3)
+        return forces
 
     def _reference(
         self, state: FabricState, positions: np.ndarray, time: float, dt: float, bookings: list[Booking]
@@ -243,18 +250,34 @@ class Fabric(Part):
 
 
 @scalar
-def _measure_holes(which, triangles, positions, behind, ahead, corner_force, thirds, volumes_out):
+def _add_chunks(partial, totals_out):
+    """Add what a law summed up per chunk to the totals."""
+    for chunk in range(len(partial)):
+        for k in range(partial.shape[1]):
+            if k in (STRETCH, SQUARED_RATE):
+                # A number that is not finite must not be lost.
+                totals_out[k] = totals_out[k] if totals_out[k] > partial[chunk, k] else partial[chunk, k]
+            else:
+                totals_out[k] += partial[chunk, k]
+
+
+@scalar
+def _measure_holes(which, positions, behind, ahead, node, corner, first, loads_out, totals_out):
+    loads_out[first[0] : first[-1]] = 0.0
     x, y, z = positions[0, 0], positions[0, 1], positions[0, 2]
-    for t in which:
-        a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
+    for i in range(len(which)):
+        t = which[i]
+        a, b, c = node[i, 0], node[i, 1], node[i, 2]
         nx, ny, nz = double_area_vector(positions, a, b, c)
         nx, ny, nz = nx / 6.0, ny / 6.0, nz / 6.0
         volume = (positions[a, 0] - x) * nx + (positions[a, 1] - y) * ny + (positions[a, 2] - z) * nz
-        volumes_out[behind[t]] += volume  # OUTSIDE, -1, is the last
-        volumes_out[ahead[t]] -= volume
-        thirds[t, 0], thirds[t, 1], thirds[t, 2] = nx, ny, nz
+        totals_out[VOLUMES + 1 + behind[t]] += volume  # OUTSIDE, -1, is the first
+        totals_out[VOLUMES + 1 + ahead[t]] -= volume
         for k in range(3):
-            corner_force[t, k, 0] = corner_force[t, k, 1] = corner_force[t, k, 2] = 0.0
+            entry = corner[i, k]
+            loads_out[entry, 3] += nx
+            loads_out[entry, 4] += ny
+            loads_out[entry, 5] += nz
 
 
 def worst_stretch(membrane: Membrane, triangles: np.ndarray, positions: np.ndarray) -> tuple[int, float]:

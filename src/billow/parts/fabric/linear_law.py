@@ -15,21 +15,21 @@ from numba import prange
 
 from billow.base.compiled import CHUNK, inlined, kernel
 from billow.base.errors import Concern
+from billow.geometry.assembly import Corners
 from billow.parts.fabric.block import (
     AA,
     AB,
     BB,
     BLOCK,
     ENERGY,
-    ROWS,
     S11,
     S12,
     S22,
-    V,
+    add_up,
     fetch,
     load,
+    open_chunk,
     strain_of,
-    total,
 )  # fmt: skip
 from billow.parts.fabric.membrane import Membrane, odd_speed
 from billow.parts.part import Setting
@@ -137,13 +137,13 @@ class LinearFabric:
         return 0.75 / self.density * np.linalg.eigvalsh(root.T @ products @ root)[:, -1]
 
     def add_forces(
-        self, membrane: Membrane, triangles: np.ndarray, positions: np.ndarray, velocities: np.ndarray,
-        history: np.ndarray, loads: tuple[np.ndarray, np.ndarray], partial: np.ndarray,
+        self, membrane: Membrane, corners: Corners, positions: np.ndarray, velocities: np.ndarray,
+        history: np.ndarray, loads: np.ndarray, partial: np.ndarray,
     ) -> None:  # fmt: skip
         """As `billow.parts.fabric.membrane.FabricLaw` promises; there is no history."""
         rule = KEEP if self.compression else PRINCIPAL if self.is_isotropic else YARN
-        mesh = membrane.for_kernels(triangles, positions, velocities)
-        _linear_forces(len(membrane.elements), rule, *self._moduli, mesh, loads, partial)
+        mesh = membrane.for_kernels(positions, velocities)
+        _linear_forces(len(membrane.elements), rule, *self._moduli, mesh, tuple(corners), loads, partial)
 
 
 @inlined
@@ -206,20 +206,18 @@ def _stress(block, rule, moduli, liner):
         m11, m22, m12 = taut_stress(l11, l22, l12, l66, e11, e22, e12)
         s11, s22, s12 = block[S11 + j] + m11, block[S22 + j] + m22, block[S12 + j] + m12
         block[S11 + j], block[S22 + j], block[S12 + j] = s11, s22, s12
-        block[ENERGY + j] = 0.5 * block[V + j] * (s11 * e11 + s22 * e22 + 2.0 * s12 * e12)
+        block[ENERGY + j] = 0.5 * (s11 * e11 + s22 * e22 + 2.0 * s12 * e12)
 
 
 @kernel
-def _linear_forces(n, rule, moduli, liner, mesh, loads, partial_out):
-    corner_force, thirds = loads
+def _linear_forces(n, rule, moduli, liner, mesh, corners, loads, partial_out):
     for chunk in prange((n + CHUNK - 1) // CHUNK):
-        block = np.zeros(ROWS * BLOCK)
-        partial_out[chunk] = 0.0
+        block = open_chunk(chunk, corners, loads, partial_out)
         end = min(n, (chunk + 1) * CHUNK)
         for first in range(chunk * CHUNK, end, BLOCK):
             count = min(BLOCK, end - first)
-            fetch(block, first, count, mesh)
-            strain_of(block)
+            fetch(block, first, count, mesh, corners)
+            strain_of(block, first, mesh)
             _stress(block, rule, moduli, liner)
-            load(block, first, count, mesh, corner_force, thirds)
-            total(block, first, count, mesh, 0.0, 1.0, 0.5, chunk, partial_out)
+            load(block, first, mesh, 0.0, 1.0, 0.5)
+            add_up(block, first, count, mesh, corners, loads, chunk, partial_out)

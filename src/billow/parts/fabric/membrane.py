@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -13,8 +14,9 @@ import numpy as np
 from billow.base.compiled import CHUNK
 from billow.base.errors import Concern, InputError
 from billow.base.plausible import is_usual
+from billow.geometry.assembly import Corners
 from billow.geometry.chambers import Chambers
-from billow.parts.fabric.block import VOLUMES
+from billow.parts.fabric.block import BLOCK, CONSTANTS, D11, D12, D21, D22, MU, RATE, VOLUMES, V
 from billow.parts.part import Setting
 
 ENERGY, POWER, STRETCH, HYSTERESIS, SQUARED_RATE = range(VOLUMES)
@@ -80,16 +82,17 @@ class FabricLaw(Protocol):
         highest mode with its own lumped mass. No mode of a mesh is faster than that of its fastest element."""
 
     def add_forces(
-        self, membrane: Membrane, triangles: np.ndarray, positions: np.ndarray, velocities: np.ndarray,
-        history: np.ndarray, loads: tuple[np.ndarray, np.ndarray], partial: np.ndarray,
+        self, membrane: Membrane, corners: Corners, positions: np.ndarray, velocities: np.ndarray,
+        history: np.ndarray, loads: np.ndarray, partial: np.ndarray,
     ) -> None:  # fmt: skip
-        """Set `loads` of the elements' triangles, and bring history up to date.
+        """Set the loads of the elements, and bring history up to date.
 
-        triangles: (triangles, 3). positions [m] and velocities [m/s]: (nodes, 3). history: (elements, history_width).
-        loads: membrane forces on the corners [N], (triangles, 3, 3), and a third of each area vector [m^2], (triangles,
-        3). partial: of `Membrane.sums`, receives per chunk of elements the recoverable strain energy [J], the power
-        turned to heat [W], a bound on the largest squared stretch [-], the energy turned to heat so far that follows
-        from the history [J], the largest 1/dt^2 [1/s^2] of any element as it is strained now, and the part of the
+        corners: of the elements. positions [m] and velocities [m/s]: (nodes, 3). history: (elements, history_width).
+        loads: (entries, COLUMNS), receives membrane forces on the corners [N] and a third of the area vectors [m^2],
+        summed up at the entries of `corners`, and only there. partial: of `Membrane.sums`, receives per chunk of
+        elements the recoverable strain energy [J], the power turned to heat [W], a bound on the largest squared stretch
+        [-], the energy turned to heat so far that follows from the history [J], the largest 1/dt^2 [1/s^2] of any
+        element as it is strained now, and the part of the
         elements in the volumes [m^3] of the surroundings and of each chamber, by Gauss' theorem.
         """
 
@@ -174,14 +177,18 @@ class Membrane:
         along, across = np.stack([d11, d21, -d11 - d21]), np.stack([d12, d22, -d12 - d22])
         return (along**2).sum(axis=0), (across**2).sum(axis=0), (along * across).sum(axis=0)
 
-    def for_kernels(
-        self, triangles: np.ndarray, positions: np.ndarray, velocities: np.ndarray
-    ) -> tuple[np.ndarray, ...]:
+    @cached_property
+    def _constants(self) -> np.ndarray:
+        """As the kernels of all laws read them, (CONSTANTS, n and room to the end of a block)."""
+        n = len(self.elements)
+        rows = np.zeros((CONSTANTS, -(-n // BLOCK) * BLOCK))
+        rows[[D11, D12, D21, D22], :n] = self.yarn_inverse
+        rows[V, :n], rows[MU, :n], rows[RATE, :n] = self.volume, self.viscosity, self.squared_rate
+        return rows
+
+    def for_kernels(self, positions: np.ndarray, velocities: np.ndarray) -> tuple[np.ndarray, ...]:
         """What the kernels of all laws read. positions [m] and velocities [m/s]: (nodes, 3)."""
-        return (
-            self.elements, self.yarn_inverse, self.volume, self.viscosity, self.squared_rate, self.behind, self.ahead,
-            triangles, positions, velocities,
-        )  # fmt: skip
+        return self._constants, self.behind, self.ahead, positions, velocities
 
     def sums(self, chambers: int = 1) -> np.ndarray:
         """Room for what the law sums up: (chunks, VOLUMES + 1 + chambers)."""

@@ -1,7 +1,7 @@
 """The contract every gas fulfils.
 
 A gas fills the bag and pushes on it. It sees the bag's surface and how it moved (`Bag`), and answers with forces on
-corners: it adds to `corner_force` (triangles, 3, 3) [N] and to nothing else. It promises, and
+nodes: it adds to `Loads`, a uniform pressure to `gauge`, and to nothing else. It promises, and
 tests/contracts/test_gas_contract.py checks for every implementation:
 
 1. mass closes: injected = inside + vented + leaked - what was there at the start, to rounding;
@@ -22,11 +22,12 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
 from billow.base.quality import Criterion
-from billow.geometry.surface import Surface, area_vectors
+from billow.geometry.surface import Surface
 from billow.parts.part import Loads
 
 
@@ -36,8 +37,8 @@ class Bag:
 
     positions: [m] at the end of the step, before: at its start, velocities: [m/s] at its middle, all (nodes, 3). before
     is positions where no step was made. touched: (shapes, nodes) bool, nodes in contact with each shape of a body;
-    None where nothing can be touched. loads: what the fabric has
-    measured of these positions, None where nobody has.
+    None where nothing can be touched. measured: volumes of the chambers [m^3], (chambers,), None where nobody has
+    measured them.
     """
 
     surface: Surface
@@ -45,19 +46,14 @@ class Bag:
     velocities: np.ndarray
     touched: np.ndarray | None = None
     before: np.ndarray | None = None
-    loads: Loads | None = None
+    measured: np.ndarray | None = None
 
     @property
     def volumes(self) -> np.ndarray:
         """Of the chambers [m^3], (chambers,)."""
-        if self.loads is not None:
-            return self.loads.volumes
+        if self.measured is not None:
+            return self.measured
         return self.surface.chambers.volumes(self.surface.triangles, self.positions)
-
-    @property
-    def thirds(self) -> np.ndarray:
-        """A third of each area vector [m^2], (triangles, 3)."""
-        return area_vectors(self.surface.triangles, self.positions) / 3.0 if self.loads is None else self.loads.thirds
 
     def __post_init__(self):
         if self.before is None:
@@ -128,6 +124,17 @@ class GasTotals:
         return self.work - self.ambient_work + self.jet_work
 
 
+class Vitals(NamedTuple):
+    """What is looked at after every step: net work on the fabric [J], pressure [Pa], temperature [K] and energy [J] of
+    all gas, volume of each chamber [m^3]."""
+
+    work_on_fabric: float
+    pressure: float
+    temperature: float
+    energy: float
+    volumes: list[float]
+
+
 class GasModel(ABC):
     """A gas: parameters only; everything that changes is in the state it hands out."""
 
@@ -136,12 +143,18 @@ class GasModel(ABC):
         """State at time zero for the bag's start shape."""
 
     @abstractmethod
-    def advance(self, gas, bag: Bag, time: float, dt: float, corner_force: np.ndarray) -> None:
-        """From `time` to `time + dt` [s]; the bag has already moved. Changes `gas`, adds to `corner_force`."""
+    def advance(self, gas, bag: Bag, time: float, dt: float, loads: Loads) -> None:
+        """From `time` to `time + dt` [s]; the bag has already moved. Changes `gas`, adds to `loads`."""
 
     @abstractmethod
     def totals(self, gas) -> GasTotals:
         """Totals of the state."""
+
+    def vitals(self, gas) -> Vitals:
+        """The few of the totals that every step asks for."""
+        now = self.totals(gas)
+        volumes = [chamber.volume for chamber in now.chambers] or [now.volume]
+        return Vitals(now.work_on_fabric, now.pressure, now.temperature, now.energy, volumes)
 
     @abstractmethod
     def fields(self, gas) -> dict[str, np.ndarray]:

@@ -17,7 +17,19 @@ from billow.parts.gas.gas_model import Bag, GasModel, GasTotals
 from billow.parts.gas.supply.concerns import supply_concerns
 from billow.parts.gas.supply.passages import FABRIC
 from billow.parts.gas.supply.supply import Supply
-from billow.parts.part import RECEIVED, WHOLE_MODEL, Account, Booking, Frame, Moment, Owner, Part, Quantity, Setting
+from billow.parts.part import (
+    RECEIVED,
+    WHOLE_MODEL,
+    Account,
+    Booking,
+    Frame,
+    Loads,
+    Moment,
+    Owner,
+    Part,
+    Quantity,
+    Setting,
+)
 
 GAS_WORK = Account("gas_work", RECEIVED, renewed=True)
 """Net work of the gas on the fabric, pressure against ambient and jets, since the start."""
@@ -75,8 +87,8 @@ class GasState:
 
     content: object
 
-    # Totals after the last step, which the guards look at.
-    totals = None
+    # After the last step: what the guards look at.
+    vitals = None
 
 
 @dataclass(frozen=True)
@@ -101,11 +113,11 @@ class GasPart(Part):
 
     # --- in a step -------------------------------------------------------------------------------------------------
 
-    def advance(self, gas: GasState, bag: Bag, time: float, dt: float, corner_force: np.ndarray) -> list[Booking]:
-        """From `time` to `time + dt` [s]; adds the gas' forces to corner_force [N] (triangles, 3, 3)."""
-        self.model.advance(gas.content, bag, time, dt, corner_force)
-        gas.totals = self.totals(gas)
-        return [Booking(GAS_WORK, gas.totals.work_on_fabric)]
+    def advance(self, gas: GasState, bag: Bag, time: float, dt: float, loads: Loads) -> list[Booking]:
+        """From `time` to `time + dt` [s]; adds the gas' forces to the loads."""
+        self.model.advance(gas.content, bag, time, dt, loads)
+        gas.vitals = self.model.vitals(gas.content)
+        return [Booking(GAS_WORK, gas.vitals.work_on_fabric)]
 
     def totals(self, gas: GasState) -> GasTotals:
         return self.model.totals(gas.content)
@@ -168,13 +180,13 @@ class GasPart(Part):
 
         A number that is not finite is found elsewhere.
         """
-        totals = gas.totals
-        rooms = totals.chambers or (totals,)
-        if totals.energy:  # without gas a chamber may have any volume
-            shares = [room.volume / start for room, start in zip(rooms, self.start_volumes, strict=True)]
+        now = gas.vitals
+        if now.energy:  # without gas a chamber may have any volume
+            shares = [volume / start for volume, start in zip(now.volumes, self.start_volumes, strict=True)]
             # Before what a lack of volume does to pressure and temperature.
-            if min(shares) < (SQUEEZED if totals.temperature >= HOTTEST else SMALLEST_VOLUME):
-                worst = shares.index(min(shares))
+            if min(shares) < (SQUEEZED if now.temperature >= HOTTEST else SMALLEST_VOLUME):
+                worst, totals = shares.index(min(shares)), self.totals(gas)
+                rooms = totals.chambers or (totals,)
                 raise CHAMBER_COLLAPSED(
                     chamber=self.surface.chambers.names[worst],
                     volume=1e3 * rooms[worst].volume,
@@ -182,7 +194,8 @@ class GasPart(Part):
                     pressure=rooms[worst].pressure,
                     when=moment.when,
                 )
-        if math.isfinite(totals.temperature) and not COLDEST < totals.temperature < HOTTEST:
+        if not COLDEST < now.temperature < HOTTEST and math.isfinite(now.temperature):
+            totals = self.totals(gas)
             raise IMPOSSIBLE_TEMPERATURE(
                 temperature=totals.temperature, pressure=totals.pressure, volume=totals.volume, mass=totals.mass,
                 when=moment.when,

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from billow.parts.gas.gas_model import Bag, GasModel, GasTotals
+from billow.parts.part import Loads
 
 
 @dataclass
@@ -27,7 +28,7 @@ class NoGas(GasModel):
     def start(self, bag: Bag) -> EmptyState:
         return EmptyState(bag.surface.triangle_count, bag.surface.volume(bag.positions))
 
-    def advance(self, gas: EmptyState, bag: Bag, time: float, dt: float, corner_force: np.ndarray) -> None:
+    def advance(self, gas: EmptyState, bag: Bag, time: float, dt: float, loads: Loads) -> None:
         gas.volume = bag.surface.volume(bag.positions)
 
     def totals(self, gas: EmptyState) -> GasTotals:

@@ -17,6 +17,7 @@ from billow.parts.gas.gas_model import Bag, GasTotals, LocalGas, SwitchableGas
 from billow.parts.gas.supply.mixture import mixture_gas_constant, mixture_temperature
 from billow.parts.gas.supply.supply import Supply
 from billow.parts.gas.uniform.uniform_pressure import UniformPressure, UniformState
+from billow.parts.part import Loads
 
 ITERATIONS = 6
 """For the pressure and its work in half a step; each is better than the last by the change of volume in it, 1e-3."""
@@ -58,16 +59,16 @@ class Switching(LocalGas):
         """The local gas in the start shape."""
         return SwitchingState(self.local.start(bag), self.uniform.start(bag), bag.positions.copy())
 
-    def advance(self, gas: SwitchingState, bag: Bag, time: float, dt: float, corner_force: np.ndarray) -> None:
+    def advance(self, gas: SwitchingState, bag: Bag, time: float, dt: float, loads: Loads) -> None:
         gas.positions[...] = bag.positions
         if gas.switched:
-            self.uniform.advance(gas.uniform, bag, time, dt, corner_force)
+            self.uniform.advance(gas.uniform, bag, time, dt, loads)
         elif dt > 0.0 and time + 1.5 * dt > self.time and self.local.can_hand_over(gas.local):
-            self._switch(gas, bag, time, dt, corner_force)
+            self._switch(gas, bag, time, dt, loads)
         else:
-            self.local.advance(gas.local, bag, time, dt, corner_force)
+            self.local.advance(gas.local, bag, time, dt, loads)
 
-    def _switch(self, gas: SwitchingState, bag: Bag, time: float, dt: float, corner_force: np.ndarray) -> None:
+    def _switch(self, gas: SwitchingState, bag: Bag, time: float, dt: float, loads: Loads) -> None:
         """From time to time + dt [s], at the end of which the gas is uniform."""
         start = self.local.totals(gas.local)
         content = self.local.hand_over(gas.local, bag, time, dt)
@@ -83,7 +84,7 @@ class Switching(LocalGas):
         self.local.book_work(gas.local, float(work.sum()), self.supply.ambient.pressure * float(swept.sum()))
         gas.uniform = self.uniform.holding(masses, energy - work, content.volume, pressure, temperature, time + dt)
         gas.uniform.is_open[...] = content.is_open
-        self.uniform.press(gas.uniform, bag, corner_force)
+        self.uniform.press(gas.uniform, loads)
         gas.switched = True
         self._close_books(gas, start)
 

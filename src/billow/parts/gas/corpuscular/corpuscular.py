@@ -32,7 +32,7 @@ from billow.parts.gas.corpuscular.state import CorpuscularState
 from billow.parts.gas.corpuscular.wall_load import Patches, WallLoad, wall_speed
 from billow.parts.gas.corpuscular.winding_number import audit, bring_back, recheck_parked, winding_numbers
 from billow.parts.gas.gas_model import Bag, Content, GasTotals, SwitchableGas
-from billow.parts.part import MYLAR_VOLUME
+from billow.parts.part import MYLAR_VOLUME, Loads
 
 PARTICLE_LOST = NumericalStop.declare(
     "E-NUM-008",
@@ -127,7 +127,7 @@ class Corpuscular(Setup, SwitchableGas):
         gas.sums = None  # a checkpoint may be restored into this state
         return gas
 
-    def advance(self, gas: CorpuscularState, bag: Bag, time: float, dt: float, corner_force: np.ndarray) -> None:
+    def advance(self, gas: CorpuscularState, bag: Bag, time: float, dt: float, loads: Loads) -> None:
         gas.volume = self.chambers.volumes(bag.surface.triangles, bag.positions)
         if dt > 0.0:
             if gas.steps_to_go <= 0:
@@ -135,7 +135,7 @@ class Corpuscular(Setup, SwitchableGas):
             gas.steps_to_go -= 1
         gas.energy_waiting = gas.load.push(
             self.solid, self.ambient_load, self._lead(gas), bag.surface.triangles, bag.positions, bag.velocities, dt,
-            corner_force,
+            loads.at_corners(),
         )  # fmt: skip
 
     def _lead(self, gas: CorpuscularState) -> np.ndarray:

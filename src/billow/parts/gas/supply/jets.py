@@ -124,16 +124,16 @@ def _aim_inside(jets: Jets, triangles: np.ndarray, positions: np.ndarray, time: 
 
 def add_jet_force(
     pattern: JetPattern, thrust: float, triangles: np.ndarray, positions: np.ndarray, velocities: np.ndarray,
-    mouth_velocity: np.ndarray, corner_force: np.ndarray,
+    mouth_velocity: np.ndarray, node_force: np.ndarray,
 ) -> tuple[float, float]:  # fmt: skip
-    """Add the force of jets of `thrust` [N] each to corner_force [N] (triangles, 3, 3); returns the power [W] of the
+    """Add the force of jets of `thrust` [N] each to node_force [N] (nodes, 3); returns the power [W] of the
     last force on this pattern, zero at first, and of the new one.
 
     Power refers to the motion of the fabric relative to the mouth, so it does not depend on the observer.
     """
     return _add_jet_force.serial(
         len(pattern.triangles), pattern.triangles, pattern.share, thrust, triangles, positions, velocities,
-        mouth_velocity, pattern.force, corner_force,
+        mouth_velocity, pattern.force, node_force,
     )  # fmt: skip
 
 
@@ -283,7 +283,7 @@ def _aim(n, triangles, positions, holes, frames, centre, ring, diameter, weight,
 
 
 @kernel
-def _add_jet_force(n, lit, share, thrust, triangles, positions, velocities, mouth_velocity, force_out, corner_force):
+def _add_jet_force(n, lit, share, thrust, triangles, positions, velocities, mouth_velocity, force_out, node_force):
     last, power = 0.0, 0.0
     for m in range(n):
         i = lit[m]
@@ -295,9 +295,10 @@ def _add_jet_force(n, lit, share, thrust, triangles, positions, velocities, mout
         power += fx * sx + fy * sy + fz * sz
         force_out[m, 0], force_out[m, 1], force_out[m, 2] = fx, fy, fz
         for k in range(3):
-            corner_force[i, k, 0] += fx
-            corner_force[i, k, 1] += fy
-            corner_force[i, k, 2] += fz
+            node = triangles[i, k]
+            node_force[node, 0] += fx
+            node_force[node, 1] += fy
+            node_force[node, 2] += fz
     return last, power
 
 

@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from billow.parts.gas.gas_model import Bag, ChamberTotals, GasModel, GasTotals
+from billow.parts.gas.gas_model import Bag, ChamberTotals, GasModel, GasTotals, Vitals
 from billow.parts.gas.supply.curve import interpolate
 from billow.parts.gas.supply.inflator import InflowTable
 from billow.parts.gas.supply.jets import UPDATE_INTERVAL, JetPattern, add_jet_force, aim, power_of_last_force
@@ -15,10 +15,16 @@ from billow.parts.gas.supply.mixture import mixture_enthalpy, mixture_gas_consta
 from billow.parts.gas.supply.outflow import jet_speed
 from billow.parts.gas.supply.supply import Source, Supply
 from billow.parts.gas.uniform.chamber_step import (
+    ALL_JET_WORK,
+    ALL_WORK,
     BOOKS,
+    ENERGY,
+    PRESSURE,
     START_ENERGY,
     START_MASS,
     SUMS,
+    TEMPERATURE,
+    VOLUME,
     Books,
     Contents,
     SupplyTable,
@@ -26,8 +32,7 @@ from billow.parts.gas.uniform.chamber_step import (
     plain,
     sum_up,
 )  # fmt: skip
-from billow.parts.gas.uniform.pressure_load import add_pressures
-from billow.parts.part import VARYING
+from billow.parts.part import VARYING, Loads
 
 
 @dataclass
@@ -112,32 +117,26 @@ class UniformPressure(GasModel):
         sum_up(Contents(*state.contents), passages.table.plan, Books(*state.accounts), np.zeros(rows))
         return state
 
-    def advance(self, gas: UniformState, bag: Bag, time: float, dt: float, corner_force: np.ndarray) -> None:
-        jet_work = self._blow(gas, bag, time, dt, corner_force)
+    def advance(self, gas: UniformState, bag: Bag, time: float, dt: float, loads: Loads) -> None:
+        jet_work = self._blow(gas, bag, time, dt, loads.node_force)
         areas = self.supply.passages.measure(bag.surface.triangles, bag.positions, bag.touched)
         advance_chambers(self._table, gas.contents, gas.accounts, gas.is_open, jet_work, areas, bag.volumes, time, dt)
-        self.press(gas, bag, corner_force)
+        self.press(gas, loads)
 
-    def press(self, gas: UniformState, bag: Bag, corner_force: np.ndarray) -> None:
-        """Add the force of the pressure to corner_force [N] (triangles, 3, 3)."""
-        add_pressures(bag, self._gauge(gas), corner_force)
+    def press(self, gas: UniformState, loads: Loads) -> None:
+        """Let the pressure act."""
+        loads.gauge[:-1] = gas.pressure - self.supply.ambient.pressure
 
-    def _gauge(self, gas: UniformState) -> np.ndarray:
-        """Pressure above ambient [Pa], (chambers + 1,); the last is that of the surroundings."""
-        gauge = np.zeros(len(gas.pressure) + 1)
-        gauge[:-1] = gas.pressure - self.supply.ambient.pressure
-        return gauge
-
-    def _blow(self, gas: UniformState, bag: Bag, time: float, dt: float, corner_force: np.ndarray) -> np.ndarray:
+    def _blow(self, gas: UniformState, bag: Bag, time: float, dt: float, node_force: np.ndarray) -> np.ndarray:
         """Add the jets' force; returns their work in this step [J], (chambers,): the mean force over the motion."""
         work = np.zeros(self.supply.chambers.count)
         for k, source in enumerate(self.supply.sources):
             if source.jets is not None and not source.diffuse:
-                work[source.inflator.chamber] += self._blow_one(gas, k, source, bag, time, dt, corner_force)
+                work[source.inflator.chamber] += self._blow_one(gas, k, source, bag, time, dt, node_force)
         return work
 
     def _blow_one(
-        self, gas: UniformState, k: int, source: Source, bag: Bag, time: float, dt: float, corner_force: np.ndarray
+        self, gas: UniformState, k: int, source: Source, bag: Bag, time: float, dt: float, node_force: np.ndarray
     ) -> float:
         inflator, jets = source.inflator, source.jets
         after = time + dt
@@ -161,15 +160,22 @@ class UniformPressure(GasModel):
         count = jets.ring.count
         thrust = flow / count * jet_speed(self.supply.table, inflator.mass_fractions, temperature)
         moved = bag.positions, bag.velocities, mouth_velocity
-        last, power = add_jet_force(pattern, thrust, triangles, *moved, corner_force)
+        last, power = add_jet_force(pattern, thrust, triangles, *moved, node_force)
         gas.jet_impulse_in += count * thrust * dt
         gas.jet_impulse_out += pattern.seen * thrust * dt
         return 0.5 * (before + last + power) * dt
 
+    def vitals(self, gas: UniformState) -> Vitals:
+        sums = gas.sums.tolist()
+        volume = sums[VOLUME]
+        work = sums[ALL_WORK] - self.supply.ambient.pressure * (volume - gas.start_volume) + sums[ALL_JET_WORK]
+        volumes = [volume] if len(gas.volume) == 1 else gas.volume.tolist()
+        return Vitals(work, sums[PRESSURE], sums[TEMPERATURE], sums[ENERGY], volumes)
+
     def totals(self, gas: UniformState) -> GasTotals:
         sums = dict(zip(SUMS, gas.sums.tolist(), strict=True))
         vented_by, leaked_by, passed = self.supply.outflow_by_name(gas.passed.tolist())
-        single = self.supply.chambers.count == 1  # asked in every step
+        single = self.supply.chambers.count == 1
         return GasTotals(
             **sums,
             mass_by_species=gas.masses[0].copy() if single else gas.masses.sum(axis=0),
@@ -187,5 +193,5 @@ class UniformPressure(GasModel):
         return tuple(map(ChamberTotals, self.supply.chambers.names, *(column.tolist() for column in columns)))
 
     def fields(self, gas: UniformState) -> dict[str, np.ndarray]:
-        gauge, chambers = self._gauge(gas), self.supply.chambers
+        gauge, chambers = np.append(gas.pressure - self.supply.ambient.pressure, 0.0), self.supply.chambers
         return {"gauge_pressure": gauge[chambers.behind] - gauge[chambers.ahead]}
