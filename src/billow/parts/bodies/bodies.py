@@ -188,6 +188,8 @@ class Bodies(Part):
 
     def move(self, state: BodiesState, dt: float) -> list[Booking]:
         """Bodies over a step of dt [s] under the contact forces and gravity."""
+        if not self._free:
+            return []
         bookings = []
         for k in self._free:
             body, motion = self.bodies[k], state.motion[k]

@@ -2,7 +2,7 @@
 vector instructions (docs/theory.md, Membrane element).
 
 Every law's kernel calls `open_chunk`, and for each block `fetch` and `strain_of`, fills the rows S11, S22, S12 and
-ENERGY, and calls `load` and `add_up`.
+ENERGY, and calls `load` and `add_up`; at last `close_chunk`.
 The axes are warp and weft, which need not be at right angles. A row begins at its name and has BLOCK numbers: quantity
 Q of triangle j is block[Q + j].
 """
@@ -35,7 +35,8 @@ CONSTANTS = 7
     S11, S22, S12, ENERGY,  # second Piola-Kirchhoff stress [Pa] and recoverable energy [J/m^3], from the law
     NX, NY, NZ,  # a third of the area vector [m^2]
     F1X, F1Y, F1Z, F2X, F2Y, F2Z,  # minus the forces on corners 1 and 2 [N]
-    STORED, POWER, SQUARED, FASTEST, VOLUME,  # [J], heat of damping [W], squared stretch [-], 1/dt^2 [1/s^2], [m^3]
+    VOLUME,  # part in the volume [m^3]
+    STORED, POWER, SQUARED, FASTEST,  # of all blocks of a chunk so far: see `FabricLaw.add_forces`
 ) = (BLOCK * row for row in range(45))
 ROWS = 45
 # fmt: on
@@ -100,7 +101,8 @@ def strain_of(block, first, mesh):
 
 @inlined
 def load(block, first, mesh, cot, csc, stiffening):
-    """Fill the rows F1X to VOLUME: corner forces -V P Dm^-T [N] with P = F (S + damping), and what is summed up.
+    """Fill the rows F1X to VOLUME: corner forces -V P Dm^-T [N] with P = F (S + damping); bring STORED to FASTEST up
+    to date, to which triangles beyond the last one add nothing, being without volume.
 
     cot, csc: cotangent and cosecant of the angle between the yarns in the flat cut. stiffening: how much faster than
     the squared stretch s the squared rate grows, as (1 + stiffening) s - stiffening: 0.5 for stress linear in Green
@@ -120,13 +122,15 @@ def load(block, first, mesh, cot, csc, stiffening):
         block[F1X + j], block[F2X + j] = v * (p1x * d11 + p2x * d12), v * (p1x * d21 + p2x * d22)
         block[F1Y + j], block[F2Y + j] = v * (p1y * d11 + p2y * d12), v * (p1y * d21 + p2y * d22)
         block[F1Z + j], block[F2Z + j] = v * (p1z * d11 + p2z * d12), v * (p1z * d21 + p2z * d22)
-        block[STORED + j] = v * block[ENERGY + j]
-        block[POWER + j] = v * mu * (r11 * r11 + r22 * r22 + 2.0 * r12 * r12)
+        block[STORED + j] += v * block[ENERGY + j]
+        block[POWER + j] += v * mu * (r11 * r11 + r22 * r22 + 2.0 * r12 * r12)
         aa, bb, ab = block[AA + j], block[BB + j], block[AB + j]
         ab, bb = csc * ab - cot * aa, csc * csc * bb - 2.0 * csc * cot * ab + cot * cot * aa
         squared = (aa if aa > bb else bb) + abs(ab)  # Gershgorin's bound of the largest squared stretch
         faster = (1.0 + stiffening) * squared - stiffening
-        block[SQUARED + j], block[FASTEST + j] = squared, flat[RATE, i] * (faster if faster > 1.0 else 1.0)
+        rate = flat[RATE, i] * (faster if faster > 1.0 else 1.0)
+        block[SQUARED + j] = squared if squared > block[SQUARED + j] else block[SQUARED + j]
+        block[FASTEST + j] = rate if rate > block[FASTEST + j] else block[FASTEST + j]
         block[VOLUME + j] = (
             block[CX + j] * block[NX + j] + block[CY + j] * block[NY + j] + block[CZ + j] * block[NZ + j]
         )
@@ -134,8 +138,7 @@ def load(block, first, mesh, cot, csc, stiffening):
 
 @inlined
 def add_up(block, first, count, mesh, corners, loads, chunk, partial_out):
-    """Add forces and area vectors to their entries, and to the sums of a chunk, as `FabricLaw.add_forces` promises
-    them, but for HYSTERESIS."""
+    """Add forces and area vectors to their entries, and to the volumes of a chunk."""
     entry = corners[1]
     for j in range(count):
         i = np.uint64(first + j)
@@ -149,9 +152,8 @@ def add_up(block, first, count, mesh, corners, loads, chunk, partial_out):
         loads[b, 3], loads[b, 4], loads[b, 5] = loads[b, 3] + nx, loads[b, 4] + ny, loads[b, 5] + nz
         loads[c, 0], loads[c, 1], loads[c, 2] = loads[c, 0] - x2, loads[c, 1] - y2, loads[c, 2] - z2
         loads[c, 3], loads[c, 4], loads[c, 5] = loads[c, 3] + nx, loads[c, 4] + ny, loads[c, 5] + nz
-    energy, power, largest, rate, volume = 0.0, 0.0, 0.0, 0.0, 0.0
     behind, ahead = mesh[1], mesh[2]
-    inner, outer = behind[first], ahead[first]
+    inner, outer, volume = behind[first], ahead[first], 0.0
     for j in range(count):
         i = np.uint64(first + j)
         if behind[i] != inner or ahead[i] != outer:
@@ -159,13 +161,16 @@ def add_up(block, first, count, mesh, corners, loads, chunk, partial_out):
             partial_out[chunk, VOLUMES + 1 + outer] -= volume
             inner, outer, volume = behind[i], ahead[i], 0.0
         volume += block[VOLUME + j]
-        energy += block[STORED + j]
-        power += block[POWER + j]
-        largest = max(largest, block[SQUARED + j])
-        rate = max(rate, block[FASTEST + j])
     partial_out[chunk, VOLUMES + 1 + inner] += volume
     partial_out[chunk, VOLUMES + 1 + outer] -= volume
-    partial_out[chunk, 0] += energy
-    partial_out[chunk, 1] += power
-    partial_out[chunk, 2] = max(partial_out[chunk, 2], largest)
-    partial_out[chunk, 4] = max(partial_out[chunk, 4], rate)
+
+
+@inlined
+def close_chunk(block, chunk, partial_out):
+    """Set the sums of a chunk but for HYSTERESIS."""
+    energy, power, largest, rate = 0.0, 0.0, 0.0, 0.0
+    for j in range(BLOCK):
+        energy, power = energy + block[STORED + j], power + block[POWER + j]
+        largest, rate = max(largest, block[SQUARED + j]), max(rate, block[FASTEST + j])
+    partial_out[chunk, 0], partial_out[chunk, 1] = energy, power
+    partial_out[chunk, 2], partial_out[chunk, 4] = largest, rate

@@ -29,6 +29,7 @@ from billow.parts.fabric.block import (
     S22,
     V,
     add_up,
+    close_chunk,
     fetch,
     load,
     open_chunk,
@@ -321,4 +322,5 @@ def _curve_forces(n, switches_shear, table, constants, mesh, history, corners, l
                 heat += mesh[0][V, i] * history[i, HEAT]
             load(block, first, mesh, cot, csc, 0.0)
             add_up(block, first, count, mesh, corners, loads, chunk, partial_out)
+        close_chunk(block, chunk, partial_out)
         partial_out[chunk, HYSTERESIS] = heat

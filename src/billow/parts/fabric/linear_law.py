@@ -26,6 +26,7 @@ from billow.parts.fabric.block import (
     S12,
     S22,
     add_up,
+    close_chunk,
     fetch,
     load,
     open_chunk,
@@ -221,3 +222,4 @@ def _linear_forces(n, rule, moduli, liner, mesh, corners, loads, partial_out):
             _stress(block, rule, moduli, liner)
             load(block, first, mesh, 0.0, 1.0, 0.5)
             add_up(block, first, count, mesh, corners, loads, chunk, partial_out)
+        close_chunk(block, chunk, partial_out)
