@@ -75,10 +75,11 @@ class Straps(Part):
             yield Owner("strap", f"strap_{k + 1}", ("tension", "elongation"))
 
     def quantities(self, bar: np.ndarray, moment: Moment) -> Iterator[Quantity]:
-        for k in range(self.strap_count):
-            bars = bar[self.strap == k]
-            yield Quantity(f"strap_{k + 1}", "tension", "N", float(bars[:, TENSION].sum()))
-            yield Quantity(f"strap_{k + 1}", "elongation", "m", float(bars[:, ELONGATION].mean()))
+        tension, elongation = (np.bincount(self.strap, bar[:, column]) for column in (TENSION, ELONGATION))
+        rows = zip(tension.tolist(), (elongation / np.bincount(self.strap)).tolist(), strict=True)
+        for k, (pull, longer) in enumerate(rows, 1):
+            yield Quantity(f"strap_{k}", "tension", "N", pull)
+            yield Quantity(f"strap_{k}", "elongation", "m", longer)
 
 
 NO_STRAPS = Straps(

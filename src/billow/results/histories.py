@@ -53,6 +53,17 @@ def columns(quantities: Iterable[tuple[str, str, str, float | np.ndarray]]) -> d
     return row
 
 
+def values(quantities: Iterable[tuple[str, str, str, float | np.ndarray]]) -> list[float]:
+    """The values of `columns`, of a row whose columns are known."""
+    row: list[float] = []
+    for *_, value in quantities:
+        if isinstance(value, np.ndarray) and value.ndim:
+            row += value.tolist()
+        else:
+            row.append(float(value))
+    return row
+
+
 class Curves:
     """The curves of one thing; each quantity is an attribute: (n,), vectors (n, 3), quaternions (n, 4) with w first.
 

@@ -21,7 +21,7 @@ from billow.parts.part import LOST, MOTION, STORED, Quantity
 from billow.results import journal as journals
 from billow.results.atomic import write_atomically
 from billow.results.frame_files import write_frames
-from billow.results.histories import History, columns, write_histories
+from billow.results.histories import History, columns, values, write_histories
 from billow.results.journal import Journal
 from billow.results.machine import machine
 from billow.results.run_file import write_run_file
@@ -132,10 +132,10 @@ class RunRecorder(Recorder):
 
     def history(self, model: Model, state: State) -> None:
         self.state = state
-        row = columns(quantities(model, state, self.told.sensors))
+        found = list(quantities(model, state, self.told.sensors))
         if self.journal.offset == 0:
-            self.journal.columns(list(row))
-        self.journal.row(np.array(list(row.values())))
+            self.journal.columns(list(columns(found)))
+        self.journal.row(np.array(values(found)))
         if self._particles_wanted(state) and (particles := model.gas.particles(state.gas)):
             self.journal.frame({"time": np.array([state.time])} | named("particle", particles))
         self.interrupts.look_for_stop_file()
