@@ -1,10 +1,10 @@
-"""Exchange between chambers: exact books, no overshoot, first order, for any passages and any step."""
+"""Exchange between chambers: exact books and no overshoot, for any passages and any step."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from billow.apps.verification.gas import AIR, GAMMA, boxes_in_a_row, joined_rooms, orifice, run
@@ -48,6 +48,15 @@ def made(rows):
 @given(
     rows=passages, pressure=pressures, temperature=temperatures, share=shares, dt=st.sampled_from([1e-6, 1e-4, 1e-2])
 )
+@example([((1, 2), PERMEABILITY, 1.0)], [2e4] * 3, [250.0] * 3, [0.0, 0.3125, 0.0], 1e-6)  # a gas that was not there
+@example([((0, OUTSIDE), ORIFICE, 1.0)] * 3, [144981.0, 101313.0, 101313.0], [250.0] * 3, [1.0, 0.0, 0.0], 1e-6)
+@example(
+    [((0, 1), ORIFICE, 1.0), ((1, 2), ORIFICE, 1.0), ((OUTSIDE, 2), ORIFICE, 1.0)],
+    [2e4] * 3,
+    [250.0] * 3,
+    [0.0, 1.0, 0.0],
+    1e-6,
+)  # from where it was not thought to come
 def test_any_passages_keep_the_books_and_the_range_of_pressures(rows, pressure, temperature, share, dt):
     """Both gases have the same constant gamma: then pressures answer linearly to flows, and lie between the old ones.
     Only where half of a chamber's mass would leave in one step is its outflow cut, and inflow may lift it."""
@@ -77,7 +86,7 @@ def test_outflow_is_split_by_passage(rows, pressure, temperature, share):
     assert sorted(named) == sorted(row.name for row in gas.supply.passages.rows)
 
 
-def test_small_steps_give_the_flow_of_the_old_state():
+def test_small_steps_give_the_flow_of_the_state_half_way():
     hole = orifice("hole", 0, OUTSIDE, 1e-3)
     room = boxes_in_a_row((0.4,))
     gas = joined_rooms(room, (hole,), [3e5], [600.0], [0.5])
@@ -86,26 +95,13 @@ def test_small_steps_give_the_flow_of_the_old_state():
         state, _ = run(gas, room, 1, dt)
         out = gas.totals(state).vented
         explicit = dt * 1e-3 * orifice_flux(3e5, AIR.pressure, GAMMA, rt)
-        # The new pressure is lower by gamma m_out/m, the difference it drives by p/(p - p_amb) times as much.
-        lower = GAMMA * explicit / state.start_masses.sum() * 3e5 / (3e5 - AIR.pressure)
-        assert explicit * (1.0 - 1.1 * lower) < out < explicit
-
-
-def test_first_order():
-    """Half the step, half the error, in a chain on its way to equilibrium; the reference has 1/64 of the step."""
-    holes = (orifice("first", 0, 1, 2e-4), orifice("second", 1, 2, 5e-4), orifice("vent", 2, OUTSIDE, 3e-4))
-    gas = joined_rooms(ROOMS, holes, [4e5, 1e5, 2e5], [900.0, 300.0, 500.0], [0.2, 0.9, 0.5])
-    end = 0.02
-    reference = run(gas, ROOMS, 6400, end / 6400)[0]
-    errors = [np.abs(run(gas, ROOMS, n, end / n)[0].pressure - reference.pressure).max() for n in (50, 100, 200)]
-    assert 1.7 < errors[0] / errors[1] < 2.3
-    assert 1.7 < errors[1] / errors[2] < 2.3
-    assert errors[2] < 2e-3 * 4e5
+        # Half-way through the step p/sqrt(T), to which choked flow is proportional, is lower by half of this.
+        lower = 0.5 * (GAMMA + 1.0) * explicit / state.start_masses.sum()
+        assert out == pytest.approx(explicit * (1.0 - 0.5 * lower), rel=lower**2)
 
 
 def test_stiff_exchange_does_not_disturb_what_is_slow():
-    """Two rooms joined by 1 m^2 empty through a small vent as one room of their volume does, within the first order of
-    the step: 1 % with steps of a 200th of the time constant."""
+    """Two rooms joined by 1 m^2 empty through a small vent as one room of their volume does."""
     both, one = boxes_in_a_row((0.4, 0.2)), boxes_in_a_row((0.6,))
     vent = orifice("vent", 1, OUTSIDE, 2e-4)
     split = joined_rooms(both, (orifice("hole", 0, 1, 1.0), vent), [3e5, 3e5], [600.0, 600.0], [0.5, 0.5])
@@ -113,7 +109,7 @@ def test_stiff_exchange_does_not_disturb_what_is_slow():
     state, way = run(split, both, 200, 1e-3)
     alone = run(whole, one, 200, 1e-3)[0]
     assert alone.pressure[0] < 0.7 * 3e5
-    assert state.pressure == pytest.approx(alone.pressure[0] * np.ones(2), rel=0.01)
+    assert state.pressure == pytest.approx(alone.pressure[0] * np.ones(2), rel=1e-5)
     assert np.ptp(way[1:], axis=1).max() < 1.0  # Pa
 
 

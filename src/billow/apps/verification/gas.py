@@ -113,7 +113,8 @@ def filling_at_constant_pressure() -> Iterator[Measurement]:
 
 
 def choked_blow_down() -> Iterator[Measurement]:
-    """T3: rates are taken from the old state (first order): the relative error is about dt/tau, 1e-4 at 20 us."""
+    """T3: the step is of second order; at 20 us the relative error is 1e-9, and that of `np.interp`, which looks for 2
+    bar within the last step, 1e-8."""
     hole, inside = Passage("hole", VENT, ORIFICE, 0, area=1e-3), InitialGas.like(Ambient(5e5, 600.0, WHOLE), 1)
     tank = uniform_gas(IDEAL, Ambient(101325.0, 295.0, WHOLE), initial=inside, passages=(hole,))
     state = tank.start(bag_of_height(HEIGHT))
@@ -123,7 +124,7 @@ def choked_blow_down() -> Iterator[Measurement]:
         rows.append((time, state.pressure[0], state.temperature[0], state.masses.sum() / full))
         if state.pressure[0] < 2e5:
             break
-    yield from blown_down(rows, 1e-3)
+    yield from blown_down(rows, 1e-7)
 
 
 def blown_down(rows: list[tuple[float, ...]], tolerance: float) -> Iterator[Measurement]:

@@ -82,7 +82,7 @@ class Switching(LocalGas):
                 pressure[c] = mixture_gas_constant(table, masses[c]) * temperature[c] / content.volume[c]
                 work[c] = pressure[c] * swept[c]
         self.local.book_work(gas.local, float(work.sum()), self.supply.ambient.pressure * float(swept.sum()))
-        gas.uniform = self.uniform.holding(masses, energy - work, content.volume, pressure, temperature, time + dt)
+        gas.uniform = self.uniform.holding(bag, masses, energy - work, content.volume, pressure, temperature, time + dt)
         gas.uniform.is_open[...] = content.is_open
         self.uniform.press(gas.uniform, loads)
         gas.switched = True

@@ -12,8 +12,17 @@ from billow.parts.gas.supply.ambient import Ambient, heat_lost
 from billow.parts.gas.supply.curve import CurveTable, curve_value
 from billow.parts.gas.supply.inflator import InflowTable, delivered_mass
 from billow.parts.gas.supply.mixture import mixture_cv, mixture_enthalpy, mixture_gas_constant, mixture_temperature
-from billow.parts.gas.supply.passages import AHEAD, BEHIND, FABRIC, KIND, PassageTable
-from billow.parts.gas.uniform.exchange import flows, reservoirs
+from billow.parts.gas.supply.passages import AHEAD, BEHIND, FABRIC, KIND, THROUGH_BLOCKED, PassageTable
+from billow.parts.gas.uniform.exchange import (
+    IMPLICIT,
+    MIDPOINT,
+    affordable,
+    flows,
+    half_way,
+    lift,
+    open_passages,
+    reservoirs,
+)
 
 PRESSURE_ITERATIONS = 3
 
@@ -85,50 +94,83 @@ def plain(group: tuple) -> tuple:
 
 
 @scalar
-def advance_chambers(supply, contents, accounts, is_open, jet_work, areas, volume, time, dt):
+def advance_chambers(supply, contents, accounts, is_open, jet_work, areas_before, areas, volume, time, dt):
     """From `time` to `time + dt` [s]. Changes the contents, the accounts and is_open (passages,) bool.
 
     supply, contents, accounts: `plain` tuples of SupplyTable, Contents and Books. jet_work [J] and volume [m^3] at the
-    end of the step: (chambers,). areas: (chunks, 2) of Passages.measure.
+    end of the step: (chambers,). areas_before, areas: at the start and at the end of the step, (chunks, 2) of
+    Passages.measure.
     """
     table, inflow, passages, ambient, heat_conductance = supply
     inflow = InflowTable(CurveTable(*inflow[0]), inflow[1], CurveTable(*inflow[2]), inflow[3], inflow[4])
     passages = PassageTable(passages[0], passages[1], CurveTable(*passages[2]), passages[3])
     ambient, gas, books = Ambient(*ambient), Contents(*contents), Books(*accounts)
     masses, energy, volume_old, pressure, temperature = contents
-    chambers, each = len(volume), books.chambers
-    old = reservoirs(table, gas, ambient)
-    fraction, before, gamma, mass = old.fraction, old.pressure, old.gamma, old.mass
-    expected = np.empty(chambers)
+    chambers, each, plan = len(volume), books.chambers, passages.plan
+    old = reservoirs(table, masses, pressure, temperature, ambient)
+    expected, cooled = np.empty(chambers + 1), np.empty(chambers)
     for c in range(chambers):
-        expected[c] = before[c] * (volume_old[c] / volume[c]) ** gamma[c]
-        capacity = mass[c] * mixture_cv(table, fraction[c], temperature[c])
+        capacity = old.mass[c] * mixture_cv(table, old.fraction[c], temperature[c])
         heat = heat_lost(capacity, temperature[c] - ambient.temperature, heat_conductance[c], dt)
+        cooled[c] = heat / capacity
+        expected[c] = pressure[c] * (volume_old[c] / volume[c]) ** old.gamma[c]
+        expected[c] -= (old.gamma[c] - 1.0) * (heat + jet_work[c]) / volume[c]
+    _inject(table, masses, energy, each, inflow, old, expected, volume, time, dt)
+    # Flows of first order, by the gas as it is at the start, lead half-way through the step; the gas there gives the
+    # flows of second order, with its composition and enthalpy.
+    flow, first, passed_areas = np.empty(len(plan)), np.empty(len(plan)), np.empty((len(plan), 2))
+    blocked, donors, middle = np.empty(len(plan)), old, time + 0.5 * dt
+    _sum_areas(passages, areas_before, areas, passed_areas, blocked)
+    open_passages(passages, is_open, old.pressure, time, dt)
+    start, mass, alone = old.pressure, old.mass, expected[:chambers].copy()
+    flows(passages, is_open, passed_areas, old, start, mass, alone, volume, middle, dt, IMPLICIT, first, expected)
+    half = half_way(table, plan, old, masses, first, alone, volume_old, volume, ambient)
+    flows(passages, is_open, passed_areas, half, start, mass, alone, volume, middle, dt, MIDPOINT, flow, expected)
+    if affordable(plan, flow, half, old, masses):
+        donors = half
+    else:
+        flow = first
+    for c in range(chambers):
+        warmer = half.temperature[c] + 0.5 * cooled[c] - ambient.temperature  # without the heat lost in this step
+        capacity = half.mass[c] * mixture_cv(table, half.fraction[c], half.temperature[c])
+        heat = heat_lost(capacity, warmer, heat_conductance[c], dt)
         energy[c] -= heat
         each[c, HEAT] += heat
-    _inject(table, masses, energy, each, inflow, gamma, expected, volume, time, dt)
-    flow, blocked = np.empty(len(passages.plan)), np.empty(len(passages.plan))
-    flows(passages, is_open, areas, old, expected, volume, time + 0.5 * dt, dt, blocked, flow)
-    _exchange(gas, books, passages.plan, old, flow)
+    _exchange(gas, books, plan, donors, flow)
     for c in range(chambers):
         gas_constant = mixture_gas_constant(table, masses[c])
         heated = energy[c] - jet_work[c]
-        p, t, work = expected[c], temperature[c], 0.0
+        p, work = expected[c], 0.0
+        t = p * volume[c] / gas_constant if p > 0.0 else temperature[c]
         for _ in range(PRESSURE_ITERATIONS):
-            work = 0.5 * (before[c] + p) * (volume[c] - volume_old[c])
+            work = 0.5 * (pressure[c] + p) * (volume[c] - volume_old[c])
             t = mixture_temperature(table, masses[c], heated - work, t)
             p = gas_constant * t / volume[c]
         energy[c] = heated - work
         temperature[c], pressure[c], volume_old[c] = t, p, volume[c]
         each[c, WORK] += work
         each[c, JET_WORK] += jet_work[c]
-    sum_up(gas, passages.plan, books, blocked)
+    sum_up(gas, plan, books, blocked)
     delivered = np.zeros_like(masses)
     for k in range(len(inflow.chamber)):
         total = _delivered(inflow, k, time + dt)
         for i in range(delivered.shape[1]):
             delivered[inflow.chamber[k], i] += total * inflow.mass_fractions[k, i]
     _close_books(gas, books, delivered)
+
+
+@scalar
+def _sum_areas(passages, before, after, passed_out, blocked_out):
+    """Present and blocked area [m^2] of each passage, means over a step, (passages, 2); the blocked one at its end, of
+    those on which contact has an effect, (passages,). before, after: (chunks, 2)."""
+    first_chunk = passages.first_chunk
+    for k in range(len(passages.plan)):
+        passed_out[k, 0], passed_out[k, 1], blocked_out[k] = 0.0, 0.0, 0.0
+        for chunk in range(first_chunk[k], first_chunk[k + 1]):
+            passed_out[k, 0] += 0.5 * (before[chunk, 0] + after[chunk, 0])
+            passed_out[k, 1] += 0.5 * (before[chunk, 1] + after[chunk, 1])
+            if passages.numbers[k, THROUGH_BLOCKED] < 1.0:
+                blocked_out[k] += after[chunk, 1]
 
 
 @scalar
@@ -140,14 +182,16 @@ def _delivered(inflow, k, time):
 
 
 @scalar
-def _inject(table, masses, energy, each, inflow, gamma, expected, volume, time, dt):
-    """Add what the inflators deliver from `time` to `time + dt` [s], also to the expected pressure [Pa]."""
+def _inject(table, masses, energy, each, inflow, old, expected, volume, time, dt):
+    """Add what the inflators deliver from `time` to `time + dt` [s], also to the expected pressure [Pa]. old:
+    Reservoirs at the start."""
     for k in range(len(inflow.chamber)):
         c, fractions = inflow.chamber[k], inflow.mass_fractions[k]
         injected = _delivered(inflow, k, time + dt) - _delivered(inflow, k, time)
         t = curve_value(inflow.temperature, k, time + 0.5 * dt)
-        gained = injected * mixture_enthalpy(table, fractions, t)
-        expected[c] += gamma[c] * injected * mixture_gas_constant(table, fractions) * t / volume[c]
+        enthalpy = mixture_enthalpy(table, fractions, t)
+        gained = injected * enthalpy
+        expected[c] += injected * lift(table, fractions, enthalpy, old.gamma[c], old.temperature[c]) / volume[c]
         energy[c] += gained
         each[c, ENTHALPY_IN] += gained
         each[c, INJECTED] += injected
@@ -156,16 +200,17 @@ def _inject(table, masses, energy, each, inflow, gamma, expected, volume, time, 
 
 
 @scalar
-def _exchange(gas, books, plan, old, flow):
-    """Move the flow [kg] (passages,) of each passage, with composition and enthalpy of where it comes from."""
-    masses, energy, each, through, fraction = gas.masses, gas.energy, books.chambers, books.through, old.fraction
+def _exchange(gas, books, plan, donors, flow):
+    """Move the flow [kg] (passages,) of each passage, with composition and enthalpy of where it comes from. donors:
+    Reservoirs."""
+    masses, energy, each, through, fraction = gas.masses, gas.energy, books.chambers, books.through, donors.fraction
     chambers, species = masses.shape
     outside = chambers
     for k in range(len(plan)):
         b, a = plan[k, BEHIND] % (chambers + 1), plan[k, AHEAD] % (chambers + 1)  # OUTSIDE, -1, is the last row
         up, down = (b, a) if flow[k] > 0.0 else (a, b)
         moved = abs(flow[k])
-        carried = moved * old.enthalpy[up]
+        carried = moved * donors.enthalpy[up]
         books.passed[k, 0 if flow[k] > 0.0 else 1] += moved
         if up != outside:
             energy[up] -= carried

@@ -42,8 +42,9 @@ class UniformState:
     Of the chambers: masses [kg] (chambers, species); energy [J], volume [m^3], pressure [Pa] absolute, temperature [K],
     (chambers,). Of the passages: is_open (passages,) bool; passed (passages, 2), mass [kg] gone from behind to ahead
     and back. Books: through (chambers, species), mass [kg] gained by passages; start_masses [kg]; books (chambers,
-    BOOKS) and sums (sums,), columns named in chamber_step.py. start_volume [m^3] of all chambers. pattern, next_aim
-    [s]: what the jets of each inflator fall on, and when that is looked for again, (inflators,); jet impulses [N s].
+    BOOKS) and sums (sums,), columns named in chamber_step.py. areas: present and blocked areas of the passages [m^2],
+    (chunks, 2) of Passages.measure. start_volume [m^3] of all chambers. pattern, next_aim [s]: what the jets of each
+    inflator fall on, and when that is looked for again, (inflators,); jet impulses [N s].
     """
 
     masses: np.ndarray
@@ -57,6 +58,7 @@ class UniformState:
     start_masses: np.ndarray
     books: np.ndarray
     sums: np.ndarray
+    areas: np.ndarray
     start_volume: float
     pattern: tuple[JetPattern, ...] = field(metadata=VARYING)
     next_aim: np.ndarray
@@ -94,13 +96,14 @@ class UniformPressure(GasModel):
         masses = self.supply.start_amount(volume)[:, None] * initial.mass_fractions
         filled = zip(masses, initial.temperature, strict=True)
         energy = np.array([mixture_enthalpy(table, m, t) - mixture_gas_constant(table, m) * t for m, t in filled])
-        return self.holding(masses, energy, volume, initial.pressure.copy(), initial.temperature.copy(), 0.0)
+        pressure, temperature = initial.pressure.copy(), initial.temperature.copy()
+        return self.holding(bag, masses, energy, volume, pressure, temperature, 0.0)
 
     def holding(
-        self, masses: np.ndarray, energy: np.ndarray, volume: np.ndarray, pressure: np.ndarray, temperature: np.ndarray,
-        time: float,
+        self, bag: Bag, masses: np.ndarray, energy: np.ndarray, volume: np.ndarray, pressure: np.ndarray,
+        temperature: np.ndarray, time: float,
     ) -> UniformState:  # fmt: skip
-        """State at a time [s] with this gas in the chambers and new books; arrays as in UniformState, which keeps them.
+        """State at a time [s] with this gas in the bag and new books; arrays as in UniformState, which keeps them.
 
         What inflators delivered before is no gain of these books.
         """
@@ -111,7 +114,7 @@ class UniformPressure(GasModel):
         rows = len(passages.rows)
         state = UniformState(
             masses, energy, volume, pressure, temperature, np.zeros(rows, np.bool_), np.zeros((rows, 2)),
-            np.zeros_like(masses), start_masses, books, np.zeros(len(SUMS)),
+            np.zeros_like(masses), start_masses, books, np.zeros(len(SUMS)), self._areas(bag),
             float(volume.sum()), tuple(JetPattern.nothing() for _ in range(sources)), np.zeros(sources),
         )  # fmt: skip
         sum_up(Contents(*state.contents), passages.table.plan, Books(*state.accounts), np.zeros(rows))
@@ -119,9 +122,15 @@ class UniformPressure(GasModel):
 
     def advance(self, gas: UniformState, bag: Bag, time: float, dt: float, loads: Loads) -> None:
         jet_work = self._blow(gas, bag, time, dt, loads.node_force)
-        areas = self.supply.passages.measure(bag.surface.triangles, bag.positions, bag.touched)
-        advance_chambers(self._table, gas.contents, gas.accounts, gas.is_open, jet_work, areas, bag.volumes, time, dt)
+        areas, volumes = self._areas(bag), bag.volumes
+        advance_chambers(
+            self._table, gas.contents, gas.accounts, gas.is_open, jet_work, gas.areas, areas, volumes, time, dt
+        )
+        gas.areas = areas
         self.press(gas, loads)
+
+    def _areas(self, bag: Bag) -> np.ndarray:
+        return self.supply.passages.measure(bag.surface.triangles, bag.positions, bag.touched)
 
     def press(self, gas: UniformState, loads: Loads) -> None:
         """Let the pressure act."""
