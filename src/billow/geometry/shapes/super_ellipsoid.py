@@ -128,10 +128,14 @@ def closest_point(x, y, z, a, b, c, degree):
     px, py, pz = abs(x), abs(y), abs(z)
     if px + py + pz < 1e-12 * max(a, b, c):
         pz = 1e-12 * c
+    if degree == 2.0 and a == b and b == c:  # a sphere
+        away = math.sqrt(px * px + py * py + pz * pz)
+        nx, ny, nz = _sign(x) * px / away, _sign(y) * py / away, _sign(z) * pz / away
+        return a * nx, a * ny, a * nz, nx, ny, nz
     qx, qy, qz, wx, wy, wz = _onto_surface(px, py, pz, a, b, c, degree)
     gx, gy, gz = degree / (a * a) * wx * qx, degree / (b * b) * wy * qy, degree / (c * c) * wz * qz
     multiplier = ((px - qx) * gx + (py - qy) * gy + (pz - qz) * gz) / (gx * gx + gy * gy + gz * gz)
-    tolerance = 1e-6 * max(a, b, c)  # Newton doubles its digits: the next step would be of the order of 1e-12
+    tolerance = 1e-4 * max(a, b, c)  # Newton doubles its digits: the next step would be of the order of 1e-8
     for _ in range(NEWTON_STEPS):
         # Curvature terms are kept positive: inside, beyond a curvature centre, Newton would run to a farthest point.
         curvature = multiplier * degree * (degree - 1.0)

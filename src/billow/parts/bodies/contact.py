@@ -119,8 +119,8 @@ def kick_touch_drift(
     """
     reaction = np.empty((len(table.kind), 6))
     _kick_touch_drift(
-        len(nodes.positions), table, motion, area, tuple(nodes), dt, contact.force, contact.offset, contact.touching,
-        contact.stored, contact.dissipated, contact.deepest, reaction,
+        len(nodes.positions), tuple(table), tuple(motion), area, tuple(nodes), dt, contact.force, contact.offset,
+        contact.touching, contact.stored, contact.dissipated, contact.deepest, reaction,
     )  # fmt: skip
     return reaction
 
@@ -144,7 +144,7 @@ def _kick(block, first, count, dt, nodes):
 def _ask(block, dt, bound, motion):
     """Fill the row CLOSE: above zero for nodes that come into the sphere around a shape, or below a plane, if they go
     on as they are. Most do not, so this is a loop without branches."""
-    body, centre, pose = motion.body, motion.centre, motion.pose
+    body, centre, pose = motion
     for j in range(BLOCK):
         block[CLOSE + j] = 0.0
     for o in range(len(bound)):
@@ -172,9 +172,9 @@ def _kick_touch_drift(
     n, table, motion, area, nodes, dt, force, offset, touching, stored_out, dissipated_out, deepest_out, reaction_out
 ):
     inverse_mass, _, positions, velocities, _ = nodes
-    body, centre, pose = motion.body, motion.centre, motion.pose
-    kind, numbers, bound, law = table.kind, table.numbers, table.bound, table.law
-    chunks, shapes = (n + CHUNK - 1) // CHUNK, len(table.kind)
+    body, centre, pose = motion
+    kind, numbers, bound, law = table
+    chunks, shapes = (n + CHUNK - 1) // CHUNK, len(kind)
     partial = np.empty((chunks, shapes, 9))  # reaction, stored, dissipated, deepest
     for chunk in prange(chunks):
         partial[chunk] = 0.0
