@@ -68,6 +68,11 @@ class Model:
         return np.where(free, 1.0 / np.where(free, self.mass, 1.0), 0.0)
 
     @cached_property
+    def rate_of_straps(self) -> float:
+        """1/dt^2 of the largest step that the straps allow [1/s^2]."""
+        return self.straps.squared_rate(self.inverse_mass)
+
+    @cached_property
     def has_gravity(self) -> bool:
         return bool(self.gravity.any())
 

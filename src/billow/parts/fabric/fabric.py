@@ -178,8 +178,11 @@ class Fabric(Part):
 
     def squared_rate(self, state: FabricState) -> float:
         """1 / dt^2 [1/s^2] of the largest stable step as the fabric is strained now; zero without fabric."""
-        at_rest = max((float(m.squared_rate.max()) for m in self.membranes), default=0.0)
-        return max(state.squared_rate, at_rest) / STEP_FACTOR**2
+        return max(state.squared_rate, self._rate_at_rest) / STEP_FACTOR**2
+
+    @cached_property
+    def _rate_at_rest(self) -> float:
+        return max((float(m.squared_rate.max()) for m in self.membranes), default=0.0)
 
     # --- what a run says of it -------------------------------------------------------------------------------------
 
