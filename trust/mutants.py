@@ -125,7 +125,7 @@ MUTANTS = (
     Mutant(
         "straps without a step limit",
         "solver/step.py",
-        " + model.straps.squared_rate(model.inverse_mass)",
+        " + model.rate_of_straps",
         "",
         "tests/fabric/test_stable_step.py",
     ),
