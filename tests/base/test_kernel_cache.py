@@ -29,8 +29,10 @@ MEMBRANES = {
     "two": "from billow.toy import law\nstress = law.stress",
     "three": "import billow.toy.law\nstress = billow.toy.law.stress",
     "four": "from billow.toy.between import stress",
+    "five": "from billow.toy import (  # the laws (of all)\n    law as ours,\n)\nstress = ours.stress",
+    "six": "import os; from billow . toy . law import \\\n    stress",
 }
-"""Module -> how it imports the scalar; the last one through another file."""
+"""Module -> how it imports the scalar; the fourth one through another file."""
 
 MEMBRANE = """
 from billow.base.compiled import kernel, scalar
