@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 import billow
-from billow.base import compiled, surroundings
+from billow.base import cache_folder, compiled, surroundings
 
 LAW = """
 from billow.base.compiled import scalar
@@ -89,7 +89,7 @@ def package(tmp_path) -> Path:
         folder.mkdir(parents=True, exist_ok=True)
         (folder / "__init__.py").touch()
     shutil.copy(billow.__file__, toy.parent)
-    for module in (compiled, surroundings):
+    for module in (cache_folder, compiled, surroundings):
         shutil.copy(module.__file__, toy.parent / "base")
     (toy / "law.py").write_text(LAW)
     (toy / "between.py").write_text("from billow.toy.law import stress as stress\n")
@@ -235,7 +235,7 @@ def test_the_cache_is_never_a_folder_named_tilde(variables, root, monkeypatch):
         monkeypatch.delenv(name, raising=False)
     for name, value in variables.items():
         monkeypatch.setenv(name, value)
-    assert compiled._cache_root() == root
+    assert cache_folder.cache_folder() == root
 
 
 def test_kernels_are_compiled_in_every_process_without_a_file_or_a_folder_that_can_be_written(package):

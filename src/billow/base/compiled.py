@@ -29,6 +29,8 @@ from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataC
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.runtime import rtsys
 
+from billow.base.cache_folder import cache_folder
+
 config._config_fname = os.devnull  # numba looks for its settings file in the working folder
 config.reload_config()
 
@@ -96,21 +98,11 @@ def _digest(source: Path) -> str:
     return digest.hexdigest()
 
 
-def _cache_root() -> str | None:
-    """BILLOW_CACHE, or `billow` in the user's cache; None without a home: "~" would become a folder of that name."""
-    own = os.path.expanduser(os.environ.get("BILLOW_CACHE", ""))
-    if own and not own.startswith("~"):
-        return os.path.abspath(own)
-    home = os.environ.get("XDG_CACHE_HOME", "")
-    home = home if os.path.isabs(home) else os.path.expanduser("~/.cache")
-    return os.path.join(home, "billow") if os.path.isabs(home) else None
-
-
 @functools.cache
 def _module_folder(source: str) -> str | None:
     """Folder for the kernels of one file; None if it cannot be written, or if there is no file (a kernel typed into a
     prompt): kernels are then compiled again in every process."""
-    root = _cache_root()
+    root = cache_folder()
     if root is None or not Path(source).is_file():
         return None
     folder = Path(root, "kernels", f"{Path(source).stem}-{_digest(Path(source))[:16]}")

@@ -6,15 +6,14 @@ from __future__ import annotations
 import numpy as np
 
 from billow.geometry.components import components
+from billow.geometry.delaunay import delaunay
 
 SWEEPS = 8
 
 
 def triangulate(points: np.ndarray) -> np.ndarray:
     """Triangles (m, 3) int64, counter-clockwise, that join points [m] (n, 2) and fill their convex hull."""
-    from scipy.spatial import Delaunay  # 0.2 s, and most bags are loaded
-
-    triangles = Delaunay(points).simplices.astype(np.int64)
+    triangles = delaunay(points).astype(np.int64)
     a, b, c = (points[triangles[:, k]] for k in range(3))
     twice = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
     flipped = twice < 0.0
