@@ -43,8 +43,8 @@ PARALLEL_FROM = 8192
 _PACKAGE = Path(__file__).parents[1]
 
 
-_NAMED = re.compile(rb"(\bfrom\s+|\bimport\s+)?\b%b((?:[ \t]*\.[ \t]*\w+)*)" % _PACKAGE.name.encode())
-"""A dotted name in the package, and whether an import statement begins with it."""
+_NAMED = re.compile(rb"%b((?:[ \t]*\.[ \t]*\w+)*)" % _PACKAGE.name.encode())
+"""A dotted name in the package. It begins with a plain text, which `re` finds ten times faster than anything else."""
 
 _WORD = re.compile(rb"\w+")
 
@@ -66,17 +66,20 @@ def _digest_and_imports(path: Path) -> tuple[bytes, frozenset[Path]]:
     """
     text = path.read_bytes()
     found: set[Path] = set()
-    for statement, rest in set(_NAMED.findall(text)):
+    for match in _NAMED.finditer(text):
+        rest = match[1]
+        before = text[max(0, match.start() - 32) : match.start()].replace(b"\\", b" ").split()
+        imported = before[-1:] in ([b"from"], [b"import"])
         place = _PACKAGE / "__init__.py"
         for part in _WORD.findall(rest):
             if place.name != "__init__.py" or (inner := _modules_in(place.parent).get(part)) is None:
                 break  # a name that the module defines
             place = inner
         else:
-            if place.name == "__init__.py" and statement:
+            if place.name == "__init__.py" and imported:
                 words = set(_WORD.findall(text))
                 found |= {file for name, file in _modules_in(place.parent).items() if name in words}
-        if rest or statement:
+        if rest or imported:
             found.add(place)
     return hashlib.sha256(text).digest(), frozenset(found)
 
