@@ -17,7 +17,7 @@ import os
 import platform
 import re
 import types
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import ClassVar
 
@@ -40,7 +40,27 @@ CHUNK = 1024
 PARALLEL_FROM = 8192
 """Fewest items for which a parallel launch (10-200 us) pays."""
 
+COMPILING = "compiling (first run only)"
+NOT_KEPT = "compiling (in every run: the cache of kernels cannot be written)"
+
+_listeners: list[Callable[[str], None]] = []
 _PACKAGE = Path(__file__).parents[1]
+
+
+@contextlib.contextmanager
+def telling(tell: Callable[[str], None]) -> Iterator[None]:
+    """Calls `tell` once, with a line for the user, when within it the first kernel has to be compiled, not loaded."""
+    _listeners.append(tell)
+    try:
+        yield
+    finally:
+        if tell in _listeners:
+            _listeners.remove(tell)
+
+
+def _announce(line: str) -> None:
+    while _listeners:
+        _listeners.pop()(line)
 
 
 _NAMED = re.compile(rb"%b((?:[ \t]*\.[ \t]*\w+)*)" % _PACKAGE.name.encode())
@@ -225,6 +245,8 @@ class _KernelCache(FunctionCache):
             self._held.add(self._lock_path)
             self._scope.callback(self._held.discard, self._lock_path)
             found = self._load_overload(sig, target_context)
+        if found is None:
+            _announce(COMPILING)
         return found
 
     def save_overload(self, sig, data) -> None:
@@ -234,11 +256,20 @@ class _KernelCache(FunctionCache):
 
 
 def _compile(function, **options):
-    compiled = numba.njit(function, error_model="numpy", **options)
-    if config.DISABLE_JIT or _module_folder(function.__code__.co_filename) is None:
+    # Without an entry for callers in C, which there are none of: 5 % of compiling.
+    compiled = numba.njit(function, error_model="numpy", no_cfunc_wrapper=True, **options)
+    if config.DISABLE_JIT:
+        return compiled
+    load_or_compile = compiled.compile
+    if _module_folder(function.__code__.co_filename) is None:
+
+        def compile_each_time(signature):
+            _announce(NOT_KEPT)
+            return load_or_compile(signature)
+
+        compiled.compile = compile_each_time
         return compiled
     cache = compiled._cache = _KernelCache(function)
-    load_or_compile = compiled.compile
 
     def compile_once(signature):
         with cache.compiling():
