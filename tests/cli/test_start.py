@@ -16,6 +16,7 @@ LIST = """
 import atexit, gc, json, sys
 @atexit.register
 def told():
+    gc.unfreeze()
     modules, numba = sorted(sys.modules), sys.modules.get("numba.core.dispatcher")
     found = [o for o in gc.get_objects() if numba and isinstance(o, numba.Dispatcher) and o.overloads]
     kernels = sorted(f"{d.py_func.__module__}.{d.py_func.__name__}" for d in found)
