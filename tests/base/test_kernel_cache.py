@@ -31,8 +31,9 @@ MEMBRANES = {
     "four": "from billow.toy.between import stress",
     "five": "from billow.toy import (  # the laws (of all)\n    law as ours,\n)\nstress = ours.stress",
     "six": "import os; from billow . toy . law import \\\n    stress",
+    "seven": "from billow.toy.plain.through import stress",
 }
-"""Module -> how it imports the scalar; the fourth one through another file."""
+"""Module -> how it imports the scalar; the fourth and seventh through another file."""
 
 MEMBRANE = """
 from billow.base.compiled import kernel, scalar
@@ -98,7 +99,9 @@ def package(tmp_path) -> Path:
     for module in (cache_folder, compiled, surroundings):
         shutil.copy(module.__file__, toy.parent / "base")
     (toy / "law.py").write_text(LAW)
-    (toy / "between.py").write_text("from billow.toy.law import stress as stress\n")
+    for between in (toy / "between.py", toy / "plain" / "through.py"):  # the second in a folder without __init__.py
+        between.parent.mkdir(exist_ok=True)
+        between.write_text("from billow.toy.law import stress as stress\n")
     for name, imports in MEMBRANES.items():
         (toy / f"{name}.py").write_text(imports + MEMBRANE)
     return toy.parent.parent

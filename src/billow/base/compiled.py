@@ -72,7 +72,7 @@ _WORD = re.compile(rb"\w+")
 @functools.cache
 def _modules_in(folder: Path) -> dict[bytes, Path]:
     """Files of the modules and packages in a folder, by name."""
-    packages = {os.fsencode(path.parent.name): path for path in folder.glob("*/__init__.py")}
+    packages = {os.fsencode(path.name): path / "__init__.py" for path in folder.iterdir() if path.is_dir()}
     return packages | {os.fsencode(path.stem): path for path in folder.glob("*.py")}
 
 
@@ -84,7 +84,7 @@ def _digest_and_imports(path: Path) -> tuple[bytes, frozenset[Path]]:
     import super_ellipsoid`, every word of the file may be one of them. So a file may be listed that is not imported,
     and none is missed; parsing the files would take a fifth of the start of a run.
     """
-    text = path.read_bytes()
+    text = path.read_bytes() if path.is_file() else b""  # a package need not have an __init__.py
     found: set[Path] = set()
     for match in _NAMED.finditer(text):
         rest = match[1]
