@@ -9,9 +9,7 @@ from __future__ import annotations
 import argparse
 import dataclasses
 import os
-import subprocess
 import sys
-import tempfile
 import time
 import tomllib
 from pathlib import Path
@@ -22,6 +20,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
 from fabric_laws import fabric_laws
+from start import start
 
 from billow.case.build import build_model, build_schedule
 from billow.case.schema import Case
@@ -107,23 +106,6 @@ def full_run() -> dict[str, str]:
     return {f"run of 50 ms, {model.surface.triangle_count} triangles, one core": f"{seconds:.0f} s, {state.step} steps"}
 
 
-def cold_compile() -> dict[str, str]:
-    """First deployment on a machine: a short run with an empty kernel cache, minus the same run with a full one."""
-    program = (
-        "import tomllib, sys, tempfile, billow; from billow.cli.demo import CASE;"
-        "case = billow.Case.from_dict(tomllib.loads(CASE)).vary("
-        "{'bag.element_size': 0.05, 'run.end_time': 1e-3, 'run.frames': 1});"
-        "billow.simulate(case, tempfile.mkdtemp() + '/run')"
-    )
-    with tempfile.TemporaryDirectory() as cache:
-        seconds = []
-        for _ in range(2):
-            begun = time.perf_counter()
-            subprocess.run([sys.executable, "-c", program], check=True, env={**os.environ, "BILLOW_CACHE": cache})
-            seconds.append(time.perf_counter() - begun)
-    return {"cold compile": f"{seconds[0] - seconds[1]:.1f} s", "start of a later process": f"{seconds[1]:.1f} s"}
-
-
 def inference(study: Path) -> dict[str, str]:
     """One deployment against copying its output, training time of both recipes, speed-up over the solver."""
     dataset = Dataset.open(study)
@@ -195,7 +177,7 @@ def main() -> None:
     machine = environment()
     print(f"{machine['processor']}, {machine['cores']} cores, Python {machine['python']}, numba {machine['numba']}")
     print("one process, one thread, medians\n\n| what | measured |\n|---|---|")
-    for measure in (step_cost, fabric_laws, cold_compile, lambda: inference(study), full_run):
+    for measure in (step_cost, fabric_laws, start, lambda: inference(study), full_run):
         for what, value in measure().items():
             print(f"| {what} | {value} |", flush=True)
 

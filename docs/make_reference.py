@@ -10,6 +10,7 @@ import types
 import typing
 from pathlib import Path
 
+from billow.base.attribute_docstrings import attribute_docstrings
 from billow.base.units import CONVERSIONS
 from billow.case import schema
 from billow.case.quantity import Documented, Strict, unit_of
@@ -60,7 +61,7 @@ def _section(key: str, model: type[Strict], told: set, several: bool = False) ->
             for choice in nested:
                 inner += _section(path, choice, told, typing.get_origin(field.annotation) is tuple)
             continue
-        description = " ".join((field.description or "").split())
+        description = " ".join(attribute_docstrings(model).get(name, "").split())
         rows.append(f"| `{name}` | {_kind(field)} | {_default(field)} | {description} |")
     heading = [
         f"## `{title}` {model.__name__}" if key else f"## {title}",

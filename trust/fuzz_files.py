@@ -20,7 +20,8 @@ import tomli_w
 from billow.apps.coupon.comparison import given_curves, read_test_data
 from billow.apps.tank.evaluate import measured, predict_case
 from billow.apps.tank.tank_case import TankCase
-from billow.base import compiled, surroundings
+from billow.base import surroundings
+from billow.base.cache_folder import cache_folder
 from billow.base.errors import BillowError
 from billow.case.schema import Case
 from billow.cli import main as command
@@ -415,7 +416,7 @@ def environments(attempt: Attempt, count: int, random: Random, bench: Bench) -> 
         with mock.patch.dict(os.environ):
             surroundings.own_compiler()
             command_surroundings.take_away(command_surroundings.FOREIGN)
-            root = compiled._cache_root()
+            root = cache_folder()
             if root is not None and not os.path.isabs(root):
                 raise AssertionError(f"a cache in {root!r}")
             tempfile._candidate_tempdir_list()

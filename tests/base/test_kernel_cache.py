@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 import billow
-from billow.base import compiled, surroundings
+from billow.base import cache_folder, compiled, surroundings
 
 LAW = """
 from billow.base.compiled import scalar
@@ -29,8 +29,11 @@ MEMBRANES = {
     "two": "from billow.toy import law\nstress = law.stress",
     "three": "import billow.toy.law\nstress = billow.toy.law.stress",
     "four": "from billow.toy.between import stress",
+    "five": "from billow.toy import (  # the laws (of all)\n    law as ours,\n)\nstress = ours.stress",
+    "six": "import os; from billow . toy . law import \\\n    stress",
+    "seven": "from billow.toy.plain.through import stress",
 }
-"""Module -> how it imports the scalar; the last one through another file."""
+"""Module -> how it imports the scalar; the fourth and seventh through another file."""
 
 MEMBRANE = """
 from billow.base.compiled import kernel, scalar
@@ -46,16 +49,19 @@ def forces(n, strain):
 
 PROGRAM = """
 import importlib, json, os, sys
+from billow.base.compiled import telling
 modules = {name: importlib.import_module("billow.toy." + name) for name in sys.argv[1:]}
 if "PROCESSOR" in os.environ:
     import numba
     numba.config.CPU_NAME = os.environ["PROCESSOR"]
 print("ready", flush=True)
 sys.stdin.readline()
-answers = {name: module.forces(1, 1.0) for name, module in modules.items()}
+said = []
+with telling(said.append):
+    answers = {name: module.forces(1, 1.0) for name, module in modules.items()}
 dispatchers = {d for m in modules.values() for d in (m.forces.serial, m.force, m.stress)}
 compiled = {f"{d.__module__}.{d.__name__}": sum(d.stats.cache_misses.values()) for d in dispatchers}
-print(json.dumps({"answers": answers, "compiled": compiled}))
+print(json.dumps({"answers": answers, "compiled": compiled, "said": said}))
 """
 """Calls the kernels of the modules named and counts how often each function was compiled."""
 
@@ -72,10 +78,13 @@ one.forces(1, 1.0)
 UNCACHED = """
 import json
 from billow.toy import one
-from billow.base.compiled import scalar
+from billow.base.compiled import scalar, telling
 print("ready", flush=True)
 exec('@scalar\\ndef typed(x):\\n    return 3.0 * x')
-print(json.dumps([one.forces(1, 1.0), typed(2.0)]))
+said = []
+with telling(said.append):
+    answers = [one.forces(1, 1.0), typed(2.0)]
+print(json.dumps([*answers, said]))
 """
 
 
@@ -87,10 +96,12 @@ def package(tmp_path) -> Path:
         folder.mkdir(parents=True, exist_ok=True)
         (folder / "__init__.py").touch()
     shutil.copy(billow.__file__, toy.parent)
-    for module in (compiled, surroundings):
+    for module in (cache_folder, compiled, surroundings):
         shutil.copy(module.__file__, toy.parent / "base")
     (toy / "law.py").write_text(LAW)
-    (toy / "between.py").write_text("from billow.toy.law import stress as stress\n")
+    for between in (toy / "between.py", toy / "plain" / "through.py"):  # the second in a folder without __init__.py
+        between.parent.mkdir(exist_ok=True)
+        between.write_text("from billow.toy.law import stress as stress\n")
     for name, imports in MEMBRANES.items():
         (toy / f"{name}.py").write_text(imports + MEMBRANE)
     return toy.parent.parent
@@ -125,6 +136,7 @@ def test_kernels_are_compiled_again_after_an_edit_they_depend_on_and_only_then(p
     (first,) = answer(start(package, *MEMBRANES))
     assert first["answers"] == dict.fromkeys(MEMBRANES, 3.0)
     assert set(first["compiled"].values()) == {1}
+    assert first["said"] == [compiled.COMPILING]
 
     elsewhere = tmp_path / "another" / "place"
     shutil.copytree(package, elsewhere)
@@ -133,6 +145,7 @@ def test_kernels_are_compiled_again_after_an_edit_they_depend_on_and_only_then(p
     (same,) = answer(start(elsewhere, *MEMBRANES, BILLOW_CACHE=str(tmp_path / "cache")))
     assert same["answers"] == first["answers"]
     assert set(same["compiled"].values()) == {0}
+    assert same["said"] == []
 
     (package / "billow" / "toy" / "law.py").write_text(LAW.replace("2.0", "5.0"))
     (edited,) = answer(start(package, *MEMBRANES))
@@ -233,10 +246,10 @@ def test_the_cache_is_never_a_folder_named_tilde(variables, root, monkeypatch):
         monkeypatch.delenv(name, raising=False)
     for name, value in variables.items():
         monkeypatch.setenv(name, value)
-    assert compiled._cache_root() == root
+    assert cache_folder.cache_folder() == root
 
 
 def test_kernels_are_compiled_in_every_process_without_a_file_or_a_folder_that_can_be_written(package):
     (package.parent / "file").touch()
     answers = answer(start(package, program=UNCACHED, BILLOW_CACHE=str(package.parent / "file")))
-    assert answers == [[3.0, 6.0]]
+    assert answers == [[3.0, 6.0, [compiled.NOT_KEPT]]]

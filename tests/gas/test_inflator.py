@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from billow.parts.gas.supply.curve import interpolate
+from billow.parts.gas.supply.curve import interpolate, interval
 from billow.parts.gas.supply.inflator import Inflator
 
 curves = st.lists(st.tuples(st.floats(1e-4, 0.02), st.floats(0.0, 3.0)), min_size=2, max_size=8).map(
@@ -28,6 +28,14 @@ def test_delivered_mass_is_the_integral_of_the_flow(curve, share):
     inside = np.minimum(knots, times[-1])
     expected = np.trapezoid(np.interp(inside, times, flow), inside)
     assert inflator(curve).delivered(until) == pytest.approx(expected, rel=1e-12, abs=1e-15)
+
+
+@given(st.lists(st.floats(-1.0, 1.0), min_size=2, max_size=12, unique=True).map(sorted), st.floats(0.0, 1.0))
+def test_the_interval_is_the_one_that_numpy_finds(points, share):
+    x = np.array(points)
+    for at in (*x[:-1], max(x[0], np.nextafter(x[-1], -2.0)), x[0] + share * (x[-1] - x[0])):
+        if x[0] <= at < x[-1]:
+            assert interval(x, at) == np.searchsorted(x, at, side="right") - 1
 
 
 @given(curve=curves, at=st.lists(st.floats(0.0, 0.2), min_size=2, max_size=20).map(sorted))

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -35,3 +38,27 @@ def test_particles_and_their_switch_are_counted():
     assert many / few == pytest.approx(7.0, rel=0.5)
     end = flat_bag().run.end_time
     assert expected_seconds(flat_bag(particles=60000, switch_time=0.2 * end)) < 0.5 * many
+
+
+HELD = """
+import json, sys
+from billow.case.schema import Case
+from billow.results.machine import peak_memory
+from billow.run.simulate import simulate
+simulate(Case.from_dict(json.loads(sys.argv[1])), sys.argv[2], threads=1)
+print(peak_memory())
+"""
+
+
+@pytest.mark.parametrize(
+    "gas", [{"model": "uniform-pressure"}, {"model": "corpuscular", "particles": 200_000}], ids=lambda gas: gas["model"]
+)
+def test_memory_is_what_a_process_holds(gas, tmp_path):
+    """A process that has its kernels; compiling takes more."""
+    case = {"bag": {"element_size": 0.02}, "gas": gas, "run": {"end_time": 1e-5, "frames": 1}}
+    for folder in (tmp_path / "first", tmp_path / "second"):
+        told = subprocess.run(
+            [sys.executable, "-c", HELD, json.dumps(case), str(folder)], check=True, capture_output=True, text=True
+        )
+    stated = float(re.search(r"needs     about (\d+) MB of memory", describe(Case.from_dict(case)))[1])
+    assert 0.5 * stated < float(told.stdout) < 1.2 * stated

@@ -18,8 +18,10 @@ def test_studies_run_side_by_side(study):
         with contextlib.suppress(OSError):  # another study on this machine has it already
             taken.bind(("127.0.0.1", 8787))
             taken.listen()
-        with execute.dask_client(1, None) as client:
+        with execute.dask_client(1, None, threads=3) as client:
             assert client.submit(sum, [1, 2]).result() == 3
+            limits = [client.submit(os.environ.get, f"{name}_NUM_THREADS").result() for name in ("NUMBA", "OPENBLAS")]
+            assert limits == ["3", "1"]
 
 
 @pytest.mark.slow

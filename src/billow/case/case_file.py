@@ -12,6 +12,7 @@ from typing import Any, TypeVar, get_args
 
 from pydantic import ValidationError
 
+from billow.base.attribute_docstrings import attribute_docstrings
 from billow.base.errors import InputError, shown
 from billow.base.toml_file import read_toml
 from billow.case.named_files import curve_files, with_files_settled
@@ -109,7 +110,7 @@ def _explain(error: ValidationError, model: type[Strict], where: str) -> InputEr
     key = ".".join(keys) or "case"
     others = len(problems) - 1 if len({p["loc"][:2] for p in problems}) > 1 else 0
     if problem["type"] == "extra_forbidden":
-        tables = _tables(_find(model, problem["loc"][:-1]))
+        tables = _tables(_find(model, problem["loc"][:-1])[0])
         known = sorted({field for table in tables for field in table.model_fields})
         close = difflib.get_close_matches(keys[-1], known, n=1)
         remedy = f"did you mean {close[0]!r}?" if close else None
@@ -140,7 +141,7 @@ def _remedy(model: type[Strict], problem: dict[str, Any], keys: list[str]) -> st
     if expected:
         return f"use {expected}"
     named = [key for key in keys if not key.isdigit()]
-    meaning = " ".join((getattr(_find(model, problem["loc"]), "description", None) or "").split())
+    meaning = " ".join(_find(model, problem["loc"])[1].split())
     meant = f" ({meaning[0].lower()}{meaning[1:].rstrip('.')})" if meaning else ""
     return f"correct {named[-1] if named else 'the file'}{meant}; docs/case.md gives unit and range"
 
@@ -150,20 +151,26 @@ def _is_branch(text: str, variants: set[str]) -> bool:
     return "[" in text or text in ("float", "bool") or text in variants or text.startswith(("function", "constrained"))
 
 
-def _find(model: type[Strict], location: tuple) -> Any:
-    """The table or field of the schema that a location of a problem leads to, as far as it does."""
+def _find(model: type[Strict], location: tuple) -> tuple[Any, str]:
+    """The table or field of the schema that a location of a problem leads to, as far as it does, and what the text
+    below the field says."""
     place: Any = model
+    meaning = ""
     for part in map(str, location):
         tables = list(_tables(place))
         variant = next((t for t in tables if part in _shapes(t)), None)
-        place = variant or next((t.model_fields[part] for t in tables if part in t.model_fields), place)
-    return place
+        owner = next((t for t in tables if part in t.model_fields), None)
+        if variant:
+            place, meaning = variant, ""
+        elif owner:
+            place, meaning = owner.model_fields[part], attribute_docstrings(owner).get(part, "")
+    return place, meaning
 
 
 def _tables(place: Any) -> Iterator[type[Strict]]:
     """The tables that a model, a field, or the annotation of one allows."""
     annotation = getattr(place, "annotation", place)
-    if hasattr(annotation, "model_fields"):
+    if isinstance(annotation, type) and hasattr(annotation, "model_fields"):
         yield annotation
     for option in get_args(annotation):
         yield from _tables(option)

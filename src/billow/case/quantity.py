@@ -13,6 +13,7 @@ from typing import Annotated, Any
 from pydantic import AfterValidator, BaseModel, BeforeValidator, Discriminator, Tag, create_model, model_validator
 from pydantic_core import PydanticCustomError
 
+from billow.base.attribute_docstrings import described
 from billow.base.units import other_scales, to_si
 
 ZERO_CELSIUS = 273.15  # K
@@ -22,10 +23,12 @@ MOST_TABLES = 1000
 """Obstacles, straps, sensors and the like of one case; each has arrays as long as the mesh, or columns of its own."""
 
 
-class Strict(
-    BaseModel, extra="forbid", frozen=True, allow_inf_nan=False, use_attribute_docstrings=True, validate_default=True
-):
+class Strict(BaseModel, extra="forbid", frozen=True, allow_inf_nan=False, validate_default=True):
     """Unknown keys are refused, values never change, numbers are finite, lists of tables have an end."""
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, core_schema: Any, handler: Any) -> dict[str, Any]:
+        return described(cls, handler(core_schema), handler)
 
     @model_validator(mode="before")
     @classmethod

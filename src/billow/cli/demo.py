@@ -98,7 +98,8 @@ def run_demo(folder: Path, train: int, test: int, workers: int | None, console: 
             write_atomically(path, text)
         study = Study.create(folder / "study.toml", folder / "study")
         console.print(
-            f"1/3 simulating {len(study.runs)} deployments (kernels are compiled at the first one, about 20 s)"
+            f"1/3 simulating {len(study.runs)} deployments (the first one compiles kernels, about 20 s, unless an "
+            "earlier run has)"
         )
         with study_progress(console) as report:
             study.run(workers=workers, progress=report)

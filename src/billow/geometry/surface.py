@@ -10,12 +10,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from numba import prange
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
 from billow.base.compiled import kernel
 from billow.base.errors import InputError
 from billow.geometry.chambers import Chambers
+from billow.geometry.components import components
 from billow.geometry.triangle import double_area_vector
 
 NOT_CLOSED = InputError.declare(
@@ -145,9 +144,7 @@ def check_closed(surface: Surface, positions: np.ndarray, where: str) -> None:
 
 def _check_pieces(surface: Surface, chamber: int, positions: np.ndarray, where: str) -> None:
     boundary = surface.chambers.boundary(chamber, surface.triangles).astype(np.int64)
-    ends = boundary[:, :2].T, boundary[:, 1:].T
-    links = coo_matrix((np.ones(2 * len(boundary)), np.hstack(ends)), shape=(len(positions),) * 2)
-    piece = connected_components(links, directed=False)[1][boundary[:, 0]]
+    piece = components(len(positions), np.concatenate([boundary[:, :2], boundary[:, 1:]]))[boundary[:, 0]]
     corners = positions[boundary] - positions[boundary[0, 0]]
     volume = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6.0
     pieces = np.unique(piece)

@@ -4,16 +4,16 @@ split into triangles."""
 from __future__ import annotations
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
-from scipy.spatial import Delaunay
+
+from billow.geometry.components import components
+from billow.geometry.delaunay import delaunay
 
 SWEEPS = 8
 
 
 def triangulate(points: np.ndarray) -> np.ndarray:
     """Triangles (m, 3) int64, counter-clockwise, that join points [m] (n, 2) and fill their convex hull."""
-    triangles = Delaunay(points).simplices.astype(np.int64)
+    triangles = delaunay(points).astype(np.int64)
     a, b, c = (points[triangles[:, k]] for k in range(3))
     twice = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
     flipped = twice < 0.0
@@ -51,11 +51,9 @@ def diagonals(cells: np.ndarray, node_count: int) -> np.ndarray:
     quads = cells[cells[:, 3] >= 0]
     first, second = quads.ravel(), np.roll(quads, -1, axis=1).ravel()
     # In the double cover of the graph of edges a node and its image are connected unless the graph has two colours.
-    rows = np.concatenate([first, second, first + node_count, second + node_count])
-    columns = np.concatenate([second + node_count, first + node_count, second, first])
-    graph = coo_matrix((np.ones(len(rows)), (rows, columns)), shape=(2 * node_count, 2 * node_count))
-    _, label = connected_components(graph, directed=False)
-    colour = (label[:node_count] > label[node_count:]).astype(np.int64)
+    crossed = np.column_stack([first, second + node_count]), np.column_stack([first + node_count, second])
+    least = components(2 * node_count, np.concatenate(crossed))
+    colour = (least[:node_count] > least[node_count:]).astype(np.int64)
     edges = np.unique(np.sort(np.column_stack([first, second]), axis=1), axis=0)
     corner = np.bincount(edges.ravel(), minlength=node_count) == 2
     diagonal = np.zeros(len(cells), dtype=np.int64)

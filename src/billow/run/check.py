@@ -78,7 +78,8 @@ def describe(case: Case) -> str:
         f"  fabric    {model.mass.sum():.4f} kg; start volume {1e3 * surface.volume(model.start):.3f} l, closed",
         f"  step      {1e6 * dt:.4g} us, about {steps} steps",
         f"  run time  about {max(1.0, steps * seconds):.0f} s on one core",
-        f"  needs     about {memory:.0f} MB of memory and up to {2 * disk / 1e6:.0f} MB of disk",
+        f"  needs     about {memory:.0f} MB of memory and up to {2 * disk / 1e6:.0f} MB of disk; each worker of a "
+        "study needs as much memory",
     ]
     if model.gas.supply is not None:
         mass = sum(inflator.cumulative[-1] for inflator in model.gas.supply.inflators)

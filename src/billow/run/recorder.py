@@ -34,6 +34,7 @@ CHECKPOINT_SECONDS = 30.0
 """Wall time [s] between two checkpoints."""
 
 JOURNAL = "journal.bin"
+LOG = "solver.log"
 LAST_GOOD = "last_good.safetensors"
 """State at the last frame before a run was stopped, beside its post-mortem."""
 
@@ -90,7 +91,7 @@ class RunRecorder(Recorder):
         self.told, self.model, self.folder, self.progress = told, model, folder, progress
         self.interrupts = interrupts
         self.journal = Journal(folder / JOURNAL, journal_offset)
-        self.log = open(folder / "solver.log", "a", encoding="utf-8")  # noqa: SIM115 - lives as long as the run
+        self.log = open(folder / LOG, "a", encoding="utf-8")  # noqa: SIM115 - lives as long as the run
         self.begun = self.saved = time.perf_counter()
         self.slot = 0
         self.state: State | None = None

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numba
 
+from billow.base.compiled import telling
 from billow.base.errors import BillowError, InputError, IntegrityError, NumericalStop
 from billow.case.assumptions import assumptions, header
 from billow.case.build import build_model, build_schedule, require_start_clear
@@ -29,7 +30,7 @@ from billow.run.case_folder import keep_case
 from billow.run.checkpoint_file import SLOTS, newest_checkpoint
 from billow.run.interrupts import STOP_FILE, Interrupts
 from billow.run.names import owners, require_distinct
-from billow.run.recorder import Progress, RunRecorder, Told
+from billow.run.recorder import LOG, Progress, RunRecorder, Told
 from billow.solver.model import Model, State
 from billow.solver.run import run
 
@@ -67,15 +68,16 @@ def simulate(
         with unfinished(final) as partial:
             require_nothing_kept(partial, final)
             clear(partial)  # of an earlier try that never reached a checkpoint
-            try:
-                model = build_model(case)
-                require_distinct(owners(model, (sensor.name for sensor in case.run.sensors)))
-                require_start_clear(model)
-                case = keep_case(case, partial, header(case))
-            except BaseException:
-                clear(partial)
-                raise
-            return _run(case, model, partial, final, (None, 0), progress, threads)
+            with telling(_compiling(partial, progress, case.run.end_time)):
+                try:
+                    model = build_model(case)
+                    require_distinct(owners(model, (sensor.name for sensor in case.run.sensors)))
+                    require_start_clear(model)
+                    case = keep_case(case, partial, header(case))
+                except BaseException:
+                    clear(partial)
+                    raise
+                return _run(case, model, partial, final, (None, 0), progress, threads)
 
 
 def resume(
@@ -104,9 +106,10 @@ def resume(
                 case = Case.load(partial / "case.toml")
             except InputError as error:
                 raise CASE_NOT_USABLE(path=partial / "case.toml", why=f"{error.what}: {error.why}") from error
-            model = build_model(case)
-            start = newest_checkpoint(partial, model, case.digest())
-            return _run(case, model, partial, final, start, progress, threads)
+            with telling(_compiling(partial, progress, case.run.end_time)):
+                model = build_model(case)
+                start = newest_checkpoint(partial, model, case.digest())
+                return _run(case, model, partial, final, start, progress, threads)
 
 
 def _run(
@@ -141,6 +144,20 @@ def _run(
     if failure is not None:
         raise failure
     return Result.open(final)
+
+
+def _compiling(partial: Path, progress: Callable[[Progress], None] | None, end: float) -> Callable[[str], None]:
+    """What says in the log, and to whoever watches, that kernels are compiled: that can begin before there is a
+    recorder."""
+
+    def tell(line: str) -> None:
+        with open(partial / LOG, "a", encoding="utf-8") as log:
+            log.write(line + "\n")
+        if progress is not None:
+            with contextlib.suppress(BrokenPipeError):  # nobody watches any more
+                progress(Progress(0.0, end, line))
+
+    return tell
 
 
 @contextlib.contextmanager

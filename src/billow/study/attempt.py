@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from billow.base.errors import BillowError, NumericalStop, ResourceError
+from billow.results.machine import peak_memory
 from billow.results.ownership import discard
 from billow.results.run_file import read_run_file
 from billow.study.store import RunStore
@@ -61,12 +62,13 @@ Runner = Callable[..., Any]
 class Task:
     """A run to be made, as sent to a worker process: the case as text, which every process reads alike.
 
-    case_toml: the effective case; rebuild: makes a `billow.Case` of its nested dictionaries.
+    case_toml: the effective case; rebuild: makes a `billow.Case` of its nested dictionaries; threads: it may use.
     """
 
     run: str
     case_toml: str
     rebuild: Callable[[dict[str, Any]], Any]
+    threads: int = 1
 
 
 @dataclass(frozen=True)
@@ -74,7 +76,8 @@ class Outcome:
     """How an attempt ended.
 
     status: "completed"; "failed" for `error`; "interrupted" by the user; "repeated": it died and is tried again.
-    seconds: [s] it took; attempts: how many were begun, this one included.
+    seconds: [s] it took; attempts: how many were begun, this one included. memory: [MB], the most that the process has
+    held since it began; 0 where the system does not say.
     """
 
     run: str
@@ -82,6 +85,7 @@ class Outcome:
     seconds: float = 0.0
     attempts: int = 1
     error: BillowError | None = None
+    memory: float = 0.0
 
 
 def attempt_run(folder: str, task: Task, runner: Runner | None = None) -> Outcome:
@@ -111,7 +115,7 @@ def attempt_run(folder: str, task: Task, runner: Runner | None = None) -> Outcom
         status, error = "failed", _out_of_space(problem, store.folder) or _unexpected(task.run, problem)
     if workplace is not None:
         discard(workplace)
-    return Outcome(task.run, status, time.perf_counter() - started, attempts, error)
+    return Outcome(task.run, status, time.perf_counter() - started, attempts, error, peak_memory())
 
 
 def _simulate(store: RunStore, task: Task, place: Path, runner: Runner | None) -> tuple[str, BillowError | None]:
@@ -119,7 +123,7 @@ def _simulate(store: RunStore, task: Task, place: Path, runner: Runner | None) -
         from billow.run.simulate import simulate as runner
     case, error = task.rebuild(tomllib.loads(task.case_toml)), None
     try:
-        runner(case, place, threads=1)
+        runner(case, place, threads=task.threads)
     except NumericalStop as stop:  # its last frames are still of interest
         error = stop
     if not place.is_dir():

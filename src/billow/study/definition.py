@@ -7,11 +7,12 @@ import itertools
 import os
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import tomli_w
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 
+from billow.base.attribute_docstrings import described
 from billow.base.errors import InputError, shown
 from billow.base.plausible import require_possible
 from billow.base.toml_file import read_toml
@@ -72,9 +73,11 @@ _Text = Annotated[str, Field(min_length=1), AfterValidator(_one_line)]
 
 
 class _Strict(BaseModel):
-    model_config = ConfigDict(
-        strict=True, frozen=True, extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True
-    )
+    model_config = ConfigDict(strict=True, frozen=True, extra="forbid", allow_inf_nan=False)
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, core_schema: Any, handler: Any) -> dict[str, Any]:
+        return described(cls, handler(core_schema), handler)
 
 
 class StudyParameter(_Strict):

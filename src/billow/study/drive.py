@@ -6,7 +6,7 @@ import contextlib
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from billow.base.errors import IntegrityError, ResourceError
 from billow.base.quality import VERDICTS, doubts
@@ -15,7 +15,8 @@ from billow.results.dataset_files import DATASET_FILE, DatasetRecord, mesh_sha25
 from billow.results.ownership import discard
 from billow.results.result import Result
 from billow.study.attempt import Outcome, Runner, Task, attempt_run
-from billow.study.execute import WORKER_DIED, available_cores, dask_client, run_on_dask
+from billow.study.cores import available_cores
+from billow.study.execute import WORKER_DIED, dask_client, run_on_dask
 
 OTHER_RUN = IntegrityError.declare(
     "E-STU-010",
@@ -44,7 +45,8 @@ class ProgressEvent:
 
     status: "started", "completed", "failed", "repeated" (its worker died), "set aside" (damaged, is made again),
     "finished"; run: which, or "" for the study; done: runs completed or failed so far, of `total`; seconds: [s] the
-    run took, for "finished" the whole call; message: one line for people.
+    run took, for "finished" the whole call; message: one line for people. memory: [MB], the most that one worker has
+    held so far; 0 if it is not known.
     """
 
     status: str
@@ -53,6 +55,7 @@ class ProgressEvent:
     total: int
     seconds: float
     message: str
+    memory: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -99,15 +102,19 @@ class Drive:
         self.completed: set[str] = set()
         self.quality: dict[str, dict] = {}
         self.failed: dict[str, str] = {}
+        self.memory = 0.0
 
     def go(self, workers: int | None, scheduler: str | None, runner: Runner | None) -> StudySummary:
         """Make what is missing; errors as `Study.run`."""
         tasks, runs = self._survey(), self.study.runs
-        # never more processes than runs: starting one costs seconds
-        workers = min(workers or available_cores(), max(len(tasks), 1))
+        cores = workers or available_cores()
+        # never more processes than runs: starting one costs seconds; runs that are fewer than the cores share them
+        workers = min(cores, max(len(tasks), 1))
+        threads = 1 if scheduler else cores // workers
+        tasks = [replace(task, threads=threads) for task in tasks]
         place = f"the cluster at {scheduler}" if scheduler else f"{workers} worker{'s' if workers > 1 else ''}"
         self._tell("started", "", 0.0, f"{len(tasks)} of {len(runs)} runs to make, by {place}")
-        with contextlib.closing(self._outcomes(tasks, workers, scheduler, runner)) as outcomes:
+        with contextlib.closing(self._outcomes(tasks, workers, threads, scheduler, runner)) as outcomes:
             for outcome in outcomes:
                 self._take(outcome)
         seconds = time.perf_counter() - self.started
@@ -121,13 +128,13 @@ class Drive:
         self._tell("finished", "", seconds, summary.counts)
         return summary
 
-    def _outcomes(self, tasks, workers, scheduler, runner) -> Iterator[Outcome]:
+    def _outcomes(self, tasks, workers, threads, scheduler, runner) -> Iterator[Outcome]:
         if scheduler is None and workers == 1:
             yield from (attempt_run(str(self.store.folder), task, runner) for task in tasks)
         elif tasks:
             scratch = self.store.begin("workers")  # in the study, where the next start finds it after a kill
             try:
-                with dask_client(workers, scheduler, scratch) as client:
+                with dask_client(workers, scheduler, scratch, threads) as client:
                     yield from run_on_dask(client, self.store, tasks, runner)
             finally:
                 discard(scratch)
@@ -174,6 +181,7 @@ class Drive:
 
     def _take(self, outcome: Outcome) -> None:
         run, error = outcome.run, outcome.error
+        self.memory = max(self.memory, outcome.memory)
         if outcome.status == "interrupted":
             raise KeyboardInterrupt
         if isinstance(error, ResourceError) and error.code != WORKER_DIED.code:  # the other runs would fail as well
@@ -190,4 +198,4 @@ class Drive:
 
     def _tell(self, status: str, run: str, seconds: float, message: str) -> None:
         done = len(self.completed) + len(self.failed)
-        self.report(ProgressEvent(status, run, done, len(self.study.runs), seconds, message))
+        self.report(ProgressEvent(status, run, done, len(self.study.runs), seconds, message, self.memory))

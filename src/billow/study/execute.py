@@ -60,12 +60,8 @@ ANSWER_SECONDS = 10.0
 """[s] a scheduler has to answer."""
 
 _ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-_ONE_THREAD = ("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS")
-
-
-def available_cores() -> int:
-    """Processor cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+_SOLVER_THREADS = ("NUMBA_NUM_THREADS", "OMP_NUM_THREADS")
+_ONE_THREAD = ("MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS")
 
 
 @contextlib.contextmanager
@@ -91,10 +87,11 @@ def _undisturbed() -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def dask_client(workers: int, scheduler: str | None, scratch: Path | None = None) -> Iterator:
+def dask_client(workers: int, scheduler: str | None, scratch: Path | None = None, threads: int = 1) -> Iterator:
     """A Dask client: of `workers` new local processes, or of the cluster at the address `scheduler`.
 
-    scratch: a folder for what local workers keep on disk. Local workers end with the block; a cluster stays as it was.
+    scratch: a folder for what local workers keep on disk; threads: that a local worker may use. Local workers end with
+    the block; a cluster stays as it was.
     InputError E-STU-015 if no scheduler answers there.
     """
     try:
@@ -117,6 +114,7 @@ def dask_client(workers: int, scheduler: str | None, scratch: Path | None = None
         with client:
             yield client
         return
+    limits = dict.fromkeys(_SOLVER_THREADS, str(threads)) | dict.fromkeys(_ONE_THREAD, "1")
     settings = {
         # This module handles dead workers: it knows which of the worker's runs had begun.
         "distributed.scheduler.allowed-failures": 0,
@@ -125,10 +123,10 @@ def dask_client(workers: int, scheduler: str | None, scratch: Path | None = None
         "distributed.worker.profile.enabled": False,
         "distributed.admin.tick.interval": "1s",
         "distributed.worker.use-file-locking": False,  # the folder is ours, and its disk may know no locks
-        **{f"distributed.nanny.pre-spawn-environ.{name}": "1" for name in _ONE_THREAD},
+        **{f"distributed.nanny.pre-spawn-environ.{name}": count for name, count in limits.items()},
     }
     with contextlib.ExitStack() as stack:
-        for name in _ONE_THREAD:  # Dask sets them here too and leaves them; numba would then refuse to continue here
+        for name in limits:  # Dask sets them here too and leaves them; numba would then refuse to continue here
             if name in os.environ:
                 stack.callback(os.environ.__setitem__, name, os.environ[name])
             else:

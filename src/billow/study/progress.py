@@ -32,7 +32,8 @@ def study_progress(console: Console | None = None) -> Iterator[Callable[[Progres
             started, earlier = time.monotonic(), event.done
         if event.status in ("started", "finished"):
             took = f" in {clock(event.seconds)}" if event.status == "finished" else ""
-            text = f"study {event.status}: {event.message}{took}"
+            held = f"; a worker held at most {event.memory:.0f} MB" if event.memory else ""
+            text = f"study {event.status}: {event.message}{took}{held}"
         else:
             message = f": {event.message}" if event.message else f" in {event.seconds:.1f} s"
             elapsed = f"elapsed {clock(time.monotonic() - started)}, ETA {time_to_go(event)}"

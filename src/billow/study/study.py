@@ -151,8 +151,9 @@ class Study:
         """Make the runs that are missing. May be interrupted in any way at any moment, and called again.
 
         workers: local processes, each making one run at a time on one core; all cores by default, 1 is this process
-        itself. scheduler: address of a Dask cluster to use instead. progress: called with each `ProgressEvent`.
-        retry_failed: make runs again that failed before. runner: what makes a run, `billow.run.simulate` by default.
+        itself. Runs that are fewer than these cores share them. scheduler: address of a Dask cluster to use instead.
+        progress: called with each `ProgressEvent`. retry_failed: make runs again that failed before. runner: what makes
+        a run, `billow.run.simulate` by default.
 
         A run that fails is recorded in failed/ and the others go on. InputError E-RES-023: another process runs this
         study; E-STU-015: no scheduler answers; -021: workers. IntegrityError E-STU-010: a run on disk belongs to

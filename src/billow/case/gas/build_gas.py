@@ -21,8 +21,6 @@ from billow.parts.gas.supply.inflator import Inflator, JetRing
 from billow.parts.gas.supply.jets import Jets
 from billow.parts.gas.supply.species import AIR, Species, find_species, mass_fractions, thermo_table
 from billow.parts.gas.supply.supply import Source, Supply
-from billow.parts.gas.switching import Switching
-from billow.parts.gas.uniform.uniform_pressure import UniformPressure
 
 NO_VOLUME = InputError.declare(
     "E-GAS-004",
@@ -68,6 +66,9 @@ def build_gas(case: schema.Case, shape: BagShape) -> GasPart:
     supply = build_supply(case, shape) if kind.has_supply else None
     model = kind.build(case, shape, supply)
     if kind.is_local and case.gas.switch_time:
+        from billow.parts.gas.switching import Switching  # with a second gas, whose kernels no other case needs
+        from billow.parts.gas.uniform.uniform_pressure import UniformPressure
+
         model = Switching(shape.surface, model, UniformPressure(supply), case.gas.switch_time)
     return GasPart(model, shape.surface, np.ascontiguousarray(shape.positions), supply)
 

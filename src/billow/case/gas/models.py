@@ -1,4 +1,7 @@
-"""The gas models that a case chooses among with `gas.model`; a new one is an entry of GAS_MODELS."""
+"""The gas models that a case chooses among with `gas.model`; a new one is an entry of GAS_MODELS.
+
+A builder imports its model itself, so that a run loads the kernels of its own gas and of no other.
+"""
 
 from __future__ import annotations
 
@@ -7,11 +10,9 @@ from typing import NamedTuple
 
 from billow.base.errors import InputError
 from billow.geometry.bag_shapes import BagShape
-from billow.parts.gas.corpuscular.corpuscular import Corpuscular
 from billow.parts.gas.gas_model import GasModel
 from billow.parts.gas.no_gas import NoGas
 from billow.parts.gas.supply.supply import Supply
-from billow.parts.gas.uniform.uniform_pressure import UniformPressure
 
 NO_MOUTH = InputError.declare(
     "E-GAS-006",
@@ -30,8 +31,16 @@ NOT_IN_MESH = InputError.declare(
 )
 
 
-def _corpuscular(case, shape: BagShape, supply: Supply) -> Corpuscular:
+def _uniform_pressure(case, shape: BagShape, supply: Supply) -> GasModel:
+    from billow.parts.gas.uniform.uniform_pressure import UniformPressure
+
+    return UniformPressure(supply)
+
+
+def _corpuscular(case, shape: BagShape, supply: Supply) -> GasModel:
     """Raises InputError E-GAS-006 if a source has no mouth, E-GAS-007 if a passage has no triangles."""
+    from billow.parts.gas.corpuscular.corpuscular import Corpuscular
+
     for source in supply.sources:
         if source.jets is None:
             inflator = source.inflator
@@ -53,7 +62,7 @@ class Kind(NamedTuple):
 
 
 GAS_MODELS = {
-    "uniform-pressure": Kind(lambda case, shape, supply: UniformPressure(supply)),
+    "uniform-pressure": Kind(_uniform_pressure),
     "corpuscular": Kind(_corpuscular, is_local=True),
     "none": Kind(lambda case, shape, supply: NoGas(case.ambient.pressure, case.ambient.temperature), has_supply=False),
 }

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
+from billow.base.blas_threads import one_blas_thread
 from billow.base.errors import InputError
 from billow.injury.criteria import assess
 from billow.injury.filters import sample_interval
@@ -165,6 +166,7 @@ class Coupled:
         """The same, which answers even if nobody judged it, or a simpler answer is better."""
         return replace(self, insisted=True)
 
+    @one_blas_thread()
     def answer(self, design, *, extrapolate: bool = False) -> CoupledAnswer:
         """Motion and injury metrics of one deployment, with their intervals, where the design stands, and the verdicts.
         Arguments and errors as `deploy`."""

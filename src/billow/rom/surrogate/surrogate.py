@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from billow.base.blas_threads import one_blas_thread
 from billow.base.errors import InputError
 from billow.results.dataset_files import Parameter
 from billow.results.tensor_file import write_tensors
@@ -117,6 +118,7 @@ class Surrogate:
         learned = f"{len(self.runs)} runs, {self.modes} modes, {self.nodes} nodes"
         return f"Surrogate({self.title!r}, recipe={self.recipe!r}, {learned})"
 
+    @one_blas_thread()
     def predict(self, design, times=None, *, extrapolate: bool = False, previous_forces=None) -> np.ndarray:
         """Displacement from the start shape: [m], (times, nodes, 3) float32; (runs, times, nodes, 3) for many designs.
 
@@ -149,11 +151,14 @@ class Surrogate:
         rows, times, _, _ = self._question(designs, times, extrapolate, None)
         fields = np.empty((3, len(times), self.nodes), np.float32)
         for first in range(0, len(rows), _DESIGNS_AT_ONCE):
-            coefficients = self._coefficients(rows[first : first + _DESIGNS_AT_ONCE], times, None)
+            with one_blas_thread():
+                coefficients = self._coefficients(rows[first : first + _DESIGNS_AT_ONCE], times, None)
             for one in np.ascontiguousarray(coefficients.transpose(0, 2, 1, 3)):
-                np.matmul(one, self._modes, out=fields)
+                with one_blas_thread():
+                    np.matmul(one, self._modes, out=fields)
                 yield fields.transpose(1, 2, 0)
 
+    @one_blas_thread()
     def coefficients(self, design, times=None, *, extrapolate: bool = False, previous_forces=None) -> np.ndarray:
         """Basis coefficients: [m], (times, 3, modes) float32; (runs, times, 3, modes) for many designs. Arguments and
         errors as `predict`."""
@@ -161,6 +166,7 @@ class Surrogate:
         coefficients = self._coefficients(rows, times, further)
         return coefficients[0] if single else coefficients
 
+    @one_blas_thread()
     def spread(self, design, times=None, *, extrapolate: bool = False, previous_forces=None) -> np.ndarray:
         """How far the members of the ensemble disagree: [m], (times, 3); (runs, times, 3) for many designs.
 
@@ -177,6 +183,7 @@ class Surrogate:
         spread = np.sqrt(np.square(deviation).sum(axis=3) / self.nodes)
         return spread[0] if single else spread
 
+    @one_blas_thread()
     def half_width(self, design, times=None, *, level: float = 0.9, extrapolate: bool = False) -> np.ndarray:
         """How far `predict` may be off: [m], (times, nodes, 3) float32; (runs, times, nodes, 3) for many designs.
 

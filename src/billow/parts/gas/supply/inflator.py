@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from billow.base.compiled import scalar
-from billow.parts.gas.supply.curve import Curve, CurveTable
+from billow.parts.gas.supply.curve import Curve, CurveTable, interval
 
 
 @dataclass(frozen=True)
@@ -92,7 +92,7 @@ def delivered_mass(flow_time, mass_flow, cumulative, time):
     last = len(flow_time) - 1
     if time >= flow_time[last]:
         return cumulative[last]
-    k = np.searchsorted(flow_time, time, side="right") - 1
+    k = interval(flow_time, time)
     span = time - flow_time[k]
     slope = (mass_flow[k + 1] - mass_flow[k]) / (flow_time[k + 1] - flow_time[k])
     return cumulative[k] + span * (mass_flow[k] + 0.5 * slope * span)
