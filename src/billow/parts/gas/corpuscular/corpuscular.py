@@ -132,7 +132,7 @@ class Corpuscular(Setup, SwitchableGas):
         return gas
 
     def advance(self, gas: CorpuscularState, bag: Bag, time: float, dt: float, corner_force: np.ndarray) -> None:
-        gas.volume = self.chambers.volumes(bag.surface.triangles, bag.positions)
+        gas.volume = bag.volumes.copy()
         if dt > 0.0:
             if gas.steps_to_go <= 0:
                 self._gas_step(gas, bag, time + dt, dt)
@@ -317,7 +317,7 @@ class Corpuscular(Setup, SwitchableGas):
     def hand_over(self, gas: CorpuscularState, bag: Bag, time: float, dt: float) -> Content:
         """The particles fly to the end of the step and go; their books stay."""
         triangles = bag.surface.triangles
-        gas.volume = self.chambers.volumes(triangles, bag.positions)
+        gas.volume = bag.volumes.copy()
         self._gas_step(gas, bag, time + dt, dt)
         gas.load.force.fill(0.0)
         nothing = np.zeros(len(triangles))
