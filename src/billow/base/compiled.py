@@ -293,6 +293,11 @@ def inlined(function):
     return _compile(function, inline="always")
 
 
+def team(n: int) -> int:
+    """Threads that a kernel is launched with for n items."""
+    return numba.get_num_threads() if n >= PARALLEL_FROM else 1
+
+
 def kernel(function):
     """Compile `function(n, ...)`; `n` is the number of items its outer loop runs over.
 
@@ -308,7 +313,7 @@ def kernel(function):
     parallel = _compile(twin, parallel=True)
 
     def launch(n, *arguments):
-        if n >= PARALLEL_FROM and numba.get_num_threads() > 1:
+        if team(n) > 1:
             return parallel(n, *arguments)
         return serial(n, *arguments)
 

@@ -1,7 +1,8 @@
 """Which triangles can be near a point: a uniform grid whose cells list the triangles within `margin` of them.
 
 The lists stay valid until a node has moved further than the margin; over what is left of it (`reach`) a flight needs no
-neighbouring cells. Coordinates are clipped to the grid: outside it there is no triangle within `margin`.
+neighbouring cells, and over `clear` cells more where those around are empty. Coordinates are clipped to the grid:
+outside it there is no triangle within `margin`.
 """
 
 from __future__ import annotations
@@ -12,13 +13,19 @@ from typing import NamedTuple
 import numpy as np
 from numba import prange
 
-from billow.base.compiled import CHUNK, kernel, scalar
+from billow.base.compiled import CHUNK, kernel, scalar, team
 
 MOST_CELLS = 1 << 19
 """Largest number of cells (2 MB of offsets); a wider scene gets larger cells."""
 
 CELL_IN_EDGES, MARGIN_IN_CELLS = 0.8, 0.5
 """Edge of a cell in mean triangle edges, and margin in cells (measured: benchmarks/particles.py)."""
+
+FINE_CELL_IN_EDGES, FINE_MARGIN_IN_CELLS = 0.6, 0.35
+"""The same of a fine grid: for paths that meet triangles wherever they go, and move them little."""
+
+MOST_CLEAR = 7
+"""Most empty cells around a cell that are counted: further than a flight goes in a step."""
 
 SPENT = 0.5
 """Part of the margin that node motion may use up before the lists are rebuilt."""
@@ -28,8 +35,10 @@ class SearchGrid(NamedTuple):
     """Lists of triangles per cell.
 
     origin: lower corner [m], (3,). cell: edge [m]. counts: cells per axis, (3,) int64. The triangles of cell c are
-    listed[first[c] : first[c + 1]], ascending; first: (cells + 1,) int32, listed: (n,) uint32. margin: [m]. built_at:
-    node positions [m], (nodes, 3), from which motion is counted. reach: what is left of the margin [m].
+    listed[first[c] : first[c + 1]], ascending; first: (cells + 1,) int32, listed: (n,) uint32. clear: (cells,) uint8,
+    how many cells away the nearest one with a triangle is, along the axis along which it is furthest; at most
+    MOST_CLEAR. margin: [m]. built_at: node positions [m], (nodes, 3), from which motion is counted. reach: what is left
+    of the margin [m].
     """
 
     origin: np.ndarray
@@ -37,19 +46,26 @@ class SearchGrid(NamedTuple):
     counts: np.ndarray
     first: np.ndarray
     listed: np.ndarray
+    clear: np.ndarray
     margin: float
     built_at: np.ndarray
     reach: float
 
     @classmethod
-    def build(cls, triangles: np.ndarray, start: np.ndarray, end: np.ndarray, least_margin: float = 0.0) -> SearchGrid:
+    def build(
+        cls, triangles: np.ndarray, start: np.ndarray, end: np.ndarray, least_margin: float = 0.0, fine: bool = False
+    ) -> SearchGrid:
         """Lists for triangles (n, 3) that move from `start` to `end` [m], (nodes, 3); least_margin: [m]."""
+        cell_in_edges, margin_in_cells = CELL_IN_EDGES, MARGIN_IN_CELLS
+        if fine:
+            cell_in_edges, margin_in_cells = FINE_CELL_IN_EDGES, FINE_MARGIN_IN_CELLS
         sides = end.take(triangles[:, 1], axis=0) - end.take(triangles[:, 0], axis=0)
         edge = math.sqrt(float(np.mean(np.sum(sides**2, axis=1))))
-        low, high = np.minimum(start, end).min(axis=0), np.maximum(start, end).max(axis=0)
-        cell = CELL_IN_EDGES * edge
+        (low, high), (low_end, high_end) = box_around(start), box_around(end)
+        low, high = np.minimum(low, low_end), np.maximum(high, high_end)
+        cell = cell_in_edges * edge
         while True:
-            margin = max(MARGIN_IN_CELLS * cell, least_margin)
+            margin = max(margin_in_cells * cell, least_margin)
             counts = np.ceil((high - low + 2.0 * margin) / cell).astype(np.int64) + 1
             if np.prod(counts.astype(float)) <= MOST_CELLS:
                 break
@@ -59,13 +75,15 @@ class SearchGrid(NamedTuple):
         n = len(triangles)
         spans = np.empty((n, 6), np.int32)
         _find_spans(n, triangles, start, end, origin, cell, counts, margin, spans)
-        return cls(origin, cell, counts, *cell_lists(spans, counts), margin, end.copy(), margin)
+        first, listed = cell_lists(spans, counts)
+        return cls(origin, cell, counts, first, listed, cells_to_lists(first, counts), margin, end.copy(), margin)
 
-    def follow(self, triangles: np.ndarray, start: np.ndarray, end: np.ndarray) -> SearchGrid:
-        """The grid for a step from `start` to `end`: with the same lists if they are still valid, else a new one."""
+    def follow(self, triangles: np.ndarray, start: np.ndarray, end: np.ndarray, fine: bool = False) -> SearchGrid:
+        """The grid for a step from `start` to `end`: with the same lists if they are still valid, else a new one, which
+        may be fine."""
         spent = largest_move(self.built_at, end)
         if spent > SPENT * self.margin:
-            return SearchGrid.build(triangles, start, end)
+            return SearchGrid.build(triangles, start, end, fine=fine)
         return self._replace(reach=self.margin - spent)
 
     def cells_of(self, position: np.ndarray) -> np.ndarray:
@@ -81,12 +99,34 @@ def cell_lists(spans: np.ndarray, counts: np.ndarray) -> tuple[np.ndarray, np.nd
     spans: (n, 6) int32, cells along x, y and z that each triangle touches: from, to (inclusive). counts: cells of each
     axis, (3,).
     """
-    first = np.zeros(int(np.prod(counts)) + 1, dtype=np.int32)
-    _list.serial(len(spans), spans, counts, first[1:], np.empty(0, np.uint32))
+    first, n = np.zeros(int(np.prod(counts)) + 1, dtype=np.int32), len(spans)
+    _list(n, team(n), spans, counts, first[1:], np.empty(0, np.uint32))
     np.cumsum(first, out=first)
     listed = np.empty(int(first[-1]), dtype=np.uint32)
-    _list.serial(len(spans), spans, counts, first[:-1].copy(), listed)
+    _list(n, team(n), spans, counts, first[:-1].copy(), listed)
     return first, listed
+
+
+def cells_to_lists(first: np.ndarray, counts: np.ndarray) -> np.ndarray:
+    """How far the nearest cell with a list is from each cell, in cells, (cells,) uint8, as `clear` of SearchGrid.
+
+    first: as there. counts: cells of each axis, (3,).
+    """
+    nx, ny, nz = counts
+    away = np.empty(len(first) - 1, np.uint8)
+    _along_z(len(away), nz, first, away)
+    for across, cells in ((ny, nz), (nx, ny * nz)):  # along y, along x
+        before = away.reshape(-1, cells)
+        nearer = np.empty_like(before)
+        _spread(before.size, across, before, nearer)
+        away = nearer
+    return away.ravel()
+
+
+def box_around(positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Lowest and highest corner of the box around positions [m], (n, 3)."""
+    columns = np.ascontiguousarray(positions.T)  # a reduction along rows of three is ten times slower
+    return columns.min(axis=1), columns.max(axis=1)
 
 
 def largest_move(before: np.ndarray, after: np.ndarray) -> float:
@@ -121,16 +161,47 @@ def _find_spans(n, triangles, start, end, origin, cell, counts, margin, spans_ou
 
 
 @kernel
-def _list(n, spans, counts, next_free, listed_out):
-    """Add each triangle to the cells it touches; into an empty listed_out only count, (cells,) in next_free."""
-    for t in range(n):
-        for x in range(spans[t, 0], spans[t, 1] + 1):
-            for y in range(spans[t, 2], spans[t, 3] + 1):
-                row = (x * counts[1] + y) * counts[2]
-                for z in range(spans[t, 4], spans[t, 5] + 1):
-                    if len(listed_out) > 0:
-                        listed_out[next_free[row + z]] = t
-                    next_free[row + z] += 1
+def _list(n, parts, spans, counts, next_free, listed_out):
+    """Add each triangle to the cells it touches; into an empty listed_out only count, (cells,) in next_free. Each part
+    does its own cells."""
+    for part in prange(parts):
+        begin, end = part * counts[0] // parts, (part + 1) * counts[0] // parts
+        for t in range(n):
+            for x in range(max(begin, spans[t, 0]), min(end, spans[t, 1] + 1)):
+                for y in range(spans[t, 2], spans[t, 3] + 1):
+                    row = (x * counts[1] + y) * counts[2]
+                    for z in range(spans[t, 4], spans[t, 5] + 1):
+                        if len(listed_out) > 0:
+                            listed_out[next_free[row + z]] = t
+                        next_free[row + z] += 1
+
+
+@kernel
+def _along_z(n, cells, first, away_out):
+    """From each of n cells to the nearest one of its row that lists a triangle; rows of some cells each."""
+    most, one = np.uint8(MOST_CLEAR), np.uint8(1)
+    for row in prange(n // cells):
+        begin, away = row * cells, most
+        for c in range(begin, begin + cells):
+            away = np.uint8(0) if first[c + 1] > first[c] else min(most, np.uint8(away + one))
+            away_out[c] = away
+        for c in range(begin + cells - 1, begin - 1, -1):
+            away = min(away_out[c], np.uint8(away + one))
+            away_out[c] = away
+
+
+@kernel
+def _spread(n, across, away, nearer_out):
+    """The same of n cells along one more axis, which rows, (rows, cells), go across so many at a time: the least of
+    max(|j|, away of row j further on)."""
+    for row in prange(len(away)):
+        here = row % across
+        for c in range(away.shape[1]):
+            nearer_out[row, c] = away[row, c]
+        for j in range(max(-here, -MOST_CLEAR), min(across - here, MOST_CLEAR + 1)):
+            there, steps = np.uint64(row + j), np.uint8(abs(j))
+            for c in range(np.uint64(away.shape[1])):  # unsigned, or it does not vectorise: a hundred times slower
+                nearer_out[row, c] = min(nearer_out[row, c], max(steps, away[there, c]))
 
 
 @kernel

@@ -94,10 +94,10 @@ def test_helium_and_argon_reach_a_common_temperature():
 )
 def test_equilibrium_is_that_of_the_energy_table(species, counts, temperatures, tolerance):
     """Flight at T means p V = N k T with the T of the table. Where zeta bends, cells of ten particles are off by up to
-    0.3 %, on top of the statistics."""
+    0.3 %, on top of the statistics: 0.14 % for the mean of 60 steps, 0.06 % for that of 300."""
     box = Box(species, counts, temperatures)
     settle(box, 15)
-    assert settled_flight(box, 60) == pytest.approx(1.0, rel=tolerance)
+    assert settled_flight(box, 300) == pytest.approx(1.0, rel=tolerance)
 
 
 @pytest.mark.parametrize("gamma", [5.0 / 3.0, 1.4, 9.0 / 7.0])

@@ -8,7 +8,7 @@ from flights import box, winding
 
 from billow.base.compiled import kernel
 from billow.parts.gas.corpuscular.crossing import BOTH, INWARD, NEVER, OUTWARD, crossing, piece_normal
-from billow.parts.gas.corpuscular.walls import SWEPT_NUMBERS, Walls, may_cross, sweep
+from billow.parts.gas.corpuscular.walls import SWEPT_NUMBERS, Walls, may_cross, stays_away, sweep
 
 PIECES = (((0, 0), (1, 0), (2, 0), (2, 1)), ((0, 0), (1, 0), (1, 1), (2, 1)), ((0, 0), (0, 1), (1, 1), (2, 1)))
 """Corners of each piece: which node, at which end of the step."""
@@ -44,6 +44,31 @@ def _compare_all(n, nodes, orientation, start, end, swept, x0, x1, may_out, does
                 -1.0,
             )  # fmt: skip
             does_out[p, t] = when != NEVER
+
+
+@kernel
+def _reflect_all(n, nodes, orientation, start, end, swept, x0, x1, away_out, again_out):
+    """Reflect each line by each triangle that it crosses outward: whether it is said to stay away, and whether it does
+    not."""
+    for p in range(n):
+        for t in range(len(nodes)):
+            when, _, piece, _, _, _ = crossing(
+                nodes, orientation, t, start, end, x0[p, 0], x0[p, 1], x0[p, 2], x1[p, 0], x1[p, 1], x1[p, 2], OUTWARD,
+                -1.0,
+            )  # fmt: skip
+            if when == NEVER:
+                continue
+            nx, ny, nz, travel = piece_normal(nodes, orientation, t, piece, start, end)
+            v = x1[p] - x0[p]
+            approach = v[0] * nx + v[1] * ny + v[2] * nz - travel
+            met = x0[p] + when * v
+            v = v - 2.0 * approach * np.array([nx, ny, nz])
+            y0, y1 = met - when * v, met + (1.0 - when) * v
+            away_out[p, t] = 1 + stays_away(swept, t, approach, np.sqrt(np.sum(v * v)))
+            when, _, _, _, _, _ = crossing(
+                nodes, orientation, t, start, end, y0[0], y0[1], y0[2], y1[0], y1[1], y1[2], OUTWARD, when + 1e-9
+            )
+            again_out[p, t] = when != NEVER
 
 
 def moving_box(rng, strength):
@@ -101,6 +126,25 @@ def test_early_rejection_keeps_every_crossing(strength):
     assert not (does & ~may).any()
     if strength <= 0.01:  # what fabric does in a step
         assert may.sum() < 1.2 * does.sum()
+
+
+@pytest.mark.parametrize("strength", [0.0, 0.01, 0.06, 0.3])
+def test_what_stays_away_is_not_met_again(strength):
+    """Also of violently torn triangles, whose pieces form corners in which a particle is reflected twice."""
+    rng = np.random.default_rng(5)
+    triangles, walls, start, end = moving_box(rng, strength)
+    inside = rng.uniform(0.02, 0.98, (4000, 3))
+    x0, x1 = inside, inside + rng.normal(0.0, 1.0, (4000, 3))
+    swept = np.empty((len(triangles), SWEPT_NUMBERS))
+    sweep.serial(len(triangles), walls.nodes, walls.orientation, start, end, swept)
+    away, again = np.zeros((len(x0), len(triangles)), np.int64), np.zeros((len(x0), len(triangles)), np.bool_)
+    _reflect_all.serial(len(x0), walls.nodes, walls.orientation, start, end, swept, x0, x1, away, again)
+    assert np.count_nonzero(away) > 2000
+    assert not (again & (away == 2)).any()
+    if strength <= 0.01:  # what fabric does in a step
+        assert np.count_nonzero(away == 2) > 0.8 * np.count_nonzero(away)
+    else:
+        assert again.any()
 
 
 def test_normal_and_travel_are_those_of_the_piece():

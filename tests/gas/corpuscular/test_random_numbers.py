@@ -8,7 +8,7 @@ from numba import prange
 from scipy import stats
 
 from billow.base.compiled import kernel
-from billow.parts.gas.corpuscular.random_numbers import gamma, normal, stream, uniform
+from billow.parts.gas.corpuscular.random_numbers import gamma, next_gamma, next_uniform, normal, stream, uniform
 
 N = 200_000
 # Fixed names give fixed numbers: a test of level 1e-3 cannot fail by chance from one day to the next.
@@ -23,8 +23,11 @@ def _draw(n, kind, shape, seed, step, event, out):
             out[i] = uniform(key, event)
         elif kind == 1:
             out[i] = normal(key, event)
-        else:
+        elif kind == 2:
             out[i] = gamma(key, event, shape)
+        else:
+            for _ in range(event + 1):
+                out[i], key = next_uniform(key) if kind == 3 else next_gamma(key, shape)
 
 
 def draw(kind, shape=1.0, seed=7, step=3, event=0, n=N):
@@ -33,8 +36,9 @@ def draw(kind, shape=1.0, seed=7, step=3, event=0, n=N):
     return out
 
 
-def test_uniform_is_uniform_and_open():
-    u = draw(0)
+@pytest.mark.parametrize("kind", [0, 3])
+def test_uniform_is_uniform_and_open(kind):
+    u = draw(kind)
     assert stats.kstest(u, "uniform").pvalue > LEVEL
     assert u.min() > 0.0
     assert u.max() < 1.0
@@ -44,13 +48,15 @@ def test_normal_is_normal():
     assert stats.kstest(draw(1), "norm").pvalue > LEVEL
 
 
-@pytest.mark.parametrize("shape", [0.3, 1.0, 1.5, 2.7, 8.0])
-def test_gamma_has_its_shape(shape):
-    assert stats.kstest(draw(2, shape), "gamma", args=(shape,)).pvalue > LEVEL
+@pytest.mark.parametrize("shape", [0.3, 1.0, 1.001, 1.1, 1.5, 2.7, 8.0])
+@pytest.mark.parametrize("kind", [2, 4])
+def test_gamma_has_its_shape(kind, shape):
+    assert stats.kstest(draw(kind, shape), "gamma", args=(shape,)).pvalue > LEVEL
 
 
 def test_gamma_of_shape_zero_is_zero():
     assert (draw(2, 0.0, n=10) == 0.0).all()
+    assert (draw(4, 0.0, n=10) == 0.0).all()
 
 
 @pytest.mark.parametrize("other", [{"step": 4}, {"event": 1}, {"seed": 8}, {"step": 3 + 2**32}, {"event": 2}], ids=str)
@@ -68,9 +74,10 @@ def test_neighbouring_particles_are_independent():
         assert abs(np.corrcoef(u[:-lag], u[lag:])[0, 1]) < 4.0 / np.sqrt(N)
 
 
-def test_events_of_one_particle_fill_the_cube():
+@pytest.mark.parametrize("kind", [0, 3])
+def test_events_of_one_particle_fill_the_cube(kind):
     """Triples of successive events fall evenly into 20^3 boxes (chi-square)."""
-    triple = np.stack([(20 * draw(0, event=e)).astype(int) for e in range(3)])
+    triple = np.stack([(20 * draw(kind, event=e)).astype(int) for e in range(3)])
     counts = np.bincount(np.ravel_multi_index(tuple(triple), (20, 20, 20)), minlength=8000)
     assert stats.chisquare(counts).pvalue > LEVEL
 

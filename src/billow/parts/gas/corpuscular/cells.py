@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numba import prange
 
-from billow.base.compiled import CHUNK, kernel, scalar
+from billow.base.compiled import CHUNK, kernel, scalar, team
 from billow.parts.gas.corpuscular.particles import Particles
 from billow.parts.gas.corpuscular.random_numbers import stream, uniform
 
@@ -74,7 +74,7 @@ def sort_into_cells(cells: Cells, particles: Particles, seed: int, step: int) ->
         _find_cells(
             n, particles.position, particles.chamber, cells.size, cells.origin, cells.shape, cells.first, cells.cell
         )
-        _place(n, cells.cell, cells.first, cells.start, cells.order, number, cells.partners)
+        _place(n, team(n), cells.cell, cells.first, cells.start, cells.order, number, cells.partners)
         wanted = np.minimum(PARTNERS, number - 1.0)
         fits = (cells.partners > 0.5 * wanted) & (cells.partners < 2.0 * wanted)
         if attempt + 1 == ATTEMPTS or (fits | (number < 2)).all():
@@ -141,14 +141,18 @@ def _find_cells(n, position, chamber, size, origin, shape, first, cell_out):
         cell_out[i] = first[k] + (ix * shape[k, 1] + iy) * shape[k, 2] + iz
 
 
-@scalar
-def _place(n, cell, first, start, order, number, partners):
-    """Counting sort (stable), and the mean number of partners of each chamber."""
+@kernel
+def _place(n, parts, cell, first, start, order, number, partners):
+    """Counting sort (stable), and the mean number of partners of each chamber. Each part does its own cells."""
     cells = first[len(first) - 1]
-    for c in range(cells + 2):
-        start[c] = 0
-    for i in range(n):
-        start[cell[i] + 2] += 1
+    start[0], start[1] = 0, 0
+    for part in prange(parts):
+        begin, end = part * cells // parts, (part + 1) * cells // parts
+        for c in range(begin, end):
+            start[c + 2] = 0
+        for i in range(n):
+            if begin <= cell[i] < end:
+                start[cell[i] + 2] += 1
     for k in range(len(partners)):
         pairs = 0
         for c in range(first[k], first[k + 1]):
@@ -156,7 +160,10 @@ def _place(n, cell, first, start, order, number, partners):
             pairs += count * (count - 1)
             start[c + 2] += start[c + 1]
         partners[k] = pairs / max(number[k], 1)
-    for i in range(n):  # start[c + 1] runs from the beginning of cell c to its end
-        c = cell[i]
-        order[start[c + 1]] = i
-        start[c + 1] += 1
+    for part in prange(parts):  # start[c + 1] runs from the beginning of cell c to its end
+        begin, end = part * cells // parts, (part + 1) * cells // parts
+        for i in range(n):
+            c = cell[i]
+            if begin <= c < end:
+                order[start[c + 1]] = i
+                start[c + 1] += 1

@@ -11,7 +11,7 @@ from billow.base.compiled import kernel, scalar
 from billow.parts.gas.corpuscular.cells import Cells
 from billow.parts.gas.corpuscular.internal_energy import ParticleKinds, cell_degrees_of_freedom, cell_temperature
 from billow.parts.gas.corpuscular.particles import Particles
-from billow.parts.gas.corpuscular.random_numbers import gamma, stream, uniform
+from billow.parts.gas.corpuscular.random_numbers import next_gamma, next_uniform, stream
 from billow.parts.gas.supply.mixture import mixture_gas_constant
 
 FREE_PATH = 0.75
@@ -22,9 +22,6 @@ EXCHANGE = 0.5
 
 CELLS_PER_CHUNK = 128
 """Cells one thread works on at a time."""
-
-EVENTS_PER_PAIR = 8
-"""Random numbers reserved for one pair."""
 
 COLLISIONS = 0x434F4C4C
 """Names the random numbers of collisions."""
@@ -66,15 +63,18 @@ def _collide(n, cells, first, start, order, size, particles, table, mass, heat, 
             constant = mixture_gas_constant(table, masses) / masses.sum()
             speed = math.sqrt(8.0 / math.pi * constant * temperature)
             probability = min(1.0, dt * speed / (FREE_PATH * size[chamber]))
-            key = stream(seed + COLLISIONS, step, cell)
-            pairs = int(0.5 * (end - begin) * probability + uniform(key, 0))
+            u, state = next_uniform(stream(seed + COLLISIONS, step, cell))
+            pairs = int(0.5 * (end - begin) * probability + u)
             pairs = min(pairs, (end - begin) // 2)
+            if pairs == 0:
+                continue
             cell_degrees_of_freedom(table, masses, heat, thermal, temperature, dof)
             for pair in range(pairs):
-                event = 1 + EVENTS_PER_PAIR * pair
-                i = _draw(order, begin + 2 * pair, end, uniform(key, event))
-                j = _draw(order, begin + 2 * pair + 1, end, uniform(key, event + 1))
-                _scatter(velocity, internal_energy, species, mass, dof, i, j, key, event + 2)
+                u, state = next_uniform(state)
+                i = _draw(order, begin + 2 * pair, end, u)
+                u, state = next_uniform(state)
+                j = _draw(order, begin + 2 * pair + 1, end, u)
+                state = _scatter(velocity, internal_energy, species, mass, dof, i, j, state)
             collided_out[chunk] += pairs
 
 
@@ -109,8 +109,8 @@ def _draw(order, at, end, u):
 
 
 @scalar
-def _scatter(velocity, internal_energy, species, mass, dof, i, j, key, event):
-    """Collide particles i and j."""
+def _scatter(velocity, internal_energy, species, mass, dof, i, j, state):
+    """Collide particles i and j; returns the next state of the random numbers."""
     m1, m2 = mass[species[i]], mass[species[j]]
     share = m1 / (m1 + m2)
     gx, gy, gz = (
@@ -119,23 +119,31 @@ def _scatter(velocity, internal_energy, species, mass, dof, i, j, key, event):
     cx, cy, cz = velocity[j, 0] + share * gx, velocity[j, 1] + share * gy, velocity[j, 2] + share * gz
     square = gx * gx + gy * gy + gz * gz
     dof1, dof2 = dof[species[i]], dof[species[j]]
-    if dof1 + dof2 > 0.0 and uniform(key, event) < EXCHANGE:
+    u, state = next_uniform(state)
+    if dof1 + dof2 > 0.0 and u < EXCHANGE:
         half_mass = 0.5 * share * m2
         total = half_mass * square + internal_energy[i] + internal_energy[j]
-        flight = gamma(key, event + 1, 1.5)
-        one, two = gamma(key, event + 2, 0.5 * dof1), gamma(key, event + 3, 0.5 * dof2)
+        flight, state = next_gamma(state, 1.5)
+        one, state = next_gamma(state, 0.5 * dof1)
+        two, state = next_gamma(state, 0.5 * dof2)
         total /= flight + one + two
         internal_energy[i], internal_energy[j] = total * one, total * two
         square = total * flight / half_mass
+    # A point even on the sphere from one even in the disc: Marsaglia, Ann. Math. Stat. 43 (1972).
+    disc = 1.0
+    while disc >= 1.0:
+        a, state = next_uniform(state)
+        b, state = next_uniform(state)
+        a, b = 2.0 * a - 1.0, 2.0 * b - 1.0
+        disc = a * a + b * b
     speed = math.sqrt(square)
-    z = 2.0 * uniform(key, event + 4) - 1.0
-    angle = 2.0 * math.pi * uniform(key, event + 5)
-    across = speed * math.sqrt(1.0 - z * z)
-    gx, gy, gz = across * math.cos(angle), across * math.sin(angle), speed * z
+    across = 2.0 * speed * math.sqrt(1.0 - disc)
+    gx, gy, gz = across * a, across * b, speed * (1.0 - 2.0 * disc)
     velocity[i, 0], velocity[i, 1], velocity[i, 2] = (
         cx + (1.0 - share) * gx, cy + (1.0 - share) * gy, cz + (1.0 - share) * gz,
     )  # fmt: skip
     velocity[j, 0], velocity[j, 1], velocity[j, 2] = cx - share * gx, cy - share * gy, cz - share * gz
+    return state
 
 
 def collision_time(cells: Cells, kinds: ParticleKinds, mass_fractions: np.ndarray, temperature: float) -> float:

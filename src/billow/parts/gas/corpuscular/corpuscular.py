@@ -62,6 +62,10 @@ CELLS_PER_STEP, EDGES_PER_STEP, GAPS_PER_STEP = 1.0, 3.0, 0.3
 """Way of a particle in a gas step, at most about: in collision cells, in mean edges of the mesh, and in mean distances
 between opposite walls. The last keeps a flat bag's gas from answering its walls too late."""
 
+FLAT_IN_EDGES = 1.0
+"""Mean distance between opposite walls, in edges of the mesh, below which the search for walls is fine: particles are
+then near a wall wherever they are."""
+
 SOUND_CROSSES = 1.0
 """Gaps that sound crosses in a step of the structure, at most."""
 
@@ -128,7 +132,7 @@ class Corpuscular(Setup, SwitchableGas):
         return gas
 
     def advance(self, gas: CorpuscularState, bag: Bag, time: float, dt: float, loads: Loads) -> None:
-        gas.volume = self.chambers.volumes(bag.surface.triangles, bag.positions)
+        gas.volume = bag.volumes.copy()
         if dt > 0.0:
             if gas.steps_to_go <= 0:
                 self._gas_step(gas, bag, time + dt, dt)
@@ -202,9 +206,10 @@ class Corpuscular(Setup, SwitchableGas):
         self, gas: CorpuscularState, kinds: ParticleKinds, bag: Bag, span: float, born: np.ndarray | None
     ) -> Flock:
         triangles, n = bag.surface.triangles, gas.particles.count
+        fine = self._gap(gas) < FLAT_IN_EDGES * self.edge
         if gas.grid is None:
-            gas.grid = SearchGrid.build(triangles, gas.positions, bag.positions)
-        gas.grid = gas.grid.follow(triangles, gas.positions, bag.positions)
+            gas.grid = SearchGrid.build(triangles, gas.positions, bag.positions, fine=fine)
+        gas.grid = gas.grid.follow(triangles, gas.positions, bag.positions, fine)
         if gas.hits is None or len(gas.hits.count) * CHUNK < n:
             gas.hits = Hits.empty(gas.particles.capacity)
         flock = _flock(gas.particles)
@@ -312,7 +317,7 @@ class Corpuscular(Setup, SwitchableGas):
     def hand_over(self, gas: CorpuscularState, bag: Bag, time: float, dt: float) -> Content:
         """The particles fly to the end of the step and go; their books stay."""
         triangles = bag.surface.triangles
-        gas.volume = self.chambers.volumes(triangles, bag.positions)
+        gas.volume = bag.volumes.copy()
         self._gas_step(gas, bag, time + dt, dt)
         gas.load.force.fill(0.0)
         nothing = np.zeros(len(triangles))

@@ -6,6 +6,7 @@ of a step must be `end` of the last one, bit for bit.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -17,7 +18,7 @@ from billow.geometry.search_grid import SearchGrid, clipped_cell
 from billow.parts.gas.corpuscular.crossing import BOTH, INWARD, NEVER, OUTWARD, beside_wall, crossing, piece_normal
 from billow.parts.gas.corpuscular.impact_bank import HITS_PER_CHUNK, Hits, ImpactBank
 from billow.parts.gas.corpuscular.random_numbers import stream, uniform
-from billow.parts.gas.corpuscular.walls import SWEPT_NUMBERS, Walls, may_cross, sweep
+from billow.parts.gas.corpuscular.walls import SWEPT_NUMBERS, Walls, may_cross, stays_away, sweep
 
 STANDOFF = 1e-9
 """Distance [m] from a wall at which a reflected particle starts again."""
@@ -156,7 +157,8 @@ def _fly(n, flock, particle_mass, walls, swept, grid, motion, response, seed, st
     behind, ahead = walls.behind, walls.ahead
     start, end, dt = motion.start, motion.end, motion.dt
     pass_probability, passage, wall_speed = response.pass_probability, response.passage, response.speed
-    first, listed, counts = grid.first, grid.listed, grid.counts
+    first, listed = grid.first, grid.listed
+    counts, clear = grid.counts, grid.clear
     hit_count, hit_triangle, hit_numbers = hits.count, hits.triangle, hits.numbers
     next_particle, energy_out = sums.next_particle, sums.energy
     tally_out, through_out = sums.counts, sums.through
@@ -164,7 +166,7 @@ def _fly(n, flock, particle_mass, walls, swept, grid, motion, response, seed, st
     rate = 1.0 / dt
     ox, oy, oz, per_cell = grid.origin[0], grid.origin[1], grid.origin[2], 1.0 / grid.cell
     nx_cells, ny_cells, nz_cells = counts[0], counts[1], counts[2]
-    looks_per_metre = 0.5 / grid.reach
+    looks_per_metre, cell, margin = 0.5 / grid.reach, grid.cell, grid.reach - grid.cell
     none = np.uint32(len(nodes))
     for chunk in prange(chunks):
         recorded, energy = 0, 0.0
@@ -184,6 +186,16 @@ def _fly(n, flock, particle_mass, walls, swept, grid, motion, response, seed, st
                 left = (1.0 - now) * dt
                 x0, y0, z0 = px - vx * (now * dt), py - vy * (now * dt), pz - vz * (now * dt)
             x1, y1, z1 = px + vx * left, py + vy * left, pz + vz * left
+            cell_x = clipped_cell(px, ox, per_cell, nx_cells)
+            cell_y = clipped_cell(py, oy, per_cell, ny_cells)
+            cell_z = clipped_cell(pz, oz, per_cell, nz_cells)
+            free = clear[np.uint64((cell_x * ny_cells + cell_y) * nz_cells + cell_z)]
+            room = free * cell + margin
+            if free > 0 and abs(x1 - px) < room and abs(y1 - py) < room and abs(z1 - pz) < room:
+                # No triangle is as near as it gets.
+                position[p, 0], position[p, 1], position[p, 2] = x1, y1, z1
+                p += 1
+                continue
             struck, skip, since, lap = 0, none, now - _TIE, overlap[p]
             while True:
                 # First crossing on the path from (px, py, pz) to (x1, y1, z1), searched in pieces that the lists of one
@@ -214,9 +226,9 @@ def _fly(n, flock, particle_mass, walls, swept, grid, motion, response, seed, st
                             > 0.0
                         ):
                             continue
-                        if not may_cross(swept, s, x0, y0, z0, x1, y1, z1, STANDOFF):
+                        if s == skip or (behind[s] != home and ahead[s] != home):
                             continue
-                        if (behind[s] != home and ahead[s] != home) or s == skip:
+                        if not may_cross(swept, s, x0, y0, z0, x1, y1, z1, STANDOFF):
                             continue
                         when, which, cut, a, b, c = crossing(
                             nodes, orientation, s, start, end, x0, y0, z0, x1, y1, z1, BOTH, since
@@ -293,8 +305,11 @@ def _fly(n, flock, particle_mass, walls, swept, grid, motion, response, seed, st
                         x1, y1, z1 = px, py, pz
                         break
                     continue
-                since, skip = now - _TIE, none
                 left = (1.0 - now) * dt
+                leaves = vx * nx + vy * ny + vz * nz - travel * rate
+                leaves = -leaves if outward else leaves
+                speed = math.sqrt(vx * vx + vy * vy + vz * vz)
+                since, skip = now - _TIE, t if stays_away(swept, t, leaves * dt, speed * dt) else none
                 x0, y0, z0 = px - vx * (now * dt), py - vy * (now * dt), pz - vz * (now * dt)
                 x1, y1, z1 = px + vx * left, py + vy * left, pz + vz * left
             position[p, 0], position[p, 1], position[p, 2] = x1, y1, z1

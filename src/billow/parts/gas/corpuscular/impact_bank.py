@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import prange
 
-from billow.base.compiled import CHUNK, kernel
+from billow.base.compiled import CHUNK, kernel, team
 
 HITS_PER_CHUNK = 512
 """Hits that one chunk of CHUNK particles can hold before they are collected; at least one particle's MOST_HITS."""
@@ -63,8 +63,10 @@ class ImpactBank:
         )
 
     def collect(self, hits: Hits) -> None:
-        """Take all hits, chunk after chunk; the order of additions depends only on the order of the particles."""
-        _collect.serial(len(hits.count), hits.count, hits.triangle, hits.numbers, self.held, self.struck)
+        """Take all hits; each triangle adds its own, in the order of the particles."""
+        n = int(hits.count.sum())
+        _collect(n, team(n), hits.count, hits.triangle, hits.numbers, self.held, self.struck)
+        hits.count[:] = 0
 
     def smooth(self, area: np.ndarray, dt: float, time_constant: float) -> None:
         """Add what struck in the last gas step dt [s] to the running means of pressure and mass flux.
@@ -75,21 +77,26 @@ class ImpactBank:
 
 
 @kernel
-def _collect(n, count, triangle, numbers, held, struck):
-    for chunk in range(n):
-        for h in range(count[chunk]):
-            t, side = triangle[chunk, h], 0
-            if t < 0:
-                t, side = ~t, 1
-            for axis in range(3):
-                impulse = numbers[chunk, h, axis]
-                first, second = numbers[chunk, h, 3] * impulse, numbers[chunk, h, 4] * impulse
-                held[t, 0, axis] += first
-                held[t, 1, axis] += second
-                held[t, 2, axis] += impulse - first - second  # the rest, so that the three add up to the impulse
-            struck[t, side, 0] += numbers[chunk, h, 5]
-            struck[t, side, 1] += numbers[chunk, h, 6]
-        count[chunk] = 0
+def _collect(n, parts, count, triangle, numbers, held, struck):
+    """n: hits, which decide whether it runs in parallel; each part takes those of its own triangles."""
+    chunks, triangles = len(count), len(held)
+    for part in prange(parts):
+        begin, end = part * triangles // parts, (part + 1) * triangles // parts
+        for chunk in range(chunks):
+            for h in range(count[chunk]):
+                t, side = triangle[chunk, h], 0
+                if t < 0:
+                    t, side = ~t, 1
+                if t < begin or t >= end:
+                    continue
+                for axis in range(3):
+                    impulse = numbers[chunk, h, axis]
+                    first, second = numbers[chunk, h, 3] * impulse, numbers[chunk, h, 4] * impulse
+                    held[t, 0, axis] += first
+                    held[t, 1, axis] += second
+                    held[t, 2, axis] += impulse - first - second  # the rest, so that the three add up to the impulse
+                struck[t, side, 0] += numbers[chunk, h, 5]
+                struck[t, side, 1] += numbers[chunk, h, 6]
 
 
 @kernel

@@ -9,6 +9,7 @@ import numpy as np
 
 from billow.base.compiled import scalar
 from billow.geometry.chambers import Chambers
+from billow.geometry.search_grid import box_around
 from billow.parts.gas.corpuscular.random_numbers import stream, uniform
 
 COLUMNS_PER_POINT = 4
@@ -53,8 +54,8 @@ def points_inside(bag: Enclosure, number: np.ndarray, seed: int) -> tuple[np.nda
 def thin_axis_last(positions: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Positions [m] (nodes, 3) from their lowest corner, axes in cyclic order so that the thinnest extent comes last;
     that order of the axes (3,), and the lowest corner [m] (3,)."""
-    low = positions.min(axis=0)
-    thin = int(np.argmin(np.ptp(positions, axis=0)))
+    low, high = box_around(positions)
+    thin = int(np.argmin(high - low))
     order = np.array([(thin + 1) % 3, (thin + 2) % 3, thin])  # cyclic: keeps the sense of orientation
     return np.ascontiguousarray((positions - low)[:, order]), order, low
 

@@ -74,16 +74,20 @@ def cell_temperature(table, masses, heat, energy, guess):
 
 @scalar
 def cell_degrees_of_freedom(table, masses, heat, energy, temperature, dof_out):
-    """Degrees of freedom zeta_i [-] (species,) for collisions in a cell; energy [J], temperature [K]: cell_temperature.
+    """Degrees of freedom zeta_i [-] (species,) for collisions in a cell, of the species that are there; energy [J],
+    temperature [K]: cell_temperature.
 
     zeta_i(T) - F^2 (heat/C)^3 (T zeta_i' + T^2 zeta_i''/2), F = energy/(heat T) (docs/theory.md, Collisions).
     """
     half = energy / (heat * temperature)
     capacity = -1.5
     for k in range(len(masses)):
-        capacity += masses[k] / heat * (species_cp(table[k], temperature) - table[k, 0])
+        if masses[k] > 0.0:
+            capacity += masses[k] / heat * (species_cp(table[k], temperature) - table[k, 0])
     weight = half * half / capacity**3
     for k in range(len(masses)):
+        if masses[k] == 0.0:
+            continue
         here = degrees_of_freedom(table[k], temperature)
         above = degrees_of_freedom(table[k], temperature * (1.0 + SPREAD))
         below = degrees_of_freedom(table[k], temperature * (1.0 - SPREAD))

@@ -30,7 +30,7 @@ class Particles:
     position [m] (capacity, 3); velocity [m/s] (capacity, 3); internal_energy [J] (capacity,); species (capacity,)
     int32; chamber (capacity,) int32; identity (capacity,) int64, never used twice: it names a particle's random
     numbers; overlap (capacity,) int32: how many times more than once its chamber's surface winds around the particle
-    (flight.py), 0 for new particles. 76 bytes a particle.
+    (flight.py), 0 for new particles. 76 bytes a particle, and as many to reorder them.
     """
 
     count: int
@@ -42,6 +42,9 @@ class Particles:
     identity: np.ndarray
     overlap: np.ndarray
     next_identity: int = 0
+
+    spare = None
+    """Arrays of the same size to reorder into, kept because new memory costs as much as the work."""
 
     @classmethod
     def room_for(cls, capacity: int) -> Particles:
@@ -79,14 +82,20 @@ class Particles:
 
     def keep(self, wanted: np.ndarray) -> None:
         """Drop all others; the order of those that stay is kept. wanted: (count,) bool."""
-        stay = np.flatnonzero(wanted)
+        stay = np.flatnonzero(wanted).astype(np.int32)
         self.reorder(stay)
         self.count = len(stay)
 
     def reorder(self, order: np.ndarray) -> None:
-        """Put particle order[i] at place i, for as many as there are in `order`."""
-        for array in self.arrays():
-            array[: len(order)] = array.take(order, axis=0)  # six times as fast as array[order] for rows of three
+        """Put particle order[i] at place i, for as many as there are in `order`; what follows is not defined."""
+        names = ParticleArrays._fields
+        if self.spare is None or len(self.spare.species) != self.capacity:
+            self.spare = ParticleArrays(*(np.zeros_like(getattr(self, name)) for name in names))
+        before = ParticleArrays(*(getattr(self, name) for name in names))
+        _reorder(len(order), order, before, self.spare)
+        for name in names:
+            setattr(self, name, getattr(self.spare, name))
+        self.spare = before
 
 
 @dataclass(frozen=True)
@@ -130,3 +139,19 @@ def _sum(n, particles, mass, number_out, amounts_out):
             amounts_out[chunk, where, 2] += m * vz
             amounts_out[chunk, where, 3] += 0.5 * m * (vx * vx + vy * vy + vz * vz)
             amounts_out[chunk, where, 4] += internal_energy[i]
+
+
+@kernel
+def _reorder(n, order, particles, particles_out):
+    position, velocity = particles.position, particles.velocity
+    internal_energy, species = particles.internal_energy, particles.species
+    chamber, identity, overlap = particles.chamber, particles.identity, particles.overlap
+    position_out, velocity_out = particles_out.position, particles_out.velocity
+    internal_energy_out, species_out = particles_out.internal_energy, particles_out.species
+    chamber_out, identity_out, overlap_out = particles_out.chamber, particles_out.identity, particles_out.overlap
+    for i in prange(n):
+        p = order[i]
+        for axis in range(3):
+            position_out[i, axis], velocity_out[i, axis] = position[p, axis], velocity[p, axis]
+        internal_energy_out[i], species_out[i] = internal_energy[p], species[p]
+        chamber_out[i], identity_out[i], overlap_out[i] = chamber[p], identity[p], overlap[p]

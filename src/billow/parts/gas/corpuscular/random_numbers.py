@@ -3,6 +3,10 @@
     key = stream(seed + PURPOSE, step, particle)      # PURPOSE: so that no two uses share numbers within a step
     u, w = uniform(key, 0), normal(key, 1)            # event 0, 1, 2, ...: independent numbers
 
+Many numbers of one name, such as those of all collisions in a cell, are cheaper as a sequence:
+
+    u, key = next_uniform(key)                        # the key becomes the state of SplitMix64
+
 The bits are the same for any number of threads, in any order, and after a restart. The hash is the finalizer of
 SplitMix64 (Steele, Lea, Flood, OOPSLA 2014, with the constants of Stafford's variant 13), once per part of the name.
 """
@@ -93,3 +97,37 @@ def gamma(key, event, shape):
     if shape < 1.0:
         return d * v * _open_unit(_bits(key, event, draw)) ** (1.0 / shape)
     return d * v
+
+
+@scalar
+def next_uniform(state):
+    """Uniform on the open interval (0, 1), and the next state: one hash a number."""
+    state = state + _GOLDEN
+    return _open_unit(_mix(state)), state
+
+
+@scalar
+def next_gamma(state, shape):
+    """As `gamma`, and the next state.
+
+    Ratio of uniforms, Cheng and Feast, "Some simple gamma variate generators", Appl. Stat. 28 (1979), algorithm GKM1:
+    two uniforms, and logarithms only where a cheap test does not decide; shapes up to one by Gamma(a + 1) U^(1/a).
+    """
+    if shape <= 0.0:
+        return 0.0, state
+    raised = shape if shape > 1.0 else shape + 1.0
+    a = raised - 1.0
+    b = (raised - 1.0 / (6.0 * raised)) / a
+    c = 2.0 / a
+    while True:
+        one, state = next_uniform(state)
+        other, state = next_uniform(state)
+        w = b * one / other
+        if c * other + w + 1.0 / w <= c + 2.0:  # whenever it is true, so is the exact one below
+            break
+        if c * math.log(other) - math.log(w) + w <= 1.0:
+            break
+    if shape > 1.0:
+        return a * w, state
+    one, state = next_uniform(state)
+    return a * w * one ** (1.0 / shape), state

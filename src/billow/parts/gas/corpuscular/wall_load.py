@@ -110,7 +110,7 @@ class WallLoad:
         normals: area vectors [m^2], (triangles, 3), of the present surface.
         """
         _renew(
-            patches.count, patches.start, patches.members, impulse, normals, 1.0 / span, 1.0 / max(BLEED, 2.0 * span),
+            len(normals), patches.start, patches.members, impulse, normals, 1.0 / span, 1.0 / max(BLEED, 2.0 * span),
             self.held, self.force,
         )  # fmt: skip
 
@@ -140,7 +140,8 @@ class WallLoad:
 
 @kernel
 def _renew(n, start, members, impulse, normals, rate, bleed, held, force_out):
-    for p in prange(n):
+    """n: triangles, which decide whether it runs in parallel."""
+    for p in prange(len(start) - 1):
         gx, gy, gz, hx, hy, hz, nx, ny, nz, area, pressure = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         for m in range(start[p], start[p + 1]):
             t = members[m]
@@ -182,13 +183,14 @@ def wall_speed(patches: Patches, triangles: np.ndarray, start: np.ndarray, end: 
     """
     speed = np.empty(len(triangles))
     middle = 0.5 * (start + end)
-    _wall_speed(patches.count, patches.start, patches.members, triangles, start, end, middle, 1.0 / span, speed)
+    _wall_speed(len(triangles), patches.start, patches.members, triangles, start, end, middle, 1.0 / span, speed)
     return speed
 
 
 @kernel
 def _wall_speed(n, start, members, triangles, before, after, middle, rate, speed_out):
-    for p in prange(n):
+    """n: triangles, which decide whether it runs in parallel."""
+    for p in prange(len(start) - 1):
         vx, vy, vz, nx, ny, nz, area, flux = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         for m in range(start[p], start[p + 1]):
             a, b, c = triangles[members[m], 0], triangles[members[m], 1], triangles[members[m], 2]

@@ -11,7 +11,7 @@ from numba import prange
 from billow.base.compiled import kernel, scalar
 from billow.geometry.triangle import cross, sides
 
-SWEPT_NUMBERS = 23
+SWEPT_NUMBERS = 25
 """Numbers per triangle that `sweep` fills in."""
 
 FLATTEST = 1e-6
@@ -20,6 +20,10 @@ FLATTEST = 1e-6
 WEIGHT_SLACK = 1e-6
 """Slack of the tests against edges; rounding errors stay below 1e-6 of it for coordinates of metres and edges of
 millimetres at `FLATTEST`."""
+
+
+LEAST_DEPARTURE = 1e-6
+"""Way [m] by which a particle must leave a triangle in a step for it to be out of the question, whatever is rounded."""
 
 
 class Walls(NamedTuple):
@@ -54,9 +58,10 @@ class Walls(NamedTuple):
 
 @kernel
 def sweep(n, nodes, orientation, start, end, swept_out):
-    """Per triangle, what `may_cross` needs: low + high and high - low of the box of its motion (x y z each); unit
-    normal at the start, height of its plane, lowest and highest end of a corner above that plane; gradient and offset
-    of the weights of its first two nodes at the start, lowest value of the three weights at the end of any corner."""
+    """Per triangle, what `may_cross` and `stays_away` need: low + high and high - low of the box of its motion (x y z
+    each); unit normal at the start, height of its plane, lowest and highest end of a corner above that plane; gradient
+    and offset of the weights of its first two nodes at the start, lowest value of the three weights at the end of any
+    corner; by how much the pieces of its motion differ in way along the normal [m], and in slope."""
     for t in prange(n):
         i, j, k = nodes[t, 0], nodes[t, 1], nodes[t, 2]
         for axis in range(3):
@@ -91,6 +96,41 @@ def sweep(n, nodes, orientation, start, end, swept_out):
         swept_out[t, 12], swept_out[t, 13], swept_out[t, 14], swept_out[t, 15] = ix, iy, iz, of_i
         swept_out[t, 16], swept_out[t, 17], swept_out[t, 18], swept_out[t, 19] = jx, jy, jz, of_j
         swept_out[t, 20], swept_out[t, 21], swept_out[t, 22] = low_i, low_j, low_k
+        # The pieces (`piece_normal`) as graphs over the plane at the start: normals of unit height.
+        dux, duy, duz, dwx, dwy, dwz = sides(end, i, j, k)
+        way_i, slope_i = _graph(nx, ny, nz, dux, duy, duz, dwx, dwy, dwz, orientation[t], start, end, i)
+        dwx, dwy, dwz = dwx - dux, dwy - duy, dwz - duz
+        way_j, slope_j = _graph(nx, ny, nz, ux, uy, uz, dwx, dwy, dwz, orientation[t], start, end, j)
+        way_k = c - (nx * start[k, 0] + ny * start[k, 1] + nz * start[k, 2])
+        swept_out[t, 23] = max(way_i, way_j, way_k) - min(way_i, way_j, way_k)
+        swept_out[t, 24] = 2.0 * max(slope_i, slope_j)
+
+
+@scalar
+def _graph(nx, ny, nz, ux, uy, uz, wx, wy, wz, orientation, start, end, mover):
+    """A piece with sides u and w as a graph over the plane with unit normal n: its way along n in the step [m] at one
+    place of the plane, and its slope; infinitely steep if it is no graph."""
+    px, py, pz = cross(ux, uy, uz, wx, wy, wz)
+    height = nx * px + ny * py + nz * pz
+    if not orientation * height > 0.0:
+        return 0.0, np.inf
+    px, py, pz = px / height, py / height, pz / height
+    way = (
+        px * (end[mover, 0] - start[mover, 0]) + py * (end[mover, 1] - start[mover, 1])
+        + pz * (end[mover, 2] - start[mover, 2])
+    )  # fmt: skip
+    return way, math.sqrt((px - nx) ** 2 + (py - ny) ** 2 + (pz - nz) ** 2)
+
+
+@scalar
+def stays_away(swept, t, leaves, way):
+    """Whether a particle cannot meet triangle t again in this step after it was reflected by one of its pieces.
+
+    leaves: by how much that piece and the particle part along the piece's normal in a whole step [m]; way: length of
+    the particle's path in a whole step [m]. Over any other piece they part by as much, but for what the pieces differ
+    in way and slope: where that is less, the distance along the normal at the start only grows.
+    """
+    return leaves > swept[t, 23] + swept[t, 24] * way + LEAST_DEPARTURE
 
 
 @scalar

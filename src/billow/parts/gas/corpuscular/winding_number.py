@@ -10,7 +10,7 @@ from numba import prange
 from scipy.spatial import cKDTree
 
 from billow.base.compiled import CHUNK, kernel
-from billow.geometry.search_grid import cell_lists
+from billow.geometry.search_grid import box_around, cell_lists
 from billow.geometry.triangle import double_area_vector
 from billow.parts.gas.corpuscular.flight import UNCOUNTED, Flock
 from billow.parts.gas.corpuscular.inside_points import Enclosure, meet, thin_axis_last
@@ -52,19 +52,29 @@ def winding_numbers(points: np.ndarray, chamber: np.ndarray, bag: Enclosure) -> 
     points [m] (points, 3), NaN counts as outside; chamber (points,).
     """
     turned, order, low = thin_axis_last(bag.positions)
-    width, depth = np.ptp(turned, axis=0)[:2]
+    width, depth, _ = box_around(turned)[1]  # its lowest corner is the origin
     field = math.sqrt(max(width * depth, 1e-300) / len(bag.triangles))
     shape = np.array([int(width / field) + 1, int(depth / field) + 1])
-    corners = bag.triangles.astype(np.int64)
-    fields, spans = (turned[corners][:, :, :2] / field).astype(np.int32), np.zeros((len(corners), 6), np.int32)
-    spans[:, 0:4:2], spans[:, 1:5:2] = fields.min(axis=1), fields.max(axis=1)
+    triangles, spans = bag.triangles, np.empty((len(bag.triangles), 6), np.int32)
+    _find_fields(len(triangles), triangles, turned, field, spans)
     start, listed = cell_lists(spans, np.array([*shape, 1]))  # of the plane across the rays
     found = np.zeros(len(points), np.int32)
     _count_passages(
-        len(points), np.ascontiguousarray((points - low)[:, order]), np.asarray(chamber), corners, turned,
+        len(points), np.ascontiguousarray((points - low)[:, order]), np.asarray(chamber), triangles, turned,
         bag.chambers.behind, bag.chambers.ahead, field, shape, start, listed, found,
     )  # fmt: skip
     return found
+
+
+@kernel
+def _find_fields(n, triangles, positions, field, spans_out):
+    """Fields that each triangle touches in the plane across the rays, as in `cell_lists`."""
+    for t in prange(n):
+        a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
+        for axis in range(2):
+            u, v, w = positions[a, axis] / field, positions[b, axis] / field, positions[c, axis] / field
+            spans_out[t, 2 * axis], spans_out[t, 2 * axis + 1] = int(min(u, v, w)), int(max(u, v, w))
+        spans_out[t, 4], spans_out[t, 5] = 0, 0
 
 
 @kernel
