@@ -5,14 +5,17 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numba import prange
 
-from billow.base.compiled import CHUNK, kernel, scalar
+from billow.base.compiled import CHUNK, inlined, kernel, scalar
 from billow.base.quality import Criterion, criterion
-from billow.geometry.search_grid import SearchGrid, largest_move
-from billow.geometry.surface import Surface, area_vectors
+from billow.geometry.near_pairs import near_pairs
+from billow.geometry.search_grid import largest_move
+from billow.geometry.surface import Surface
+from billow.geometry.triangle import double_area_vector
 from billow.parts.part import FRICTION, STORED, Account, Booking, Loads, Moment, Part
 
 SELF_CONTACT = Account("self_contact", STORED, renewed=True)
@@ -36,16 +39,13 @@ THROUGH = 2.0
 MOTION_IN_GAPS = 1.5
 """Motion of a node, in gaps, after which pairs are looked for anew."""
 
-BESIDE = -0.7
-"""Smallest area coordinate of a node over a triangle with which it makes a pair: it may slide onto it before the next
-search."""
+AWAKE = 2.0
+"""Distance of a node from a triangle, in gaps, beyond which their pair is left alone: so much further than the gap that
+a pair is looked at before it touches."""
 
 ON_EDGE = -1e-9
 """Smallest area coordinate of a node that is over a triangle. Panels cut from one mesh lie edge on edge: rounding must
 not decide whether a node on an edge is over both of its triangles, one, or none."""
-
-MOST_PAIRS = 64
-"""Triangles that a node can touch, at most; fabric crushed to nothing has more."""
 
 FARTHEST = 1e3
 """Distance of a node from the origin [m] from which on there is no bag any more."""
@@ -60,9 +60,10 @@ class Pairs:
 
     start: (nodes + 1,) int64, the pairs of each node. triangle: (pairs,) int64. side: (pairs,), +1 or -1, or 0 while
     the node is not over the triangle. gap and near, the compression of the spring: [m], (pairs,). push: force on each
-    node along s n [N], and the area coordinates of the triangle's second and third corner, (pairs, 3). by_triangle:
-    pairs in the order of their triangles, (pairs,) int64; struck_start: (triangles + 1,) int64, those of each triangle.
-    searched_at: node positions [m], (nodes, 3).
+    node along s n [N], the area coordinates of the triangle's second and third corner, and the height of the node
+    [m], (pairs, 4). by_triangle: pairs in the order of their triangles, (pairs,) int64; struck_start: (triangles + 1,)
+    int64, those of each triangle. When they were found: distance [m], (pairs,), that of the nearest pair of each node,
+    (nodes,), and of each triangle, (triangles,), inf where there is none; searched_at: node positions [m], (nodes, 3).
     """
 
     start: np.ndarray
@@ -73,6 +74,9 @@ class Pairs:
     push: np.ndarray
     by_triangle: np.ndarray
     struck_start: np.ndarray
+    distance: np.ndarray
+    nearest: np.ndarray
+    struck_nearest: np.ndarray
     searched_at: np.ndarray
 
     @classmethod
@@ -80,7 +84,8 @@ class Pairs:
         """No pairs yet; the first use looks for them."""
         return cls(
             np.zeros(nodes + 1, np.int64), np.zeros(0, np.int64), np.zeros(0), np.zeros(0), np.zeros(0),
-            np.zeros((0, 3)), np.zeros(0, np.int64), np.zeros(triangles + 1, np.int64), np.full((nodes, 3), np.inf),
+            np.zeros((0, 4)), np.zeros(0, np.int64), np.zeros(triangles + 1, np.int64), np.zeros(0),
+            np.full(nodes, np.inf), np.full(triangles, np.inf), np.full((nodes, 3), np.inf),
         )  # fmt: skip
 
 
@@ -114,6 +119,11 @@ class SelfContact(Part):
         stiffness = STIFFNESS * mass / crossing_time**2
         return cls(surface.triangles, solid, own, stiffness, 2.0 * DAMPING * np.sqrt(stiffness * mass), gap)
 
+    @cached_property
+    def touchable(self) -> np.ndarray:
+        """Nodes of solid triangles, (n,) int64."""
+        return np.flatnonzero(self.own_corner >= 0)
+
     @property
     def reach(self) -> float:
         """Distance [m] within which pairs are made."""
@@ -133,21 +143,24 @@ class SelfContact(Part):
         positions [m], velocities [m/s]: (nodes, 3). Looks for new pairs when nodes have moved far enough.
         """
         n = len(positions)
-        if not largest_move(pairs.searched_at, positions) <= MOTION_IN_GAPS * self.gap:
+        moved = largest_move(pairs.searched_at, positions)
+        if not moved <= MOTION_IN_GAPS * self.gap:
             if not np.abs(positions).max() < FARTHEST:
                 return [Booking(SELF_CONTACT, math.nan)]  # the guards say what became of the bag
             self.search(pairs, positions)
+            moved = 0.0
         if not len(pairs.triangle):
             return []
-        sums, corner_force = np.empty((-(-n // CHUNK), 2)), loads.at_corners()
+        sums, awake = np.empty((-(-n // CHUNK), 2)), AWAKE * self.gap + 2.0 * moved
+        corner_force = loads.at_corners()
         _push(
-            n, pairs.start, pairs.triangle, pairs.side, pairs.gap, pairs.near, self.triangles, self.own_corner,
-            self.gap, self.stiffness, self.damping, positions, velocities, dt, corner_force.reshape(-1, 3), pairs.push,
-            sums,
+            n, awake, pairs.nearest, pairs.distance, pairs.start, pairs.triangle, pairs.side, pairs.gap, pairs.near,
+            self.triangles, self.own_corner, self.gap, self.stiffness, self.damping, positions, velocities, dt,
+            corner_force.reshape(-1, 3), pairs.push, sums,
         )  # fmt: skip
         _push_back(
-            len(self.triangles), pairs.struck_start, pairs.by_triangle, pairs.side, pairs.push, self.triangles,
-            positions, corner_force,
+            len(self.triangles), awake, pairs.struck_nearest, pairs.struck_start, pairs.by_triangle, pairs.side,
+            pairs.push, self.triangles, positions, corner_force,
         )  # fmt: skip
         stored, heat = sums.sum(axis=0)
         return [Booking(SELF_CONTACT, float(stored)), Booking(FRICTION, float(heat))]
@@ -165,51 +178,93 @@ class SelfContact(Part):
 
     def search(self, pairs: Pairs, positions: np.ndarray) -> None:
         """Pairs within reach; those whose nodes are over their triangles go on."""
-        n = len(positions)
-        grid = SearchGrid.build(self.triangles[self.solid], positions, positions, self.reach)
-        towards = area_vectors(self.triangles, positions)
-        at_corners = np.repeat(towards, 3, axis=0)
-        corner_node = self.triangles.ravel()
-        normals = np.column_stack([np.bincount(corner_node, at_corners[:, axis], n) for axis in range(3)])
-        arguments = (
-            n, grid.cells_of(positions), grid.first, grid.listed, self.solid, self.triangles, self.own_corner,
-            positions, towards, normals, self.reach, pairs.start, pairs.triangle, pairs.side,
-            pairs.gap, pairs.near,
+        outward = np.empty_like(positions)
+        _outward(self.triangles, positions, outward)
+        kept = _in_touch(pairs.start, pairs.triangle, pairs.side)
+        found = near_pairs(positions, self.touchable, self.triangles, self.solid, self.reach, outward, *kept)
+        count = len(found.triangle)
+        side, gap, near = np.zeros(count), np.zeros(count), np.zeros(count)
+        nearest, struck_nearest = np.empty_like(pairs.nearest), np.empty_like(pairs.struck_nearest)
+        _carry_on(
+            AWAKE * self.gap, pairs.start, pairs.triangle, pairs.side, pairs.gap, pairs.near, found.start,
+            found.triangle, found.distance, found.by_triangle, found.struck_start, side, gap, near, nearest,
+            struck_nearest,
         )  # fmt: skip
-        start = np.zeros(n + 1, np.int64)
-        _find(*arguments, start, np.zeros(0, np.int64), np.zeros((0, 3)), False)
-        np.cumsum(start, out=start)
-        triangle, spring = np.empty(start[-1], np.int64), np.empty((start[-1], 3))
-        _find(*arguments, start, triangle, spring, True)
-        pairs.start, pairs.triangle = start, triangle
-        pairs.side, pairs.gap, pairs.near = (np.ascontiguousarray(column) for column in spring.T)
-        pairs.push = np.zeros((len(triangle), 3))
-        pairs.by_triangle = np.argsort(triangle, kind="stable")
-        pairs.struck_start = np.concatenate([[0], np.cumsum(np.bincount(triangle, minlength=len(self.triangles)))])
-        pairs.searched_at = positions.copy()
+        pairs.start, pairs.triangle, pairs.distance = found.start, found.triangle, found.distance
+        pairs.by_triangle, pairs.struck_start = found.by_triangle, found.struck_start
+        pairs.side, pairs.gap, pairs.near, pairs.push = side, gap, near, np.zeros((count, 4))
+        pairs.nearest, pairs.struck_nearest, pairs.searched_at = nearest, struck_nearest, positions.copy()
 
 
 @scalar
-def over_triangle(x, y, z, a, b, c, positions):
-    """A point above a triangle of nodes a, b, c: (height along its normal [m], area coordinates of b and c, unit normal
-    x, y, z). A triangle without area gives a height of inf."""
-    px, py, pz = x - positions[a, 0], y - positions[a, 1], z - positions[a, 2]
-    ux, uy, uz = (
-        positions[b, 0] - positions[a, 0], positions[b, 1] - positions[a, 1], positions[b, 2] - positions[a, 2],
-    )  # fmt: skip
-    vx, vy, vz = (
-        positions[c, 0] - positions[a, 0], positions[c, 1] - positions[a, 1], positions[c, 2] - positions[a, 2],
-    )  # fmt: skip
+def _outward(triangles, positions, outward):
+    """Sum of the area vectors about each node [m^2], twice, (nodes, 3)."""
+    outward[...] = 0.0
+    for t in range(len(triangles)):
+        nx, ny, nz = double_area_vector(positions, triangles[t, 0], triangles[t, 1], triangles[t, 2])
+        for k in range(3):
+            p = triangles[t, k]
+            outward[p, 0] += nx
+            outward[p, 1] += ny
+            outward[p, 2] += nz
+
+
+@scalar
+def _in_touch(start, triangle, side):
+    """Nodes and triangles, (k,) int64 each, of pairs whose node is over its triangle."""
+    count = 0
+    for k in range(len(side)):
+        count += side[k] != 0.0
+    node, over = np.empty(count, np.int64), np.empty(count, np.int64)
+    count = 0
+    for p in range(len(start) - 1):
+        for k in range(start[p], start[p + 1]):
+            if side[k] != 0.0:
+                node[count], over[count] = p, triangle[k]
+                count += 1
+    return node, over
+
+
+@scalar
+def _carry_on(
+    awake, old_start, old_triangle, old_side, old_gap, old_near, start, triangle, distance, by_triangle, struck_start,
+    side, gap, near, nearest, struck_nearest,
+):  # fmt: skip
+    """Springs of old pairs go on in new ones, of both in the order of the triangles of each node; and what is nearest
+    to each node and to each triangle [m]."""
+    for p in range(len(start) - 1):
+        j, last, nearest[p] = old_start[p], old_start[p + 1], np.inf
+        for k in range(start[p], start[p + 1]):
+            nearest[p] = min(nearest[p], distance[k])
+            while j < last and old_triangle[j] < triangle[k]:
+                j += 1
+            if j < last and old_triangle[j] == triangle[k] and distance[k] <= awake:
+                side[k], gap[k], near[k] = old_side[j], old_gap[j], old_near[j]
+    for t in range(len(struck_start) - 1):
+        struck_nearest[t] = np.inf
+        for m in range(struck_start[t], struck_start[t + 1]):
+            struck_nearest[t] = min(struck_nearest[t], distance[by_triangle[m]])
+
+
+@inlined
+def _above(positions, p, a, b, c):
+    """A node above a triangle of nodes a, b, c, by its normal n, which is as long as its area doubled: height times |n|
+    [m^3], area coordinates of b and c times n^2 [m^4], n^2 [m^4], and n [m^2]: seven numbers."""
+    px, py, pz = positions[p, 0] - positions[a, 0], positions[p, 1] - positions[a, 1], positions[p, 2] - positions[a, 2]
+    ux, uy, uz = positions[b, 0] - positions[a, 0], positions[b, 1] - positions[a, 1], positions[b, 2] - positions[a, 2]
+    vx, vy, vz = positions[c, 0] - positions[a, 0], positions[c, 1] - positions[a, 1], positions[c, 2] - positions[a, 2]
     nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-    square = nx * nx + ny * ny + nz * nz
-    if not square > 0.0:
-        return np.inf, 0.0, 0.0, 0.0, 0.0, 0.0
-    # (p x v) . n and (u x p) . n over n . n
-    wb = ((py * vz - pz * vy) * nx + (pz * vx - px * vz) * ny + (px * vy - py * vx) * nz) / square
-    wc = ((uy * pz - uz * py) * nx + (uz * px - ux * pz) * ny + (ux * py - uy * px) * nz) / square
-    size = math.sqrt(square)
-    nx, ny, nz = nx / size, ny / size, nz / size
-    return px * nx + py * ny + pz * nz, wb, wc, nx, ny, nz
+    # (p x v) . n and (u x p) . n
+    wb = (py * vz - pz * vy) * nx + (pz * vx - px * vz) * ny + (px * vy - py * vx) * nz
+    wc = (uy * pz - uz * py) * nx + (uz * px - ux * pz) * ny + (ux * py - uy * px) * nz
+    return px * nx + py * ny + pz * nz, wb, wc, nx * nx + ny * ny + nz * nz, nx, ny, nz
+
+
+@scalar
+def _unit_normal(positions, a, b, c):
+    nx, ny, nz = double_area_vector(positions, a, b, c)
+    size = math.sqrt(nx * nx + ny * ny + nz * nz)
+    return nx / size, ny / size, nz / size
 
 
 @scalar
@@ -220,45 +275,6 @@ def _adjacent(triangles, one, other):
             if triangles[one, i] == triangles[other, j]:
                 return True
     return False
-
-
-@kernel
-def _find(
-    n, cells, first, listed, solid, triangles, own_corner, positions, towards, normals, reach, old_start,
-    old_triangle, old_side, old_gap, old_near, start_out, triangle_out, spring_out, write,
-):  # fmt: skip
-    for p in prange(n):
-        if own_corner[p] < 0:
-            continue
-        found = start_out[p]
-        count = 0
-        for k in range(first[cells[p]], first[cells[p] + 1]):
-            t = solid[listed[k]]
-            # Layers that can touch face each other; those that turn the same way have fabric in between.
-            facing = normals[p, 0] * towards[t, 0] + normals[p, 1] * towards[t, 1] + normals[p, 2] * towards[t, 2] < 0.0
-            if not facing and old_start[p] == old_start[p + 1]:
-                continue
-            height, wb, wc, _, _, _ = over_triangle(
-                positions[p, 0], positions[p, 1], positions[p, 2], triangles[t, 0], triangles[t, 1], triangles[t, 2],
-                positions,
-            )  # fmt: skip
-            if not abs(height) <= reach or min(wb, wc, 1.0 - wb - wc) < BESIDE:
-                continue
-            if triangles[t, 0] == p or triangles[t, 1] == p or triangles[t, 2] == p:
-                continue
-            side, gap, near = 0.0, 0.0, 0.0
-            for j in range(old_start[p], old_start[p + 1]):
-                if old_triangle[j] == t:
-                    side, gap, near = old_side[j], old_gap[j], old_near[j]
-            if not facing and side == 0.0:
-                continue
-            if write:
-                triangle_out[found + count] = t
-                spring_out[found + count, 0], spring_out[found + count, 1] = side, gap
-                spring_out[found + count, 2] = near
-            count += 1
-        if not write:
-            start_out[p + 1] = count
 
 
 @scalar
@@ -275,30 +291,36 @@ def _come_over(k, first, last, triangle, side, near, push, triangles):
 
 @kernel
 def _push(
-    n, start, triangle, side, gap, near, triangles, own_corner, full_gap, stiffness, damping, positions, velocities, dt,
-    corner_force, push, sums_out,
+    n, awake, nearest, distance, start, triangle, side, gap, near, triangles, own_corner, full_gap, stiffness, damping,
+    positions, velocities, dt, corner_force, push, sums_out,
 ):  # fmt: skip
     for chunk in prange((n + CHUNK - 1) // CHUNK):
         stored, heat = 0.0, 0.0
-        height = np.empty(MOST_PAIRS)
         for p in range(chunk * CHUNK, min(n, (chunk + 1) * CHUNK)):
-            first, last = start[p], min(start[p + 1], start[p] + MOST_PAIRS)
+            if nearest[p] > awake:
+                continue
+            first, last = start[p], start[p + 1]
             fx, fy, fz = 0.0, 0.0, 0.0
             changes = False
             for k in range(first, last):
+                if distance[k] > awake:  # further than that still, and its push is zero
+                    continue
                 t = triangle[k]
-                d, wb, wc, _, _, _ = over_triangle(
-                    positions[p, 0], positions[p, 1], positions[p, 2], triangles[t, 0], triangles[t, 1],
-                    triangles[t, 2], positions,
-                )  # fmt: skip
-                over = abs(d) < np.inf and min(wb, wc, 1.0 - wb - wc) >= ON_EDGE
-                height[k - first] = d
-                push[k, 0], push[k, 1], push[k, 2] = 1.0 if over else 0.0, wb, wc
+                d, wb, wc, square, _, _, _ = _above(positions, p, triangles[t, 0], triangles[t, 1], triangles[t, 2])
+                over = square > 0.0 and min(wb, wc, square - wb - wc) >= ON_EDGE * square
+                push[k, 0] = 0.0
+                if over:
+                    push[k, 0], push[k, 1], push[k, 2], push[k, 3] = (
+                        1.0,
+                        wb / square,
+                        wc / square,
+                        d / math.sqrt(square),
+                    )
                 changes = changes or over != (side[k] != 0.0)
             if changes:
                 for k in range(first, last):
                     if side[k] == 0.0 and push[k, 0] > 0.0:
-                        d = height[k - first]
+                        d = push[k, 3]
                         kept, taken = _come_over(k, first, last, triangle, side, near, push, triangles)
                         side[k] = kept if kept != 0.0 else (1.0 if d >= 0.0 else -1.0)
                         gap[k] = min(full_gap, side[k] * d + taken)
@@ -310,7 +332,7 @@ def _push(
             for k in range(first, last):
                 if side[k] == 0.0:
                     continue
-                clear = side[k] * height[k - first]
+                clear = side[k] * push[k, 3]
                 if gap[k] - clear > THROUGH * full_gap:
                     heat += 0.5 * stiffness[p] * near[k] * near[k]
                     side[k], clear = -side[k], -clear
@@ -322,9 +344,8 @@ def _push(
                     continue
                 t = triangle[k]
                 a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
-                _, wb, wc, nx, ny, nz = over_triangle(
-                    positions[p, 0], positions[p, 1], positions[p, 2], a, b, c, positions
-                )
+                nx, ny, nz = _unit_normal(positions, a, b, c)
+                wb, wc = push[k, 1], push[k, 2]
                 wa = 1.0 - wb - wc
                 closing = -side[k] * (
                     nx * (velocities[p, 0] - wa * velocities[a, 0] - wb * velocities[b, 0] - wc * velocities[c, 0])
@@ -346,8 +367,10 @@ def _push(
 
 
 @kernel
-def _push_back(n, struck_start, by_triangle, side, push, triangles, positions, corner_force):
+def _push_back(n, awake, nearest, struck_start, by_triangle, side, push, triangles, positions, corner_force):
     for t in prange(n):
+        if nearest[t] > awake:
+            continue
         sa, sb, sc = 0.0, 0.0, 0.0
         for i in range(struck_start[t], struck_start[t + 1]):
             k = by_triangle[i]
@@ -357,10 +380,7 @@ def _push_back(n, struck_start, by_triangle, side, push, triangles, positions, c
                 sb += push[k, 1] * force
                 sc += push[k, 2] * force
         if sa != 0.0 or sb != 0.0 or sc != 0.0:
-            a = triangles[t, 0]
-            _, _, _, nx, ny, nz = over_triangle(
-                positions[a, 0], positions[a, 1], positions[a, 2], a, triangles[t, 1], triangles[t, 2], positions
-            )
+            nx, ny, nz = _unit_normal(positions, triangles[t, 0], triangles[t, 1], triangles[t, 2])
             for corner, share in enumerate((sa, sb, sc)):
                 corner_force[t, corner, 0] -= share * nx
                 corner_force[t, corner, 1] -= share * ny
