@@ -36,6 +36,7 @@ GROUPS = {
     "MESH": "Mesh",
     "NUM": "Runs that are stopped",
     "OBS": "Obstacles",
+    "PIC": "Pictures and comparisons",
     "RES": "Results, datasets and interrupted runs",
     "ROM": "Surrogates",
     "STU": "Studies",

@@ -243,6 +243,13 @@ class FabricFile:
         """(times, triangles) or (times, triangles, 3) float32."""
         return self._field(f"CellData/{name}", len(self.triangles))
 
+    def unit(self, name: str) -> str:
+        """Unit of a field; of one that does not say it, as this version writes it."""
+        with self._open() as file:
+            grid = file["VTKHDF"]
+            place = next(f"{kind}Data/{name}" for kind in ("Point", "Cell") if f"{kind}Data/{name}" in grid)
+            return str(grid[place].attrs.get("units", UNITS.get(name, "-")))
+
     def _field(self, name: str, count: int) -> np.ndarray:
         with self._open() as file:
             dataset = file[f"VTKHDF/{name}"]
