@@ -7,6 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
+from billow.apps.compare.sides import open_sides
+from billow.cli.compare import compare as compare_command
 from billow.cli.picture_files import picture_kind
 from billow.pictures.curves import require_quantities
 from billow.pictures.fields import read_field
@@ -29,7 +31,25 @@ def with_a_broken_ffmpeg(here):
     without_ffmpeg(here)
 
 
+def against_a_surrogate(here):
+    table = here.write("test.csv", "time [s],force [N]\n0,1\n1,2\n")
+    open_sides((table, here.bench.surrogate), ("test", "surrogate"), None)
+
+
+def two_surrogates(here):
+    open_sides((here.bench.surrogate, here.bench.surrogate), ("a", "b"), None)
+
+
+def of_two_tests(here):
+    for name in "ab":
+        here.write(f"{name}.csv", f"time [s],{name} [N]\n0,1\n1,2\n")
+    compare_command(here.place / "a.csv", here.place / "b.csv")
+
+
 TRIGGERS = {
+    "E-CMP-001": against_a_surrogate,
+    "E-CMP-002": two_surrogates,
+    "E-CMP-003": of_two_tests,
     "E-PIC-001": lambda here: parse_plane("y"),
     "E-PIC-002": lambda here: read_field(FabricFile(here.bench.run / "fabric.vtkhdf"), "presure"),
     "E-PIC-003": lambda here: check_units(["kpa"]),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -112,8 +113,21 @@ def drawn(shot: Shot, kind: str) -> bytes:
 def saved(figure: Figure, kind: str) -> bytes:
     """A figure as PNG, SVG or PDF; same numbers, same bytes."""
     buffer = io.BytesIO()
-    metadata = {"png": {"Software": "Billow"}, "svg": {"Creator": "Billow", "Date": None}, "pdf": {
-        "Creator": "Billow", "Producer": "Billow", "CreationDate": None
-    }}[kind]  # fmt: skip
-    figure.savefig(buffer, format=kind, dpi=figure.dpi, metadata=metadata)
-    return buffer.getvalue()
+    metadata = {
+        "png": {"Software": "Billow"},
+        "svg": {"Creator": "Billow", "Date": None},
+        "pdf": {"Creator": "Billow", "Producer": "Billow", "CreationDate": None},
+    }
+    figure.savefig(buffer, format=kind, dpi=figure.dpi, metadata=metadata[kind])
+    return named_in_order(buffer.getvalue()) if kind == "svg" else buffer.getvalue()
+
+
+def named_in_order(svg: bytes) -> bytes:
+    """SVG whose clip paths are numbered: matplotlib names them by all digits of their places, and the solver of its
+    layout rounds the last ones as it likes."""
+    names: dict[bytes, bytes] = {}
+
+    def number(found: re.Match) -> bytes:
+        return names.setdefault(found[0], b"clip%d" % len(names))
+
+    return re.sub(rb'(?<=[#"])p[0-9a-f]{10}(?=[)"])', number, svg)
