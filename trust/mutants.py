@@ -89,7 +89,7 @@ MUTANTS = (
     ),
     Mutant(
         "moving obstacles of pictures at the origin",
-        "pictures/obstacle_shapes.py",
+        "results/obstacles.py",
         '"center": body.centre[row].tolist()',
         '"center": [0.0, 0.0, 0.0]',
         PROMISES + "test_pictures_show_obstacles_where_the_case_puts_them",

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from billow.base.errors import InputError
-from billow.pictures.obstacle_shapes import sphere
+from billow.geometry.shapes.triangulated import sphere
 from billow.pictures.scene import Plane
 from billow.pictures.section import across, cut, parse_plane
 

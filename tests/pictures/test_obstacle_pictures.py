@@ -7,8 +7,9 @@ import pytest
 
 from billow.geometry.shapes.half_space import HalfSpace
 from billow.geometry.shapes.super_ellipsoid import SuperEllipsoid
-from billow.pictures.obstacle_shapes import has_end, obstacles_at, outline, reach, sphere, surface
+from billow.geometry.shapes.triangulated import reach, sphere
 from billow.results.histories import History
+from billow.results.obstacles import has_end, obstacles_at, outline, surface
 
 
 def volume(points, triangles):

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from billow.geometry.shapes.triangulated import sphere
 from billow.pictures.camera import Camera
 from billow.pictures.light import paint
-from billow.pictures.obstacle_shapes import sphere
 from billow.pictures.scene import Body, Plane, Scene, corner_normals, tubes
 
 RED, GREEN = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)

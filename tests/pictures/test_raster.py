@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from billow.geometry.shapes.triangulated import sphere
 from billow.pictures.camera import Camera
-from billow.pictures.obstacle_shapes import sphere
 from billow.pictures.raster import NOTHING, Cut, rasterise
 
 

@@ -11,7 +11,7 @@ import pytest
 from billow.base.errors import NumericalStop
 from billow.case.schema import Case
 from billow.geometry.bag_shapes import square_bag
-from billow.pictures.obstacle_shapes import obstacles_at
+from billow.results.obstacles import obstacles_at
 from billow.results.result import Result
 from billow.results.vtkhdf import FabricWriter
 from billow.run.simulate import simulate

@@ -12,8 +12,8 @@ from synthetic import SyntheticDataset
 
 from billow.base.errors import ResourceError
 from billow.cli.demo import run_demo
-from billow.pictures.obstacle_shapes import outline
 from billow.pictures.section import cut
+from billow.results.obstacles import outline
 from billow.rom.judge import figures
 from billow.rom.judge.errors import fit_learning_curve
 from billow.rom.judge.evaluate import evaluate

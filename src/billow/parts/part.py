@@ -179,7 +179,7 @@ class Part:
         """Its share of a row of the histories."""
         return iter(())
 
-    def frame(self, state) -> Frame:
+    def frame(self, state, moment: Moment) -> Frame:
         """Its share of an output frame."""
         return Frame()
 

@@ -10,12 +10,11 @@ import numpy as np
 from matplotlib import colormaps
 from matplotlib.colors import ListedColormap
 
-from billow.pictures import obstacle_shapes
 from billow.pictures.camera import Camera
 from billow.pictures.fields import Field
-from billow.pictures.obstacle_shapes import obstacles_at
 from billow.pictures.scene import Body, Plane, Scene, tubes
 from billow.pictures.section import cut
+from billow.results.obstacles import has_end, obstacles_at, surface
 from billow.results.result import Result
 from billow.results.vtkhdf import FabricFile
 
@@ -103,8 +102,8 @@ class Deployment:
                 radius = 1e-3 * SECTION_WIDTH * self.size
                 found.append(tubes(lines[:, 0], lines[:, 1], radius, SECTION, cut=False))
         for obstacle in [] if self.result is None else obstacles_at(self.result, time):
-            if obstacle_shapes.has_end(obstacle):
-                found.append(_solid(*obstacle_shapes.surface(obstacle), OBSTACLE, CUT_OBSTACLE))
+            if has_end(obstacle):
+                found.append(_solid(*surface(obstacle), OBSTACLE, CUT_OBSTACLE))
             elif _is_seen(obstacle, towards):
                 found.append(self._plate(obstacle))
         return found
@@ -116,8 +115,8 @@ class Deployment:
         found = [self._corners]
         for time in self.fabric.times[list(frames)] if self.result is not None else ():
             for obstacle in obstacles_at(self.result, float(time)):
-                if obstacle_shapes.has_end(obstacle):
-                    found.append(np.clip(obstacle_shapes.surface(obstacle)[0], *around))
+                if has_end(obstacle):
+                    found.append(np.clip(surface(obstacle)[0], *around))
                 elif _is_seen(obstacle, towards):
                     found.append(self._plate(obstacle).points)
         return found

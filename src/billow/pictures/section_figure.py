@@ -8,9 +8,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 
-from billow.pictures.obstacle_shapes import outline
 from billow.pictures.scene import Plane
 from billow.pictures.section import across, cut
+from billow.results.obstacles import outline
 
 OBSTACLE = "#c9d2d9"
 MILLI = 1e3

@@ -31,6 +31,7 @@ LARGEST_FRAMES = 1_000_000_000_000
 UNITS = {
     "Points": "m", "part": "-",
     "displacement": "m", "velocity": "m/s", "contact_force": "N", "plate_force": "N",
+    "stretch": "-", "strain_warp": "-", "strain_weft": "-", "stress": "Pa",
     "gauge_pressure": "Pa", "gas_temperature": "K", "gas_density": "kg/m^3", "gas_velocity": "m/s",
     "pressure": "Pa", "temperature": "K", "density": "kg/m^3", "particles": "-",
     "internal_energy": "J", "species": "-", "chamber": "-",

@@ -147,7 +147,7 @@ class RunRecorder(Recorder):
         }
         arrays = {"time": np.array([state.time]), "positions": state.positions} | named("point", point)
         for name, part in model.parts:
-            frame = part.frame(state.of(name))
+            frame = part.frame(state.of(name), state.moment)
             arrays |= named("point", frame.point, np.float32) | named("cell", frame.cell, np.float32)
         if self.told.gas_frames:
             arrays |= named("cloud", model.gas.boxes(state.gas), np.float32)

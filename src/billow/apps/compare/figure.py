@@ -17,11 +17,11 @@ from billow.pictures.curve_figure import RESOLUTION, WIDTH, draw_curves, line_st
 from billow.pictures.deployment import COLOURS, Colouring, Deployment, scene_of
 from billow.pictures.fields import Field
 from billow.pictures.light import paint
-from billow.pictures.obstacle_shapes import has_end, obstacles_at
 from billow.pictures.scene import Plane
 from billow.pictures.section import AXES, across
 from billow.pictures.section_figure import draw_bag, draw_obstacles, window_of
 from billow.pictures.sheet import on_white
+from billow.results.obstacles import has_end, obstacles_at
 
 CURVE_HEIGHT, SECTION_HEIGHT, PICTURE_HEIGHT, LEGEND_HEIGHT = 2.7, (1.2, 3.2), 3.4, 0.5
 """[inches]; of sections the least and the largest."""

@@ -18,6 +18,7 @@ from billow.geometry.triangle import double_area_vector
 from billow.geometry.triangulation import sorted_edges
 from billow.parts.fabric.birth import Birth
 from billow.parts.fabric.block import VOLUMES
+from billow.parts.fabric.frame_fields import fabric_fields
 from billow.parts.fabric.membrane import ENERGY, HYSTERESIS, POWER, SQUARED_RATE, STRETCH, Membrane, odd_speed
 from billow.parts.part import (
     DAMPING,
@@ -26,6 +27,7 @@ from billow.parts.part import (
     WHOLE_MODEL,
     Account,
     Booking,
+    Frame,
     Loads,
     Moment,
     Owner,
@@ -183,6 +185,14 @@ class Fabric(Part):
         yield Quantity("", "largest_stretch", "-", state.largest_stretch)
         yield Quantity("", "shooting_nodes", "-", float(self.shooting_nodes(moment)))
 
+    def frame(self, state: FabricState, moment: Moment) -> Frame:
+        """Stretch, strain along the yarns and stress, as `fabric_fields`."""
+        membranes = self.membranes
+        if self.birth is not None:
+            membranes = self.birth.membranes(membranes, self.birth.fraction(moment.time))
+        places = self.surface.triangles, moment.positions, moment.velocities
+        return Frame(cell=fabric_fields(membranes, state.history, *places))
+
     def shooting_nodes(self, moment: Moment) -> int:
         """Number of nodes that travel more than half the smallest altitude in one step."""
         farthest = SHOOTING * min(membrane.altitude.min() for membrane in self.membranes)
@@ -260,8 +270,7 @@ def _measure_holes(which, triangles, positions, behind, ahead, corner_force, thi
 def worst_stretch(membrane: Membrane, triangles: np.ndarray, positions: np.ndarray) -> tuple[int, float]:
     """The element of a membrane, counted from 0, that is stretched most, and its principal stretch [-]; positions: [m],
     (nodes, 3)."""
-    c1, c2, c12 = membrane.cauchy_green(triangles, positions)
-    stretch = np.sqrt(0.5 * (c1 + c2) + np.sqrt((0.5 * (c1 - c2)) ** 2 + c12**2))
+    stretch = membrane.stretch(triangles, positions)
     return int(stretch.argmax()), float(stretch.max())
 
 

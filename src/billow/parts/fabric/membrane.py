@@ -199,6 +199,11 @@ class Membrane:
         f1, f2 = u * d[0] + w * d[2], u * d[1] + w * d[3]
         return tuple(np.einsum("ij,ij->i", a, b) for a, b in ((f1, f1), (f2, f2), (f1, f2)))
 
+    def stretch(self, triangles: np.ndarray, positions: np.ndarray) -> np.ndarray:
+        """Largest principal stretch [-], (n,), at positions [m] (nodes, 3)."""
+        c1, c2, c12 = self.cauchy_green(triangles, positions)
+        return np.sqrt(0.5 * (c1 + c2) + np.sqrt((0.5 * (c1 - c2)) ** 2 + c12**2))
+
     @property
     def crossing_time(self) -> float:
         """Time [s] that the fastest wave takes across the smallest altitude."""

@@ -12,9 +12,9 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import FixedLocator, MaxNLocator, NullFormatter, ScalarFormatter
 
 from billow.base.plot_style import GREY, INK, styled
-from billow.pictures.obstacle_shapes import has_end, obstacles_at
 from billow.pictures.scene import Plane
 from billow.pictures.section_figure import draw_bag, draw_obstacles, window_of
+from billow.results.obstacles import has_end, obstacles_at
 from billow.rom.judge.errors import ErrorsByModes
 from billow.rom.judge.evaluate import Evaluation
 from billow.rom.judge.timing import break_even

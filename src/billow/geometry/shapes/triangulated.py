@@ -1,4 +1,4 @@
-"""Obstacles as pictures need them: where they are at a time, their outlines in a section, and their surfaces."""
+"""Surfaces of shapes as triangles, for pictures and files."""
 
 from __future__ import annotations
 
@@ -6,10 +6,7 @@ from functools import cache
 
 import numpy as np
 
-from billow.geometry.shapes.kinds import from_description
-from billow.geometry.shapes.pose import rotation_matrix
 from billow.geometry.shapes.shape import Shape
-from billow.results.result import Result
 
 FINENESS = 4
 """How often the triangles of an icosahedron are cut in four: 5,120 triangles."""
@@ -17,43 +14,10 @@ HALVINGS = 40
 """Of the distance from the centre at which a surface is looked for."""
 
 
-def outline(obstacle: dict, points: np.ndarray) -> np.ndarray:
-    """The function whose zero line is an obstacle's outline: [-], negative inside, at points [m] (..., 3) of any plane:
-    (...). obstacle: as run.json describes it, a shape with "center" [m] (3,) and "rotation" (3, 3) from body to space.
-    """
-    away = points - np.asarray(obstacle["center"], float)
-    return from_description(obstacle).level(away @ np.asarray(obstacle["rotation"], float))
-
-
-def has_end(obstacle: dict) -> bool:
-    """Whether an obstacle, as run.json describes it, has an end, as an impactor has and a plate has not."""
-    return bool(np.isfinite(from_description(obstacle).bound))
-
-
-def obstacles_at(result: Result, time: float) -> list[dict]:
-    """The obstacles of a finished run at a time [s], as `outline` takes them.
-
-    The place of a locked one is in the run's record, that of a free one in its histories (nearest time). One whose
-    place is not recorded is left out.
-    """
-    found = []
-    for obstacle in result.record.get("obstacles", []):
-        if obstacle.get("locked", True):
-            found.append(obstacle)
-            continue
-        body = result.histories.of(obstacle["name"])
-        if "quaternion" in body:
-            row = int(np.abs(result.histories.time - time).argmin())
-            rotation = rotation_matrix(body.quaternion[row])
-            found.append(obstacle | {"center": body.centre[row].tolist(), "rotation": rotation.tolist()})
-    return found
-
-
-def surface(obstacle: dict) -> tuple[np.ndarray, np.ndarray]:
-    """Points [m] (nodes, 3) in space and triangles (n, 3), outwards, of an obstacle that has an end."""
-    directions, triangles = sphere(FINENESS)
-    own = directions * reach(from_description(obstacle), directions)[:, None]
-    return own @ np.asarray(obstacle["rotation"], float).T + np.asarray(obstacle["center"], float), triangles
+def triangulated(shape: Shape, fineness: int = FINENESS) -> tuple[np.ndarray, np.ndarray]:
+    """Points [m] (nodes, 3) in a shape's own axes and triangles (n, 3), outwards, of one that has an end."""
+    directions, triangles = sphere(fineness)
+    return directions * reach(shape, directions)[:, None], triangles
 
 
 def reach(shape: Shape, directions: np.ndarray) -> np.ndarray:
