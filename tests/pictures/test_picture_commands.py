@@ -219,9 +219,12 @@ def test_vents_and_mouths_are_dark_and_obstacles_are_there(pair):
     is_hole = np.array(holes)[result.fabric.part]
     assert is_hole.any()
     np.testing.assert_array_equal((bag.colours == HOLE).all(axis=(1, 2)), is_hole)
-    assert len(others) == 2  # plate and impactor
-    assert len(deployment.bodies(-1, -towards)) == 2  # from below, the plate would hide the bag
-    impactor = others[1]
+    assert len(others) == 3  # straps, plate and impactor
+    assert len(deployment.bodies(-1, -towards)) == 3  # from below, the plate would hide the bag
+    bars = result.straps.points(-1)
+    for straps in (others[0], deployment.bodies(-1, -towards)[1]):
+        np.testing.assert_allclose(straps.points.mean(axis=0), bars.mean(axis=0), atol=1e-6)
+    impactor = others[2]
     centre = result.body("impactor").centre[-1]
     np.testing.assert_allclose(0.5 * (impactor.points.min(axis=0) + impactor.points.max(axis=0)), centre, atol=1e-3)
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from billow.base.compiled import kernel
-from billow.parts.part import DAMPING, HYSTERESIS, STORED, Account, Booking, Moment, Owner, Part, Quantity
+from billow.parts.part import DAMPING, HYSTERESIS, STORED, Account, Booking, Frame, Moment, Owner, Part, Quantity
 
 STRAP = Account("strap", STORED, renewed=True)
 """Recoverable energy of the straps."""
@@ -45,6 +45,11 @@ class Straps(Part):
     def strap_count(self) -> int:
         return int(self.strap.max()) + 1 if len(self.strap) else 0
 
+    @staticmethod
+    def name(strap: int) -> str:
+        """What users call a strap, counted from 0."""
+        return f"strap_{strap + 1}"
+
     def start(self, bag) -> np.ndarray:
         """Bars that have never pulled, (bars, 6), the columns named above."""
         return np.zeros((len(self.bars), 6))
@@ -78,13 +83,17 @@ class Straps(Part):
 
     def owners(self) -> Iterator[Owner]:
         for k in range(self.strap_count):
-            yield Owner("strap", f"strap_{k + 1}", ("tension", "elongation"))
+            yield Owner("strap", self.name(k), ("tension", "elongation"))
 
     def quantities(self, bar: np.ndarray, moment: Moment) -> Iterator[Quantity]:
         for k in range(self.strap_count):
             bars = bar[self.strap == k]
-            yield Quantity(f"strap_{k + 1}", "tension", "N", float(bars[:, TENSION].sum()))
-            yield Quantity(f"strap_{k + 1}", "elongation", "m", float(bars[:, ELONGATION].mean()))
+            yield Quantity(self.name(k), "tension", "N", float(bars[:, TENSION].sum()))
+            yield Quantity(self.name(k), "elongation", "m", float(bars[:, ELONGATION].mean()))
+
+    def frame(self, bar: np.ndarray, moment: Moment) -> Frame:
+        """Tension of each bar [N]."""
+        return Frame(bar={"tension": bar[:, TENSION]} if len(self.bars) else {})
 
 
 NO_STRAPS = Straps(

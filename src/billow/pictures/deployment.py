@@ -101,6 +101,10 @@ class Deployment:
             if len(lines):
                 radius = 1e-3 * SECTION_WIDTH * self.size
                 found.append(tubes(lines[:, 0], lines[:, 1], radius, SECTION, cut=False))
+        straps = None if self.result is None else self.result.straps
+        if straps is not None:
+            ends = straps.points(frame)[straps.lines]
+            found.append(tubes(ends[:, 0], ends[:, 1], 1e-3 * STRAP_WIDTH * self.size, STRAP))
         for obstacle in [] if self.result is None else obstacles_at(self.result, time):
             if has_end(obstacle):
                 found.append(_solid(*surface(obstacle), OBSTACLE, CUT_OBSTACLE))
