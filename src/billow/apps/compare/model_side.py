@@ -33,6 +33,8 @@ def answer(path: Path, label: str, other: Path, there: Side | None, design: Mapp
     values = _design(path, other, surrogate) if design is None else design
     positions = surrogate.reference + surrogate.predict(values)
     part, names = np.zeros(len(surrogate.triangles), np.int64), ["fabric"]
+    if surrogate.parts is not None:
+        part, names = surrogate.parts.part, list(surrogate.parts.names)
     if there is not None and there.fabric is not None and np.array_equal(there.fabric.triangles, surrogate.triangles):
         part, names = there.fabric.part, there.fabric.part_names
     fabric = PredictedFabric(path, surrogate.times, positions, surrogate.triangles, part, names)
