@@ -12,6 +12,7 @@ from billow.pictures.deployment import Colouring
 from billow.pictures.fields import Field
 from billow.pictures.sheet import Print, Sheet, length_text, on_white, one_line, printed, scale_length
 
+TITLE = "Driver bag against a locked obstacle"
 TITLES = (
     "Driver bag",
     "",
@@ -24,11 +25,9 @@ TITLES = (
 SIZES = ((1280, 960), (1600, 373), (320, 240), (4000, 3000), (500, 900))
 
 
-def sheet_of(
-    size, panels=1, has_bar=True, title="Driver bag against a locked obstacle", high=2.5e5, name="gauge pressure"
-):
+def sheet_of(size, panels=1, has_bar=True, title=TITLE, high=2.5e5, name="gauge pressure", view="iso"):
     sheet = Sheet.fitting(*size, panels, has_bar, 1.3)
-    camera = Camera.around([np.array([[-0.4, -0.4, 0.0], [0.4, 0.4, 0.5]])], "iso", *sheet.panel)
+    camera = Camera.around([np.array([[-0.4, -0.4, 0.0], [0.4, 0.4, 0.5]])], view, *sheet.panel)
     field = Field(name, "Pa", True, np.array([[0.0, high]]))
     page = Print(sheet, camera, title, Colouring(field, 0.0, high) if has_bar else None)
     for panel in range(panels):
@@ -58,10 +57,12 @@ def boxes(page):
 
 @pytest.mark.parametrize("size", SIZES)
 @pytest.mark.parametrize("panels", [1, 5])
-@pytest.mark.parametrize("high", [2.5e5, 0.0, 1.0, -4e9])
-def test_nothing_overlaps_and_nothing_leaves_the_sheet(size, panels, high):
+@pytest.mark.parametrize(
+    ("high", "view"), [(2.5e5, "iso"), (0.0, "front"), (1.0, "below"), (-4e9, "top"), (7.0, "side")]
+)
+def test_nothing_overlaps_and_nothing_leaves_the_sheet(size, panels, high, view):
     with printed():
-        _, page = sheet_of(size, panels, high=high)
+        _, page = sheet_of(size, panels, high=high, view=view)
         found = boxes(page)
     for (one, a), (other, b) in itertools.combinations(found.items(), 2):
         wide, tall = min(a.x1, b.x1) - max(a.x0, b.x0), min(a.y1, b.y1) - max(a.y0, b.y0)

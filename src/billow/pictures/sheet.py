@@ -29,7 +29,7 @@ POINTS = 9.5
 """Size of letters [pt]; how many pixels that is, is the sheet's resolution."""
 LETTER, SMALLEST_LETTER = 0.0165, 12.0
 """Height of letters over the root of the sheet's area, and least height [pixels]."""
-TITLE_LINES, FOOT_LINES, TIME_LINES, BAR_LETTERS, GAP = 2.0, 2.6, 1.7, 7.5, 0.8
+TITLE_LINES, FOOT_LINES, TIME_LINES, BAR_LETTERS, GAP = 2.0, 3.3, 1.7, 7.5, 0.8
 """Room for the title, for scale and axes, for the time above a panel, for the colour bar, and between things, in
 heights of letters."""
 BAR_SHARE = 0.6

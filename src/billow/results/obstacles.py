@@ -6,7 +6,9 @@ and "rotation" (3, 3) from its own axes to space.
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterable
+from functools import lru_cache
 
 import numpy as np
 
@@ -14,6 +16,9 @@ from billow.geometry.shapes.kinds import from_description
 from billow.geometry.shapes.pose import rotation_matrix
 from billow.geometry.shapes.triangulated import FINENESS, triangulated
 from billow.results.histories import History
+
+PLACE = ("name", "locked", "center", "rotation")
+"""What of a description is not the shape."""
 
 
 def outline(obstacle: dict, points: np.ndarray) -> np.ndarray:
@@ -54,5 +59,12 @@ def obstacles_at(result, time: float) -> list[dict]:
 
 def surface(obstacle: dict, fineness: int = FINENESS) -> tuple[np.ndarray, np.ndarray]:
     """Points [m] (nodes, 3) in space and triangles (n, 3), outwards, of an obstacle that has an end."""
-    own, triangles = triangulated(from_description(obstacle), fineness)
+    shape = {name: value for name, value in obstacle.items() if name not in PLACE}
+    own, triangles = _own(json.dumps(shape, sort_keys=True), fineness)
     return own @ np.asarray(obstacle["rotation"], float).T + np.asarray(obstacle["center"], float), triangles
+
+
+@lru_cache(maxsize=64)
+def _own(shape: str, fineness: int) -> tuple[np.ndarray, np.ndarray]:
+    """As `triangulated`, of a described shape: each frame of a film asks again."""
+    return triangulated(from_description(json.loads(shape)), fineness)
