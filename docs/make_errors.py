@@ -27,6 +27,7 @@ TARGET = Path(__file__).with_name("errors.md")
 GROUPS = {
     "CASE": "The case file",
     "CLI": "The command line",
+    "CMP": "Comparisons",
     "CONV": "Convergence studies",
     "CPL": "Force inputs and coupled models",
     "FAB": "Fabric",
@@ -36,6 +37,7 @@ GROUPS = {
     "MESH": "Mesh",
     "NUM": "Runs that are stopped",
     "OBS": "Obstacles",
+    "PIC": "Pictures",
     "RES": "Results, datasets and interrupted runs",
     "ROM": "Surrogates",
     "STU": "Studies",

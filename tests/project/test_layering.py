@@ -19,11 +19,12 @@ MAY_IMPORT = {
     "case": MODEL,
     "results": {"base", "geometry"},
     "injury": {"base", "results"},
+    "pictures": {"base", "geometry", "results", "injury"},
     "run": MODEL | {"case", "results"},
     "study": {"base", "geometry", "results", "case", "run"},
-    "rom": {"base", "geometry", "results", "injury"},
-    "reproductions": {"base", "results", "injury", "rom"},
-    "apps": MODEL | {"case", "results", "injury", "run", "rom"},
+    "rom": {"base", "geometry", "results", "injury", "pictures"},
+    "reproductions": {"base", "results", "injury", "pictures", "rom"},
+    "apps": MODEL | {"case", "results", "injury", "run", "pictures", "rom"},
 }
 """Room -> rooms it may import besides itself; `cli` is on top of everything."""
 

@@ -11,9 +11,9 @@ import pytest
 from billow.base.errors import NumericalStop
 from billow.case.schema import Case
 from billow.geometry.bag_shapes import square_bag
+from billow.results.obstacles import obstacles_at
 from billow.results.result import Result
 from billow.results.vtkhdf import FabricWriter
-from billow.rom.judge.figures import obstacles_at
 from billow.run.simulate import simulate
 
 

@@ -12,10 +12,12 @@ from synthetic import SyntheticDataset
 
 from billow.base.errors import ResourceError
 from billow.cli.demo import run_demo
+from billow.pictures.section import cut
+from billow.results.obstacles import outline
 from billow.rom.judge import figures
 from billow.rom.judge.errors import fit_learning_curve
 from billow.rom.judge.evaluate import evaluate
-from billow.rom.judge.figures import cut, outline
+from billow.rom.judge.figures import MIDDLE
 from billow.rom.judge.findings import verdict, weaknesses
 from billow.rom.judge.report import page, write_report
 from billow.rom.judge.unseen import UnseenRuns
@@ -140,7 +142,8 @@ def test_section_of_a_box_is_its_rectangle():
     quads += [[(-1, y, z), (1, y, z), (1, y + 1, z), (-1, y + 1, z)] for z in (0, 1) for y in (-1, 0)]
     quads += [[(-1, y, 0), (1, y, 0), (1, y, 1), (-1, y, 1)] for y in (-1, 1)]
     corners = np.array([[index[corner] for corner in quad] for quad in quads])
-    segments = cut(points, np.vstack([corners[:, [0, 1, 2]], corners[:, [0, 2, 3]]]))
+    segments, _ = cut(points, np.vstack([corners[:, [0, 1, 2]], corners[:, [0, 2, 3]]]), MIDDLE)
+    segments = segments[..., [0, 2]]
     assert np.linalg.norm(segments[:, 1] - segments[:, 0], axis=1).sum() == pytest.approx(2 * (2 + 1))
     ends, count = np.unique(segments.reshape(-1, 2).round(9), axis=0, return_counts=True)
     assert (count[(np.abs(ends[:, 0]) == 1) & (ends[:, 1] % 1 == 0)] % 2 == 0).all()  # closed: corners join two lines
@@ -148,9 +151,9 @@ def test_section_of_a_box_is_its_rectangle():
 
 def test_section_of_a_slanted_triangle():
     points = np.array([(0.0, -1.0, 0.0), (2.0, 3.0, 4.0), (4.0, 1.0, 0.0)])
-    (segment,) = cut(points, np.array([[0, 1, 2]]))
-    assert sorted(map(tuple, segment)) == [(0.5, 1.0), (2.0, 0.0)]
-    assert len(cut(points + np.array([0.0, 5.0, 0.0]), np.array([[0, 1, 2]]))) == 0
+    (segment,), _ = cut(points, np.array([[0, 1, 2]]), MIDDLE)
+    assert sorted(map(tuple, segment)) == [(0.5, 0.0, 1.0), (2.0, 0.0, 0.0)]
+    assert len(cut(points + np.array([0.0, 5.0, 0.0]), np.array([[0, 1, 2]]), MIDDLE)[0]) == 0
 
 
 def test_obstacle_outline_follows_radii_degree_and_rotation():
@@ -161,6 +164,6 @@ def test_obstacle_outline_follows_radii_degree_and_rotation():
     body_x, body_z = 1.5 * 0.1, 0.5 * 0.3
     x = 1.0 + cosine * body_x + sine * body_z
     z = 2.0 - sine * body_x + cosine * body_z
-    assert outline(obstacle, np.array([x]), np.array([z]))[0] == pytest.approx(1.5**4 + 0.5**4 - 1.0)
+    assert outline(obstacle, np.array([[x, 0.0, z]]))[0] == pytest.approx(1.5**4 + 0.5**4 - 1.0)
     end = turned @ [0.0, 0.0, 0.3]
-    assert outline(obstacle, 1.0 + end[:1], 2.0 + end[2:])[0] == pytest.approx(0.0, abs=1e-12)
+    assert outline(obstacle, np.array([[1.0, 0.0, 2.0]]) + end)[0] == pytest.approx(0.0, abs=1e-12)

@@ -200,16 +200,21 @@ def mean_acceleration(times: np.ndarray, velocity: np.ndarray) -> tuple[np.ndarr
 def assess(times: np.ndarray, velocity: np.ndarray) -> Injury:
     """Injury metrics of a body that moves at `velocity`: [m/s], (samples, 3), at times [s], (samples,). Raises
     InputError E-INJ-001 (no curve), E-INJ-003 (fewer than 10,000 samples per second)."""
-    middles, acceleration = mean_acceleration(times, velocity)
-    resultant = np.linalg.norm(channel_filter(middles, acceleration, HEAD_CLASS), axis=1)
+    return assess_acceleration(*mean_acceleration(times, velocity))
+
+
+def assess_acceleration(times: np.ndarray, acceleration: np.ndarray) -> Injury:
+    """Injury metrics of a body from its acceleration as a test measures it: [m/s^2], (samples, components), at times
+    [s], (samples,). Errors as `assess`."""
+    resultant = np.linalg.norm(channel_filter(times, acceleration, HEAD_CLASS), axis=1)
     highest = int(resultant.argmax())
     return Injury(
-        hic15=head_injury(middles, resultant, 0.015),
-        hic36=head_injury(middles, resultant, 0.036),
-        clip=clip(middles, resultant, contiguous=False),
-        contiguous_clip=clip(middles, resultant, contiguous=True),
+        hic15=head_injury(times, resultant, 0.015),
+        hic36=head_injury(times, resultant, 0.036),
+        clip=clip(times, resultant, contiguous=False),
+        contiguous_clip=clip(times, resultant, contiguous=True),
         peak=float(resultant[highest]),
-        peak_time=float(middles[highest]),
+        peak_time=float(times[highest]),
     )
 
 

@@ -6,7 +6,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from scipy.signal import filtfilt
 
 from billow.base.errors import InputError
 
@@ -79,6 +78,8 @@ def channel_filter(times: np.ndarray, curve: np.ndarray, channel_class: int) -> 
         raise SAMPLED_TOO_SLOWLY(
             rate=1.0 / interval, channel_class=channel_class, needed=SAMPLES_PER_CLASS * channel_class
         )
+    from scipy.signal import filtfilt  # half a second to load, for those who filter
+
     forward, backward = coefficients(channel_class, interval)
     padding = min(len(times) - 1, math.ceil(PADDING / (2.0775 * channel_class * interval) - 1e-6))
     return filtfilt(forward, backward, np.asarray(curve, float), axis=0, padtype="odd", padlen=padding)

@@ -171,10 +171,11 @@ def extent(points: np.ndarray) -> float:
 
 @dataclass
 class Frame:
-    """Fields of an output frame by name: at nodes and on triangles; (n,) or (n, 3) each."""
+    """Fields of an output frame by name: at nodes, on triangles, and on bars of straps; (n,) or (n, 3) each."""
 
     point: dict[str, np.ndarray] = field(default_factory=dict)
     cell: dict[str, np.ndarray] = field(default_factory=dict)
+    bar: dict[str, np.ndarray] = field(default_factory=dict)
 
 
 class Part:
@@ -199,7 +200,7 @@ class Part:
         """Its share of a row of the histories."""
         return iter(())
 
-    def frame(self, state) -> Frame:
+    def frame(self, state, moment: Moment) -> Frame:
         """Its share of an output frame."""
         return Frame()
 

@@ -9,7 +9,19 @@ from dataclasses import dataclass
 import numpy as np
 
 from billow.base.compiled import scalar
-from billow.parts.part import DAMPING, HYSTERESIS, STORED, Account, Booking, Loads, Moment, Owner, Part, Quantity
+from billow.parts.part import (
+    DAMPING,
+    HYSTERESIS,
+    STORED,
+    Account,
+    Booking,
+    Frame,
+    Loads,
+    Moment,
+    Owner,
+    Part,
+    Quantity,
+)
 
 STRAP = Account("strap", STORED, renewed=True)
 """Recoverable energy of the straps."""
@@ -45,6 +57,11 @@ class Straps(Part):
     def strap_count(self) -> int:
         return int(self.strap.max()) + 1 if len(self.strap) else 0
 
+    @staticmethod
+    def name(strap: int) -> str:
+        """What users call a strap, counted from 0."""
+        return f"strap_{strap + 1}"
+
     def start(self, bag) -> np.ndarray:
         """Bars that have never pulled, (bars, 6), the columns named above."""
         return np.zeros((len(self.bars), 6))
@@ -72,14 +89,18 @@ class Straps(Part):
 
     def owners(self) -> Iterator[Owner]:
         for k in range(self.strap_count):
-            yield Owner("strap", f"strap_{k + 1}", ("tension", "elongation"))
+            yield Owner("strap", self.name(k), ("tension", "elongation"))
 
     def quantities(self, bar: np.ndarray, moment: Moment) -> Iterator[Quantity]:
         tension, elongation = (np.bincount(self.strap, bar[:, column]) for column in (TENSION, ELONGATION))
         rows = zip(tension.tolist(), (elongation / np.bincount(self.strap)).tolist(), strict=True)
-        for k, (pull, longer) in enumerate(rows, 1):
-            yield Quantity(f"strap_{k}", "tension", "N", pull)
-            yield Quantity(f"strap_{k}", "elongation", "m", longer)
+        for k, (pull, longer) in enumerate(rows):
+            yield Quantity(self.name(k), "tension", "N", pull)
+            yield Quantity(self.name(k), "elongation", "m", longer)
+
+    def frame(self, bar: np.ndarray, moment: Moment) -> Frame:
+        """Tension of each bar [N]."""
+        return Frame(bar={"tension": bar[:, TENSION]} if len(self.bars) else {})
 
 
 NO_STRAPS = Straps(

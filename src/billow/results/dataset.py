@@ -17,6 +17,7 @@ from billow.base.input_file import read_text
 from billow.results.dataset_files import (
     NO_COMPLETED_RUN,
     DatasetRecord,
+    MeshParts,
     Parameter,
     mesh_sha256,
     read_dataset_file,
@@ -134,6 +135,12 @@ class Dataset:
         return self._first.reference
 
     triangles = property(attrgetter("_first.triangles"), doc="(triangles, 3) int64: nodes of each triangle.")
+
+    @property
+    def parts(self) -> MeshParts:
+        """Parts of the mesh, the same in every run. InputError E-RES-010 without any run."""
+        fabric = self._first.fabric
+        return MeshParts(fabric.part.astype(np.int64), tuple(fabric.part_names))
 
     def design(self, runs: Sequence[str]) -> np.ndarray:
         """(runs, parameters) float64: design values, in each parameter's unit, of missing runs too.

@@ -50,6 +50,14 @@ class Parameter:
 
 
 @dataclass(frozen=True)
+class MeshParts:
+    """Which part each triangle belongs to: (triangles,) int64, index into names."""
+
+    part: np.ndarray
+    names: tuple[str, ...]
+
+
+@dataclass(frozen=True)
 class DatasetRecord:
     """What dataset.toml holds. reference_length: [m]; times: [s], (times,)."""
 

@@ -46,6 +46,8 @@ NO_LOCKS = Concern.declare(
     remedy="give each command its own --out; ask the administrator for flock, or write to a local disk",
 )
 
+LONGEST_END = 20_000
+"""Bytes at the end of a file that may say who made it: PDF and MP4 say so there."""
 LOCK = "billow.lock"
 MARK = "Made by Billow.\n"
 _NO_LOCKS = (errno.ENOLCK, errno.EOPNOTSUPP, errno.ENOSYS, errno.EINVAL)
@@ -85,7 +87,8 @@ def owned(folder: str | Path, *known: str) -> Iterator[None]:
 def owned_file(path: str | Path, sign: bytes) -> Iterator[None]:
     """The same for a single file that is to be written: the lock lies beside it while the block lasts.
 
-    sign: what the beginning of a file of this kind holds if Billow made it; only such a file may be replaced.
+    sign: what a file of this kind holds near its beginning or its end if Billow made it; only such a file may be
+    replaced.
     """
     path = Path(path)
     lock = path.parent / f".{path.name}.lock"
@@ -93,7 +96,9 @@ def owned_file(path: str | Path, sign: bytes) -> Iterator[None]:
         if path.is_symlink() or not path.is_file():
             raise NOT_OURS(path=path, why="it is a link, a folder or a device")
         with open(path, "rb") as file:
-            if sign not in file.read(1000):
+            head = file.read(1000)
+            file.seek(max(0, path.stat().st_size - LONGEST_END))
+            if sign not in head and sign not in file.read(LONGEST_END):
                 raise NOT_OURS(path=path, why="it is no earlier output of this command, and would be replaced")
     handle = _locked(lock, path)
     try:

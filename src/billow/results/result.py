@@ -10,6 +10,7 @@ import numpy as np
 
 from billow.base.errors import IntegrityError
 from billow.base.toml_file import read_toml
+from billow.results.blocks import STRAPS, StrapsFile
 from billow.results.histories import Curves, History, read_histories
 from billow.results.run_file import COPY_AGAIN, read_run_file
 from billow.results.vtkhdf import FabricFile
@@ -61,6 +62,12 @@ class Result:
     times = property(attrgetter("fabric.times"), doc="[s], (times,) float64: times of the frames.")
     reference = property(attrgetter("fabric.reference"), doc="[m], (nodes, 3) float32: the start shape.")
     triangles = property(attrgetter("fabric.triangles"), doc="(triangles, 3) int64: nodes of each triangle.")
+
+    @cached_property
+    def straps(self) -> StrapsFile | None:
+        """The bars of the straps in every frame; None if there are none, or the run was made before they were kept."""
+        path = self.folder / STRAPS
+        return StrapsFile(path) if STRAPS in self.record["files"] else None
 
     @cached_property
     def displacement(self) -> np.ndarray:

@@ -29,11 +29,12 @@ UNREADABLE_MESH = IntegrityError.declare(
 LARGEST_FRAMES = 1_000_000_000_000
 """Bytes of the frames of a run, which are read one by one."""
 UNITS = {
-    "Points": "m", "part": "-",
+    "Points": "m", "part": "-", "strap": "-", "obstacle": "-",
     "displacement": "m", "velocity": "m/s", "contact_force": "N", "plate_force": "N",
+    "stretch": "-", "strain_warp": "-", "strain_weft": "-", "stress": "Pa",
     "gauge_pressure": "Pa", "gas_temperature": "K", "gas_density": "kg/m^3", "gas_velocity": "m/s",
-    "pressure": "Pa", "temperature": "K", "density": "kg/m^3", "particles": "-",
-    "internal_energy": "J", "species": "-", "chamber": "-",
+    "tension": "N", "pressure": "Pa", "temperature": "K", "density": "kg/m^3", "particles": "-",
+    "half_width": "m", "internal_energy": "J", "species": "-", "chamber": "-",
 }  # fmt: skip
 """Unit of each field of the frames, kept beside it as the attribute `units`; what they mean: docs/histories.md."""
 
@@ -49,11 +50,15 @@ class GridWriter:
     FileExistsError if `path` exists; OSError as soon as the disk refuses something.
     """
 
+    block = 0
+    """Place of the file among the blocks of a scene."""
+
     def __init__(self, path: str | Path):
         self._disk = PatientFile(path)
         self._file = h5py.File(self._disk, "w")
         self._grid = self._file.create_group("VTKHDF")
         self._grid.attrs["Version"] = np.array(VERSION, dtype=np.int64)
+        self._grid.attrs["Index"] = np.int64(self.block)
         self._grid.attrs.create("Type", np.bytes_("UnstructuredGrid"))  # readers insist on a fixed-length string
         self._times: list[float] = []
 
@@ -89,7 +94,7 @@ class GridWriter:
 
         begins: name of points, cells or a field, such as "Point" or "CellData/part" -> (times,) int.
         """
-        steps = self._grid.create_group("Steps")
+        steps = self._grid.require_group("Steps")
         steps.attrs["NSteps"] = np.int64(len(self._times))
         steps["Values"] = np.array(self._times, dtype=np.float64)
         steps["NumberOfParts"] = np.ones(len(self._times), dtype=np.int64)
@@ -100,6 +105,14 @@ class GridWriter:
             steps[f"{kind}Offsets{slash}{field}"] = np.asarray(begin, dtype=np.int64).reshape(shape)
         self._file.close()
         self._disk.publish()
+
+
+def write_names(grid: h5py.Group, name: str, names: Sequence[str], frames: int) -> None:
+    """Write names, which readers show beside every frame: VTK's field data, in ASCII as it wants them."""
+    plain = [text.encode("ascii", "backslashreplace").decode() for text in names]
+    grid.create_dataset(f"FieldData/{name}", data=plain, dtype=h5py.string_dtype("ascii"))
+    grid[f"Steps/FieldDataOffsets/{name}"] = np.zeros(frames, dtype=np.int64)
+    grid[f"Steps/FieldDataSizes/{name}"] = np.tile(np.array([1, len(plain)], dtype=np.int64), (frames, 1))
 
 
 class FabricWriter(GridWriter):
@@ -136,6 +149,7 @@ class FabricWriter(GridWriter):
         self._grid["CellData/part"] = part.astype(np.int32)
         self._grid["CellData/part"].attrs["units"] = UNITS["part"]
         self._block: dict[str, list[np.ndarray]] = {}
+        self._part_names = tuple(part_names)
         self._file["billow/start_points"] = points.astype(np.float32)
         self._file["billow"].create_dataset("part_names", data=list(part_names), dtype=h5py.string_dtype())
 
@@ -163,6 +177,7 @@ class FabricWriter(GridWriter):
     def close(self) -> None:
         """Write what is left and where each frame begins, and close the file."""
         self._write_block()
+        write_names(self._grid, "part_names", self._part_names, len(self._times))
         frame = np.arange(len(self._times))
         fields = {name: self._rows(name) * frame for name in self._sizes if name != "Points"}
         point = self._nodes * frame
@@ -208,7 +223,7 @@ class FabricFile:
 
     def __init__(self, path: str | Path):
         self.path = Path(path)
-        with self._open() as file:
+        with self.opened(self.path) as file:
             grid = file["VTKHDF"]
             if grid.attrs["Type"] != b"UnstructuredGrid" or grid.attrs["Version"][0] != VERSION[0]:
                 raise KeyError(f"VTKHDF {grid.attrs['Type']} {grid.attrs['Version']}")
@@ -232,7 +247,7 @@ class FabricFile:
         """[m], (nodes, 3) float32: where the nodes are in frame `step`; -1 is the last."""
         nodes = len(self.reference)
         start = range(self._frames)[step] * nodes
-        with self._open() as file:
+        with self.opened(self.path) as file:
             return take(file["VTKHDF/Points"], start, nodes, (3,))
 
     def point_data(self, name: str) -> np.ndarray:
@@ -243,17 +258,26 @@ class FabricFile:
         """(times, triangles) or (times, triangles, 3) float32."""
         return self._field(f"CellData/{name}", len(self.triangles))
 
+    def unit(self, name: str) -> str:
+        """Unit of a field; of one that does not say it, as this version writes it."""
+        with self.opened(self.path) as file:
+            grid = file["VTKHDF"]
+            place = next(f"{kind}Data/{name}" for kind in ("Point", "Cell") if f"{kind}Data/{name}" in grid)
+            return str(grid[place].attrs.get("units", UNITS.get(name, "-")))
+
     def _field(self, name: str, count: int) -> np.ndarray:
-        with self._open() as file:
+        with self.opened(self.path) as file:
             dataset = file[f"VTKHDF/{name}"]
             values = take(dataset, 0, self._frames * count, None)
             return values.reshape(self._frames, count, *dataset.shape[1:])
 
+    @staticmethod
     @contextmanager
-    def _open(self) -> Iterator[h5py.File]:
+    def opened(path: Path) -> Iterator[h5py.File]:
+        """A file of frames, to read. IntegrityError E-RES-007 for whatever goes wrong in the block."""
         try:
-            require_file(self.path, LARGEST_FRAMES)
-            with h5py.File(self.path, "r") as file:
+            require_file(path, LARGEST_FRAMES)
+            with h5py.File(path, "r") as file:
                 yield file
         except (KeyError, OSError, ValueError, IndexError, TypeError, AttributeError, RuntimeError) as error:
-            raise UNREADABLE_MESH(path=self.path, why=error.args[0] if error.args else error) from error
+            raise UNREADABLE_MESH(path=path, why=error.args[0] if error.args else error) from error

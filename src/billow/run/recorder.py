@@ -20,7 +20,7 @@ from billow.base.quality import Criterion, criterion, overall
 from billow.parts.part import LOST, MOTION, STORED, Quantity
 from billow.results import journal as journals
 from billow.results.atomic import write_atomically
-from billow.results.frame_files import write_frames
+from billow.results.frame_files import Lines, write_frames
 from billow.results.histories import History, columns, values, write_histories
 from billow.results.journal import Journal
 from billow.results.machine import machine
@@ -148,8 +148,9 @@ class RunRecorder(Recorder):
         }
         arrays = {"time": np.array([state.time]), "positions": state.positions} | named("point", point)
         for name, part in model.parts:
-            frame = part.frame(state.of(name))
-            arrays |= named("point", frame.point, np.float32) | named("cell", frame.cell, np.float32)
+            frame = part.frame(state.of(name), state.moment)
+            for kind in ("point", "cell", "bar"):
+                arrays |= named(kind, getattr(frame, kind), np.float32)
         if self.told.gas_frames:
             arrays |= named("cloud", model.gas.boxes(state.gas), np.float32)
         self.journal.frame(arrays)
@@ -180,9 +181,13 @@ class RunRecorder(Recorder):
         """Write result files from the journal, and the run's record with its verdict."""
         self.journal.sync()
         self.journal.close()
-        write_frames(self.folder, self.folder / JOURNAL, self.model.start, self.model.surface)
         history = journals.read_history(self.folder / JOURNAL)
         write_histories(self.folder / "histories.csv", history)
+        obstacles = [shape for body in self.model.bodies.bodies for shape in body.describe()]
+        straps = self.model.straps
+        names = tuple(straps.name(k) for k in range(straps.strap_count))
+        lines, journal = Lines(straps.bars, straps.strap, names), self.folder / JOURNAL
+        write_frames(self.folder, journal, self.model.start, self.model.surface, lines, obstacles, history)
         books, criteria = judge(self.model, self.state, history, self.told.schedule.end, len(self.told.concerns))
         self.say(
             f"{status}: mass error {books['gas_mass_error']:.1e}, gas energy error {books['gas_energy_error']:.1e}, "
@@ -214,7 +219,7 @@ class RunRecorder(Recorder):
                 "quality": {"verdict": overall(criteria), "criteria": [c.record() for c in criteria]},
                 "assumptions": list(self.told.assumptions),
                 "warnings": [asdict(concern) for concern in self.told.concerns],
-                "obstacles": [shape for body in self.model.bodies.bodies for shape in body.describe()],
+                "obstacles": obstacles,
                 "environment": environment(),
             },
             without=needed_no_more,

@@ -6,15 +6,15 @@ import itertools
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter, PercentFormatter
 
 from billow.apps.converge.measures import Convergence, millisecond_means
 from billow.base.plot_style import GREY, png, styled
+from billow.pictures.section_figure import draw_bag
 from billow.results.histories import History
 from billow.results.result import Result
-from billow.rom.judge.figures import cut
+from billow.rom.judge.figures import MIDDLE
 
 LINES = ("#0072b2", "#d55e00", "#0f9d76", "#8e5ea2", "#b8860b", "#4f5b66", "#c2185b")  # one for each quantity
 FEW, MANY = np.array([0.61, 0.79, 0.91]), np.array([0.02, 0.15, 0.25])  # colours of few and of many particles
@@ -75,13 +75,13 @@ def draw_shapes(runs: Mapping[int, Sequence[Result]]) -> bytes:
     with styled():
         figure = Figure(figsize=(9.2, 0.4 + 2.1 * -(-len(runs) // 2)), layout="constrained")
         grid = figure.subplots(-(-len(runs) // 2), 2, squeeze=False)
-        best = [cut(r.fabric.points(-1), r.triangles) for r in runs[max(runs)]]
+        best = runs[max(runs)]
         for axes, (count, results) in zip(np.ravel(grid), runs.items(), strict=False):
-            for segments in best:
-                axes.add_collection(LineCollection(segments * MILLI, colors=GREY, lw=0.7))
+            for result in best:
+                draw_bag(axes, MIDDLE, result.fabric.points(-1), result.triangles, colors=GREY, linewidths=0.7)
             for result in results:
-                segments = cut(result.fabric.points(-1), result.triangles)
-                axes.add_collection(LineCollection(segments * MILLI, colors=LINES[0], lw=1.0, alpha=0.8))
+                points = result.fabric.points(-1)
+                draw_bag(axes, MIDDLE, points, result.triangles, colors=LINES[0], linewidths=1.0, alpha=0.8)
             axes.autoscale()
             axes.set(title=f"{count:,} particles", aspect="equal", xlabel="x [mm]", ylabel="z [mm]")
         for axes in np.ravel(grid)[len(runs) :]:

@@ -235,7 +235,7 @@ class Bodies(Part):
             yield Quantity(body.name, "contact", "J", stored)
             yield Quantity(body.name, "penetration", "m", deepest)
 
-    def frame(self, state: BodiesState) -> Frame:
+    def frame(self, state: BodiesState, moment: Moment) -> Frame:
         """Contact forces [N] on the nodes: of impactors, and of plates, which have no end."""
         of_impactors, of_plates = (np.zeros((len(self.area), 3)) for _ in range(2))
         for k, force in zip(self.owner, state.contact.force, strict=True):

@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from billow.geometry.assembly import COLUMNS, Corners
 from billow.parts.fabric.membrane import ENERGY, Membrane
 
 NUDGE = 1e-4
@@ -58,10 +57,7 @@ def strain_energy(
     total = 0.0
     at_rest = np.zeros_like(positions)
     for membrane, history in zip(membranes, histories, strict=True):
-        sums = membrane.sums(1 + int(max(membrane.behind.max(), membrane.ahead.max())))
-        corners = Corners.apart(triangles[membrane.elements])
-        loads = np.empty((corners.entry.size, COLUMNS))
-        membrane.fabric.add_forces(membrane, corners, positions, at_rest, history.copy(), loads, sums)
+        _, sums = membrane.by_itself(triangles, positions, at_rest, history)
         total += float(sums[:, ENERGY].sum())
     return total
 

@@ -13,12 +13,13 @@ from billow.base.compiled import scalar
 from billow.base.errors import Concern, NumericalStop
 from billow.base.plausible import is_usual
 from billow.base.quality import SMALLER_STEPS, Criterion, criterion
-from billow.geometry.assembly import COLUMNS, Assembly, Corners
+from billow.geometry.assembly import Assembly
 from billow.geometry.surface import Surface, area_vectors
 from billow.geometry.triangle import double_area_vector
 from billow.geometry.triangulation import sorted_edges
 from billow.parts.fabric.birth import Birth
 from billow.parts.fabric.block import VOLUMES
+from billow.parts.fabric.frame_fields import fabric_fields
 from billow.parts.fabric.membrane import SQUARED_RATE, STRETCH, Membrane, odd_speed
 from billow.parts.part import (
     DAMPING,
@@ -27,6 +28,7 @@ from billow.parts.part import (
     WHOLE_MODEL,
     Account,
     Booking,
+    Frame,
     Loads,
     Moment,
     Owner,
@@ -159,10 +161,7 @@ class Fabric(Part):
         stretched start shape; positions [m] and velocities [m/s]: (nodes, 3). Its history stays as it is."""
         forces = np.zeros((self.surface.triangle_count, 3, 3))
         for membrane, history in zip(self.membranes, state.history, strict=True):
-            corners = Corners.apart(self.surface.triangles[membrane.elements])
-            loads, sums = np.empty((corners.entry.size, COLUMNS)), membrane.sums(self.surface.chambers.count)
-            membrane.fabric.add_forces(membrane, corners, positions, velocities, history.copy(), loads, sums)
-            forces[membrane.elements] = loads[:, :3].reshape(-1, 3, 3)
+            forces[membrane.elements], _ = membrane.by_itself(self.surface.triangles, positions, velocities, history)
         return forces
 
     def _reference(
@@ -192,6 +191,14 @@ class Fabric(Part):
     def quantities(self, state: FabricState, moment: Moment) -> Iterator[Quantity]:
         yield Quantity("", "largest_stretch", "-", state.largest_stretch)
         yield Quantity("", "shooting_nodes", "-", float(self.shooting_nodes(moment)))
+
+    def frame(self, state: FabricState, moment: Moment) -> Frame:
+        """Stretch, strain along the yarns and stress, as `fabric_fields`."""
+        membranes = self.membranes
+        if self.birth is not None:
+            membranes = self.birth.membranes(membranes, self.birth.fraction(moment.time))
+        places = self.surface.triangles, moment.positions, moment.velocities
+        return Frame(cell=fabric_fields(membranes, state.history, *places))
 
     def shooting_nodes(self, moment: Moment) -> int:
         """Number of nodes that travel more than half the smallest altitude in one step."""
@@ -286,8 +293,7 @@ def _measure_holes(which, positions, behind, ahead, node, corner, first, loads_o
 def worst_stretch(membrane: Membrane, triangles: np.ndarray, positions: np.ndarray) -> tuple[int, float]:
     """The element of a membrane, counted from 0, that is stretched most, and its principal stretch [-]; positions: [m],
     (nodes, 3)."""
-    c1, c2, c12 = membrane.cauchy_green(triangles, positions)
-    stretch = np.sqrt(0.5 * (c1 + c2) + np.sqrt((0.5 * (c1 - c2)) ** 2 + c12**2))
+    stretch = membrane.stretch(triangles, positions)
     return int(stretch.argmax()), float(stretch.max())
 
 

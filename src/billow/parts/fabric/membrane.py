@@ -14,7 +14,7 @@ import numpy as np
 from billow.base.compiled import CHUNK
 from billow.base.errors import Concern, InputError
 from billow.base.plausible import is_usual
-from billow.geometry.assembly import Corners
+from billow.geometry.assembly import COLUMNS, Corners
 from billow.geometry.chambers import Chambers
 from billow.parts.fabric.block import BLOCK, CONSTANTS, D11, D12, D21, D22, MU, RATE, VOLUMES, V
 from billow.parts.part import Setting
@@ -190,6 +190,18 @@ class Membrane:
         """What the kernels of all laws read. positions [m] and velocities [m/s]: (nodes, 3)."""
         return self._constants, self.behind, self.ahead, positions, velocities
 
+    def by_itself(
+        self, triangles: np.ndarray, positions: np.ndarray, velocities: np.ndarray, history: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Forces on the corners of each element [N], (n, 3, 3), and sums as `FabricLaw.add_forces` makes them; the
+        history stays as it is. triangles: of the surface, (triangles, 3); positions [m], velocities [m/s]: (nodes, 3).
+        """
+        corners = Corners.apart(triangles[self.elements])
+        chambers = 1 + int(max(self.behind.max(initial=0), self.ahead.max(initial=0)))
+        loads, sums = np.empty((corners.entry.size, COLUMNS)), self.sums(chambers)
+        self.fabric.add_forces(self, corners, positions, velocities, history.copy(), loads, sums)
+        return loads[:, :3].reshape(-1, 3, 3), sums
+
     def sums(self, chambers: int = 1) -> np.ndarray:
         """Room for what the law sums up: (chunks, VOLUMES + 1 + chambers)."""
         return np.empty((-(-len(self.elements) // CHUNK), VOLUMES + 1 + chambers))
@@ -205,6 +217,11 @@ class Membrane:
         d = self.reference_inverse[:, :, None]
         f1, f2 = u * d[0] + w * d[2], u * d[1] + w * d[3]
         return tuple(np.einsum("ij,ij->i", a, b) for a, b in ((f1, f1), (f2, f2), (f1, f2)))
+
+    def stretch(self, triangles: np.ndarray, positions: np.ndarray) -> np.ndarray:
+        """Largest principal stretch [-], (n,), at positions [m] (nodes, 3)."""
+        c1, c2, c12 = self.cauchy_green(triangles, positions)
+        return np.sqrt(0.5 * (c1 + c2) + np.sqrt((0.5 * (c1 - c2)) ** 2 + c12**2))
 
     @property
     def crossing_time(self) -> float:

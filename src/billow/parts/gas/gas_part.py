@@ -172,7 +172,7 @@ class GasPart(Part):
         view = self.model.view()
         return view.points(gas.content) if view else {}
 
-    def frame(self, gas: GasState) -> Frame:
+    def frame(self, gas: GasState, moment: Moment) -> Frame:
         return Frame(cell=self.model.fields(gas.content))
 
     def guard(self, gas: GasState, moment: Moment) -> None:

@@ -6,16 +6,15 @@ import io
 from collections.abc import Callable
 
 import numpy as np
-from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import FixedLocator, MaxNLocator, NullFormatter, ScalarFormatter
 
 from billow.base.plot_style import GREY, INK, styled
-from billow.geometry.shapes.kinds import from_description
-from billow.geometry.shapes.pose import rotation_matrix
-from billow.results.result import Result
+from billow.pictures.scene import Plane
+from billow.pictures.section_figure import draw_bag, draw_obstacles, window_of
+from billow.results.obstacles import has_end, obstacles_at
 from billow.rom.judge.errors import ErrorsByModes
 from billow.rom.judge.evaluate import Evaluation
 from billow.rom.judge.timing import break_even
@@ -23,10 +22,12 @@ from billow.rom.learn.dataset import Dataset
 from billow.rom.learn.simple_answers import MEAN_TRAJECTORY
 from billow.rom.surrogate.basis import COMPONENTS, Z
 
-SOLVER, SURROGATE, OBSTACLE = "#22303c", "#0f9d76", "#c9d2d9"
+SOLVER, SURROGATE = "#22303c", "#0f9d76"
 AXES = ("#0072b2", "#d55e00", "#0f9d76")  # x, y, z: distinguishable with any colour vision
 SIZES = ("#8fc1e3", "#2f86c1", "#0a3d62", "#04121f")  # from few runs to many
 MILLI = 1e3
+MIDDLE = Plane(np.array([0.0, 1.0, 0.0]), 0.0)
+"""The plane y = 0 of sections."""
 
 
 def draw(picture: Callable[..., Figure], *arguments) -> bytes:
@@ -128,22 +129,16 @@ def cross_sections(evaluation: Evaluation, dataset: Dataset, run: str) -> Figure
     predicted = surrogate.predict(evaluation.design[index])
     count = len(times)
     chosen = np.unique(np.linspace(count / 6, count, 6).round().astype(int) - 1)
-    reached = (surrogate.reference + truth[chosen]).reshape(-1, 3) * MILLI
-    margin = 0.08 * np.ptp(reached[:, 0])
-    window = np.array([(reached[:, k].min() - margin, reached[:, k].max() + margin) for k in (0, 2)])
+    window = window_of(MIDDLE, [surrogate.reference + truth[step] for step in chosen])
     rows = -(-len(chosen) // 3)
     height = rows * (8.8 / 3 * np.ptp(window[1]) / np.ptp(window[0]) + 0.35) + 0.7
     figure, panels = new_figure(8.8, height, min(len(chosen), 3) * rows, rows=rows, sharex=True, sharey=True)
     result = dataset.result(run)
-    x, z = np.meshgrid(*(np.linspace(*limits, 300) for limits in window))
     for axes, step in zip(np.ravel(panels), chosen, strict=False):
-        for obstacle in obstacles_at(result, times[step]):
-            level = outline(obstacle, x / MILLI, z / MILLI)
-            if level.min() < 0.0:
-                axes.contourf(x, z, level, levels=[-1.0, 0.0], colors=[OBSTACLE])
+        draw_obstacles(axes, MIDDLE, [o for o in obstacles_at(result, times[step]) if has_end(o)], window)
         for displacement, colour, width in ((truth, SOLVER, 2.6), (predicted, SURROGATE, 1.2)):
-            segments = cut(surrogate.reference + displacement[step], surrogate.triangles) * MILLI
-            axes.add_collection(LineCollection(segments, colors=colour, linewidths=width, capstyle="round"))
+            points = surrogate.reference + displacement[step]
+            draw_bag(axes, MIDDLE, points, surrogate.triangles, colors=colour, linewidths=width)
         error = evaluation.errors["surrogate"][index, step, Z]
         axes.set_title(f"{times[step] * MILLI:.1f} ms    RMSE z {error * MILLI:.1f} mm", fontsize=9)
         axes.set(aspect="equal", xlim=window[0], ylim=window[1])
@@ -212,48 +207,3 @@ def plain_log(axis, limits) -> None:
     axis.set_major_locator(FixedLocator([t for t in ticks if limits[0] <= t <= limits[1]]))
     axis.set_major_formatter(ScalarFormatter())
     axis.set_minor_formatter(NullFormatter())
-
-
-def cut(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """Where the plane y = 0 cuts a triangle mesh: [m], (segments, 2 ends, 2) as x and z.
-
-    points: [m], (nodes, 3); triangles: (triangles, 3) int
-    A node exactly on the plane counts as above it, so every cut triangle gives one segment, none is given twice, and
-    a closed surface gives closed loops.
-    """
-    above = points[:, 1] >= 0.0
-    side = above[triangles]
-    crossed = triangles[side.any(axis=1) & ~side.all(axis=1)]
-    edges = np.stack([crossed, np.roll(crossed, -1, axis=1)], axis=2)  # (triangles, 3 edges, 2 ends)
-    ends = edges[above[edges[..., 0]] != above[edges[..., 1]]]  # two edges of each triangle, in order
-    start, stop = points[ends[:, 0]].astype(float), points[ends[:, 1]].astype(float)
-    part = (start[:, 1] / (start[:, 1] - stop[:, 1]))[:, None]
-    return (start + part * (stop - start))[:, [0, 2]].reshape(-1, 2, 2)
-
-
-def outline(obstacle: dict, x: np.ndarray, z: np.ndarray) -> np.ndarray:
-    """The function whose zero line is an obstacle's outline in the plane y = 0: [-], negative inside, shape of x and z.
-    obstacle: as run.json describes it, a shape with "center" [m] (3,) and "rotation" (3, 3) from body to space."""
-    space = np.stack([x, np.zeros_like(x), z], axis=-1) - np.asarray(obstacle["center"], float)
-    return from_description(obstacle).level(space @ np.asarray(obstacle["rotation"], float))
-
-
-def obstacles_at(result: Result, time: float) -> list[dict]:
-    """The obstacles with an end, all but plates, of a finished run at a time [s], as `outline` takes them.
-
-    The place of a locked one is in the run's record, that of a free one in its histories (nearest time). One whose
-    place is not recorded is left out.
-    """
-    found = []
-    for obstacle in result.record.get("obstacles", []):
-        if not np.isfinite(from_description(obstacle).bound):
-            continue
-        if obstacle.get("locked", True):
-            found.append(obstacle)
-            continue
-        body = result.histories.of(obstacle["name"])
-        if "quaternion" in body:
-            row = int(np.abs(result.histories.time - time).argmin())
-            rotation = rotation_matrix(body.quaternion[row])
-            found.append(obstacle | {"center": body.centre[row].tolist(), "rotation": rotation.tolist()})
-    return found

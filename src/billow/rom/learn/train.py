@@ -194,6 +194,7 @@ def train_networks(
         times=times,
         reference=np.array(dataset.reference, np.float32),
         triangles=np.array(dataset.triangles, np.int64),
+        parts=getattr(dataset, "parts", None),
         bases=reduction.bases,
         regression=Regression(recipe.networks, weights, biases, inputs, outputs),
         forces=model,

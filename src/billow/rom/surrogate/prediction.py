@@ -10,6 +10,7 @@ import numpy as np
 
 from billow.base.errors import InputError
 from billow.results.atomic import write_atomically
+from billow.results.dataset_files import MeshParts
 from billow.results.vtkhdf import FabricWriter
 from billow.rom.surrogate.basis import by_axis
 from billow.rom.surrogate.design_space import Standing
@@ -129,8 +130,8 @@ def describe_judgement(judgement: Judgement | None, command: str) -> str:
 
 def _write(surrogate, displacement, widths, out: Path) -> None:
     start = surrogate.reference.astype(float)
-    part = np.zeros(len(surrogate.triangles), dtype=np.int32)
-    with FabricWriter(out, start, surrogate.triangles, part, ["fabric"]) as frames:
+    parts = surrogate.parts or MeshParts(np.zeros(len(surrogate.triangles), np.int64), ("fabric",))
+    with FabricWriter(out, start, surrogate.triangles, parts.part, parts.names) as frames:
         for step, (time, moved) in enumerate(zip(surrogate.times, displacement, strict=True)):
             half_width = {} if widths is None else {"half_width": widths[step]}
             frames.append(float(time), start + moved, {"displacement": moved, **half_width}, {})

@@ -11,7 +11,7 @@ import numpy as np
 
 from billow.base.blas_threads import one_blas_thread
 from billow.base.errors import InputError
-from billow.results.dataset_files import Parameter
+from billow.results.dataset_files import MeshParts, Parameter
 from billow.results.tensor_file import write_tensors
 from billow.rom.surrogate.basis import Basis
 from billow.rom.surrogate.design_space import (
@@ -66,6 +66,7 @@ class Surrogate:
     judgement: how it did on runs it had not seen; None if nobody looked. If it lost there, it does not answer until
         `despite_verdict` is called: every method that answers raises InputError E-ROM-023.
     insisted: True after `despite_verdict`; not saved
+    parts: of the mesh, for whoever looks at answers; None if they are not known
     """
 
     title: str
@@ -81,6 +82,7 @@ class Surrogate:
     intervals: Intervals | None = None
     judgement: Judgement | None = None
     insisted: bool = False
+    parts: MeshParts | None = None
 
     @classmethod
     def load(cls, path: str | Path) -> Surrogate:

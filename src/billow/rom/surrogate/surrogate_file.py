@@ -11,7 +11,7 @@ import numpy as np
 from billow import __version__
 from billow.base.errors import InputError, IntegrityError
 from billow.base.input_file import require_file
-from billow.results.dataset_files import parameter_of
+from billow.results.dataset_files import MeshParts, parameter_of
 from billow.results.tensor_file import read_tensors
 from billow.rom.surrogate.basis import Basis
 from billow.rom.surrogate.design_space import bounds, has_range
@@ -62,6 +62,8 @@ def surrogate_content(surrogate) -> tuple[dict[str, np.ndarray], dict]:
         tensors["designs"] = surrogate.designs
     if surrogate.intervals is not None:
         tensors |= {f"intervals.{name}": array for name, array in vars(surrogate.intervals).items()}
+    if surrogate.parts is not None:
+        tensors["part"] = surrogate.parts.part
     record = {
         "format": FORMAT,
         "title": surrogate.title,
@@ -69,6 +71,7 @@ def surrogate_content(surrogate) -> tuple[dict[str, np.ndarray], dict]:
         "parameters": [asdict(parameter) for parameter in surrogate.parameters],
         "training": surrogate.training,
         "judgement": surrogate.judgement and surrogate.judgement.record(),
+        "part_names": None if surrogate.parts is None else list(surrogate.parts.names),
     }
     return tensors, record
 
@@ -154,6 +157,7 @@ def surrogate_fields(tensors: dict[str, np.ndarray], record: dict) -> dict:
         "forces": forces,
         "designs": take(tensors, "designs", np.float64, None, len(parameters)) if "designs" in tensors else None,
         "intervals": _intervals(tensors, len(times), len(reference)),
+        "parts": _parts(tensors, record.get("part_names"), len(triangles)),
         "judgement": judgement_of(record.get("judgement")),  # none in files of Billow before it judged
     }
 
@@ -188,6 +192,17 @@ def _intervals(tensors, times, nodes) -> Intervals | None:
     if not all((part >= 0.0).all() for part in parts):
         raise ValueError("an interval has a negative width")
     return Intervals(levels, *parts)
+
+
+def _parts(tensors, names: object, triangles: int) -> MeshParts | None:
+    if "part" not in tensors:  # a file of Billow before it kept them
+        return None
+    part = take(tensors, "part", np.int64, triangles)
+    if not isinstance(names, list) or not all(isinstance(name, str) and name.isprintable() for name in names):
+        raise ValueError("the names of its parts are no texts in one line")
+    if not 0 <= part.min() <= part.max() < len(names):
+        raise ValueError("a triangle belongs to a part that does not exist")
+    return MeshParts(part, tuple(names))
 
 
 def _forces(tensors, nodes) -> ForceInputs | None:
