@@ -18,17 +18,22 @@ from billow.base.compiled import CHUNK, kernel, scalar, team
 MOST_CELLS = 1 << 19
 """Largest number of cells (2 MB of offsets); a wider scene gets larger cells."""
 
-CELL_IN_EDGES, MARGIN_IN_CELLS = 0.8, 0.5
-"""Edge of a cell in mean triangle edges, and margin in cells (measured: benchmarks/particles.py)."""
-
-FINE_CELL_IN_EDGES, FINE_MARGIN_IN_CELLS = 0.6, 0.35
-"""The same of a fine grid: for paths that meet triangles wherever they go, and move them little."""
-
 MOST_CLEAR = 7
 """Most empty cells around a cell that are counted: further than a flight goes in a step."""
 
 SPENT = 0.5
 """Part of the margin that node motion may use up before the lists are rebuilt."""
+
+
+class Fineness(NamedTuple):
+    """cell_in_edges: edge of a cell in mean triangle edges. margin_in_cells: margin in cells."""
+
+    cell_in_edges: float
+    margin_in_cells: float
+
+
+FINE, USUAL, COARSE = Fineness(0.6, 0.35), Fineness(0.8, 0.5), Fineness(1.25, 0.4)
+"""Measured: benchmarks/particles.py and docs/theory.md, Flight."""
 
 
 class SearchGrid(NamedTuple):
@@ -53,19 +58,17 @@ class SearchGrid(NamedTuple):
 
     @classmethod
     def build(
-        cls, triangles: np.ndarray, start: np.ndarray, end: np.ndarray, least_margin: float = 0.0, fine: bool = False
-    ) -> SearchGrid:
+        cls, triangles: np.ndarray, start: np.ndarray, end: np.ndarray, least_margin: float = 0.0,
+        fineness: Fineness = USUAL,
+    ) -> SearchGrid:  # fmt: skip
         """Lists for triangles (n, 3) that move from `start` to `end` [m], (nodes, 3); least_margin: [m]."""
-        cell_in_edges, margin_in_cells = CELL_IN_EDGES, MARGIN_IN_CELLS
-        if fine:
-            cell_in_edges, margin_in_cells = FINE_CELL_IN_EDGES, FINE_MARGIN_IN_CELLS
         sides = end.take(triangles[:, 1], axis=0) - end.take(triangles[:, 0], axis=0)
         edge = math.sqrt(float(np.mean(np.sum(sides**2, axis=1))))
         (low, high), (low_end, high_end) = box_around(start), box_around(end)
         low, high = np.minimum(low, low_end), np.maximum(high, high_end)
-        cell = cell_in_edges * edge
+        cell = fineness.cell_in_edges * edge
         while True:
-            margin = max(margin_in_cells * cell, least_margin)
+            margin = max(fineness.margin_in_cells * cell, least_margin)
             counts = np.ceil((high - low + 2.0 * margin) / cell).astype(np.int64) + 1
             if np.prod(counts.astype(float)) <= MOST_CELLS:
                 break
@@ -78,12 +81,14 @@ class SearchGrid(NamedTuple):
         first, listed = cell_lists(spans, counts)
         return cls(origin, cell, counts, first, listed, cells_to_lists(first, counts), margin, end.copy(), margin)
 
-    def follow(self, triangles: np.ndarray, start: np.ndarray, end: np.ndarray, fine: bool = False) -> SearchGrid:
-        """The grid for a step from `start` to `end`: with the same lists if they are still valid, else a new one, which
-        may be fine."""
+    def follow(
+        self, triangles: np.ndarray, start: np.ndarray, end: np.ndarray, fineness: Fineness = USUAL
+    ) -> SearchGrid:
+        """The grid for a step from `start` to `end`: with the same lists if they are still valid, else a new one of the
+        given fineness."""
         spent = largest_move(self.built_at, end)
         if spent > SPENT * self.margin:
-            return SearchGrid.build(triangles, start, end, fine=fine)
+            return SearchGrid.build(triangles, start, end, fineness=fineness)
         return self._replace(reach=self.margin - spent)
 
     def cells_of(self, position: np.ndarray) -> np.ndarray:

@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 
 from billow.geometry.chambers import Chambers
-from billow.geometry.search_grid import SearchGrid
+from billow.geometry.search_grid import USUAL, SearchGrid
 from billow.parts.gas.corpuscular.flight import Flock, Motion, WallResponse, fly
 from billow.parts.gas.corpuscular.impact_bank import Hits, ImpactBank
 from billow.parts.gas.corpuscular.inside_points import Enclosure
@@ -69,7 +69,7 @@ def flock_of(position, velocity, chamber=0):
 class Scene:
     """Particles inside moving walls; `advance` flies one step to the nodes' new places."""
 
-    def __init__(self, triangles, positions, flock, behind=None, ahead=None, pass_probability=None):
+    def __init__(self, triangles, positions, flock, behind=None, ahead=None, pass_probability=None, fineness=USUAL):
         n = len(triangles)
         self.triangles, self.positions, self.flock = triangles, np.array(positions, dtype=float), flock
         self.walls = Walls.build(
@@ -79,13 +79,14 @@ class Scene:
         self.response = WallResponse(pass_probability, np.zeros(n, np.int32), np.empty(0))
         self.bank, self.hits = ImpactBank.empty(n), Hits.empty(len(flock.position))
         self.grid, self.step, self.work = None, 0, 0.0
+        self.fineness = fineness
 
     def advance(self, dt, end=None, born=None):
         end = self.positions.copy() if end is None else end
         if self.grid is None:
-            self.grid = SearchGrid.build(self.triangles, self.positions, end)
+            self.grid = SearchGrid.build(self.triangles, self.positions, end, fineness=self.fineness)
         else:
-            self.grid = self.grid.follow(self.triangles, self.positions, end)
+            self.grid = self.grid.follow(self.triangles, self.positions, end, self.fineness)
         tally = fly(
             self.flock, np.array([MASS]), self.walls, self.grid, Motion(self.positions, end, dt), self.response,
             self.hits, self.bank, 11, self.step, born,

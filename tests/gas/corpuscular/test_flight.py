@@ -197,12 +197,11 @@ def test_the_search_does_not_change_the_answer(monkeypatch):
     result."""
     triangles, positions, _, _ = box(divisions=4)
     ends = []
-    for edges, most_clear in ((0.2, 7), (0.8, 7), (4.0, 7), (0.2, 0)):
-        monkeypatch.setattr(search_grid, "CELL_IN_EDGES", edges)
+    for cell, most_clear in ((0.2, 7), (0.8, 7), (4.0, 7), (0.2, 0)):
         if not most_clear:
             monkeypatch.setattr(search_grid, "cells_to_lists", lambda first, _: np.zeros(len(first) - 1, np.uint8))
         flock = random_flock(3000, np.random.default_rng(15))
-        scene = Scene(triangles, positions, flock)
+        scene = Scene(triangles, positions, flock, fineness=search_grid.Fineness(cell, 0.5))
         for k in range(20):
             scene.advance(DT, positions * (1.0 + 0.02 * np.sin(0.4 * k)))
         ends.append(flock.position)

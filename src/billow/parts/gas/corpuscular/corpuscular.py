@@ -11,7 +11,7 @@ from billow.base.compiled import CHUNK
 from billow.base.errors import NumericalStop
 from billow.base.quality import SMALLER_STEPS, Criterion, criterion
 from billow.geometry.chambers import OUTSIDE
-from billow.geometry.search_grid import SearchGrid
+from billow.geometry.search_grid import COARSE, FINE, USUAL, SearchGrid
 from billow.geometry.surface import area_vectors
 from billow.parts.gas.corpuscular.books import close_books, content, sums_of, take_stock, totals
 from billow.parts.gas.corpuscular.cells import Cells, sort_into_cells
@@ -62,9 +62,9 @@ CELLS_PER_STEP, EDGES_PER_STEP, GAPS_PER_STEP = 1.0, 3.0, 0.3
 """Way of a particle in a gas step, at most about: in collision cells, in mean edges of the mesh, and in mean distances
 between opposite walls. The last keeps a flat bag's gas from answering its walls too late."""
 
-FLAT_IN_EDGES = 1.0
-"""Mean distance between opposite walls, in edges of the mesh, below which the search for walls is fine: particles are
-then near a wall wherever they are."""
+FLAT_IN_EDGES, FULL_IN_EDGES = 1.0, 4.0
+"""Mean distance between opposite walls, in edges of the mesh, below which the search for walls is fine, because
+particles are near a wall wherever they are, and above which it is coarse, because most are far from all of them."""
 
 SOUND_CROSSES = 1.0
 """Gaps that sound crosses in a step of the structure, at most."""
@@ -206,10 +206,11 @@ class Corpuscular(Setup, SwitchableGas):
         self, gas: CorpuscularState, kinds: ParticleKinds, bag: Bag, span: float, born: np.ndarray | None
     ) -> Flock:
         triangles, n = bag.surface.triangles, gas.particles.count
-        fine = self._gap(gas) < FLAT_IN_EDGES * self.edge
+        gap = self._gap(gas) / self.edge
+        fineness = FINE if gap < FLAT_IN_EDGES else USUAL if gap < FULL_IN_EDGES else COARSE
         if gas.grid is None:
-            gas.grid = SearchGrid.build(triangles, gas.positions, bag.positions, fine=fine)
-        gas.grid = gas.grid.follow(triangles, gas.positions, bag.positions, fine)
+            gas.grid = SearchGrid.build(triangles, gas.positions, bag.positions, fineness=fineness)
+        gas.grid = gas.grid.follow(triangles, gas.positions, bag.positions, fineness)
         if gas.hits is None or len(gas.hits.count) * CHUNK < n:
             gas.hits = Hits.empty(gas.particles.capacity)
         flock = _flock(gas.particles)
