@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 
 from billow.cli.main import app
 from billow.pictures.deployment import HOLE, Deployment, colouring_of
-from billow.pictures.fields import read_field
+from billow.pictures.fields import Field, read_field
 from billow.pictures.film import gif
 from billow.pictures.shot import Shot
 from billow.results.result import Result
@@ -249,3 +249,16 @@ def test_commands_that_do_not_draw_do_not_load_matplotlib(command):
     loaded += "try: m.main()\nexcept SystemExit: print('matplotlib' in sys.modules, 'PIL' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", loaded], capture_output=True, text=True, check=True)
     assert done.stdout.splitlines()[-1] == "False False"
+
+
+def test_a_few_folded_triangles_do_not_take_all_colours():
+    even = np.linspace(2.0, 5.0, 4000, dtype=np.float32).reshape(2, 2000)
+    assert Field("stress", "Pa", False, even).usual_limits == (2.0, 5.0)
+    spoiled = even.copy()
+    spoiled[1, 3] = 90.0
+    spoiled[0, 4] = np.nan
+    low, high = Field("stress", "Pa", False, spoiled).usual_limits
+    assert low == 2.0
+    assert 4.9 < high <= 5.0
+    nothing = Field("stress", "Pa", False, np.full((1, 3), np.nan, np.float32))
+    assert nothing.usual_limits == (0.0, 0.0)

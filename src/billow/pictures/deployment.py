@@ -56,8 +56,8 @@ class Colouring:
 
 
 def colouring_of(field: Field, limits: tuple[float, float] | None = None) -> Colouring:
-    """Colours of a field from limits, by default its smallest and largest value in all frames."""
-    return Colouring(field, *(field.limits if limits is None else limits))
+    """Colours of a field from limits, by default its usual ones in all frames."""
+    return Colouring(field, *(field.usual_limits if limits is None else limits))
 
 
 @dataclass(frozen=True)

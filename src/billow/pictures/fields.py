@@ -32,6 +32,10 @@ TITLES = {
 }  # fmt: skip
 
 
+RARE, FAR = 0.002, 0.25
+"""Share of the values at either end that may lie off, and how far off, in ranges of the others, is far."""
+
+
 @dataclass(frozen=True)
 class Field:
     """title: for people. unit: of SI. at_nodes: whether it belongs to nodes, else to triangles. values: (times, n)
@@ -47,6 +51,17 @@ class Field:
         """Smallest and largest value that is a number."""
         sound = self.values[np.isfinite(self.values)]
         return (float(sound.min()), float(sound.max())) if sound.size else (0.0, 0.0)
+
+    @property
+    def usual_limits(self) -> tuple[float, float]:
+        """As `limits`, but without what lies far off: a few folded triangles must not take all colours."""
+        low, high = self.limits
+        sound = self.values[np.isfinite(self.values)]
+        if not sound.size:
+            return low, high
+        usual_low, usual_high = (float(q) for q in np.quantile(sound, [RARE, 1.0 - RARE]))
+        far = FAR * (usual_high - usual_low)
+        return low if usual_low - low <= far else usual_low, high if high - usual_high <= far else usual_high
 
 
 def read_field(fabric: FabricFile, name: str) -> Field:

@@ -196,7 +196,11 @@ class Print:
         if not high > low:
             high = low + max(abs(low), 1.0) * 1e-6
         axes = self.figure.add_axes(self.sheet.bar_place())
-        bar = self.figure.colorbar(ScalarMappable(Normalize(low, high), COLOURS), cax=axes)
+        lowest, highest = field.limits
+        beyond = ("neither", "min", "max", "both")[(lowest < colouring.low) + 2 * (highest > colouring.high)]
+        bar = self.figure.colorbar(
+            ScalarMappable(Normalize(low, high), COLOURS), cax=axes, extend=beyond, extendfrac=0.03
+        )
         bar.outline.set_visible(False)
         bar.ax.tick_params(length=2.5, color=GREY)
         bar.ax.yaxis.set_major_locator(MaxNLocator(6))
