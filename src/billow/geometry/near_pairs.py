@@ -31,14 +31,14 @@ PER_NODE = 16
 class NearPairs(NamedTuple):
     """Pairs in the order of their nodes, and of the triangles of each.
 
-    start: (nodes + 1,) int64, the pairs of each node. triangle: (pairs,) int64. distance: [m], (pairs,). by_triangle:
-    pairs in the order of their triangles, and of the nodes of each, (pairs,) int64; struck_start: (triangles + 1,)
-    int64, those of each triangle.
+    start: (nodes + 1,) int64, the pairs of each node. triangle: (pairs,) int64. apart: distance, and its part in the
+    plane of the triangle, zero over it [m], (pairs, 2). by_triangle: pairs in the order of their triangles, and of the
+    nodes of each, (pairs,) int64; struck_start: (triangles + 1,) int64, those of each triangle.
     """
 
     start: np.ndarray
     triangle: np.ndarray
-    distance: np.ndarray
+    apart: np.ndarray
     by_triangle: np.ndarray
     struck_start: np.ndarray
 
@@ -117,10 +117,11 @@ def _grid(extent, cell):
 
 @scalar
 def _pairs(positions, triangles, faces, reach, low, per_cell, counts, axes, first, node, at, block, blocks, spread):
-    """Nodes, triangles and distances of all pairs, in the order of the triangles: (pairs,) each."""
+    """Nodes and triangles of all pairs, (pairs,) each, and how far they are apart, (pairs, 2), in the order of the
+    triangles."""
     size, found = PER_NODE * len(node) + 64, 0
     begin_at, end_at, hits = np.empty(3, np.int64), np.empty(3, np.int64), np.empty(len(node) + 1, np.int64)
-    whose, which, apart = np.empty(size, np.int64), np.empty(size, np.int64), np.empty(size)
+    whose, which, apart = np.empty(size, np.int64), np.empty(size, np.int64), np.empty((size, 2))
     for t in faces:
         a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
         nx, ny, nz = double_area_vector(positions, a, b, c)
@@ -164,16 +165,18 @@ def _pairs(positions, triangles, faces, reach, low, per_cell, counts, axes, firs
         for m in range(hit):
             i = hits[m]
             gx, gy, gz, p = at[i, 0] - ax, at[i, 1] - ay, at[i, 2] - az, node[i]
-            distance = abs(gx * nx + gy * ny + gz * nz)
+            height, lateral = abs(gx * nx + gy * ny + gz * nz), 0.0
             by_u, by_v = gx * sx + gy * sy + gz * sz, gx * rx + gy * ry + gz * rz
             if max(by_u, by_v, gx * qx + gy * qy + gz * qz - beyond) > 0.0:  # beside it
                 to_u, to_v = _to_side(gx, gy, gz, ux, uy, uz, uu), _to_side(gx, gy, gz, vx, vy, vz, vv)
-                distance = math.sqrt(min(to_u, to_v, _to_side(gx - ux, gy - uy, gz - uz, wx, wy, wz, ww)))
+                square = min(to_u, to_v, _to_side(gx - ux, gy - uy, gz - uz, wx, wy, wz, ww))
+                lateral = math.sqrt(max(0.0, square - height * height))
+            distance = math.sqrt(height * height + lateral * lateral)
             if distance > reach or p in (a, b, c):
                 continue
             if found == len(whose):
-                whose, which, apart = _longer(whose), _longer(which), _longer(apart)
-            whose[found], which[found], apart[found] = p, t, distance
+                whose, which, apart = _longer(whose), _longer(which), np.concatenate((apart, np.empty_like(apart)))
+            whose[found], which[found], apart[found, 0], apart[found, 1] = p, t, distance, lateral
             found += 1
     return whose[:found], which[:found], apart[:found]
 
@@ -235,10 +238,10 @@ def _may_face(positions, a, b, c, nx, ny, nz, reach, low, block, counts, spread)
 
 @scalar
 def _with_kept(positions, triangles, reach, outward, kept_nodes, kept_triangles, whose, which, apart):
-    """Add the pairs to keep to whose, which and apart, (pairs,) each, unless they are there or too far apart."""
+    """Add the pairs to keep to what `_pairs` has found, unless they are there or too far apart."""
     found, more = len(whose), len(kept_nodes)
     whose = np.concatenate((whose, np.empty(more, np.int64)))
-    which, apart = np.concatenate((which, np.empty(more, np.int64))), np.concatenate((apart, np.empty(more)))
+    which, apart = np.concatenate((which, np.empty(more, np.int64))), np.concatenate((apart, np.empty((more, 2))))
     for m in range(more):
         p, t = kept_nodes[m], kept_triangles[m]
         a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
@@ -250,16 +253,16 @@ def _with_kept(positions, triangles, reach, outward, kept_nodes, kept_triangles,
         nx, ny, nz = one * nx, one * ny, one * nz
         if outward[p, 0] * nx + outward[p, 1] * ny + outward[p, 2] * nz < 0.0:
             continue
-        distance = _distance(positions, p, a, b, c, nx, ny, nz)
+        distance, lateral = _distance(positions, p, a, b, c, nx, ny, nz)
         if distance <= reach:
-            whose[found], which[found], apart[found] = p, t, distance
+            whose[found], which[found], apart[found, 0], apart[found, 1] = p, t, distance, lateral
             found += 1
     return whose[:found], which[:found], apart[:found]
 
 
 @scalar
 def _distance(positions, p, a, b, c, nx, ny, nz):
-    """Distance [m] of a node from a triangle with unit normal n."""
+    """Distance [m] of a node from a triangle with unit normal n, and its part in the plane."""
     gx, gy, gz = positions[p, 0] - positions[a, 0], positions[p, 1] - positions[a, 1], positions[p, 2] - positions[a, 2]
     ux, uy, uz, vx, vy, vz = sides(positions, a, b, c)
     wx, wy, wz = vx - ux, vy - uy, vz - uz
@@ -268,11 +271,12 @@ def _distance(positions, p, a, b, c, nx, ny, nz):
     qx, qy, qz = cross(wx, wy, wz, nx, ny, nz)
     beside = max(gx * sx + gy * sy + gz * sz, gx * rx + gy * ry + gz * rz)
     if max(beside, (gx - ux) * qx + (gy - uy) * qy + (gz - uz) * qz) <= 0.0:
-        return abs(gx * nx + gy * ny + gz * nz)
+        return abs(gx * nx + gy * ny + gz * nz), 0.0
     to_u = _to_side(gx, gy, gz, ux, uy, uz, 1.0 / (ux * ux + uy * uy + uz * uz))
     to_v = _to_side(gx, gy, gz, vx, vy, vz, 1.0 / (vx * vx + vy * vy + vz * vz))
     to_w = _to_side(gx - ux, gy - uy, gz - uz, wx, wy, wz, 1.0 / (wx * wx + wy * wy + wz * wz))
-    return math.sqrt(min(to_u, to_v, to_w))
+    square, height = min(to_u, to_v, to_w), gx * nx + gy * ny + gz * nz
+    return math.sqrt(square), math.sqrt(max(0.0, square - height * height))
 
 
 @scalar
@@ -306,7 +310,7 @@ def _in_order(nodes, triangles, whose, which, apart):
     """NearPairs of pairs that are nearly in the order of their triangles."""
     pairs = len(whose)
     start, struck_start = np.zeros(nodes + 1, np.int64), np.zeros(triangles + 1, np.int64)
-    triangle, distance, by_triangle = np.empty(pairs, np.int64), np.empty(pairs), np.empty(pairs, np.int64)
+    triangle, ordered, by_triangle = np.empty(pairs, np.int64), np.empty((pairs, 2)), np.empty(pairs, np.int64)
     for m in range(pairs):
         start[whose[m] + 1] += 1
         struck_start[which[m] + 1] += 1
@@ -319,11 +323,11 @@ def _in_order(nodes, triangles, whose, which, apart):
         k = free[whose[m]]
         free[whose[m]] = k + 1
         while k > start[whose[m]] and triangle[k - 1] > which[m]:
-            triangle[k], distance[k] = triangle[k - 1], distance[k - 1]
+            triangle[k], ordered[k, 0], ordered[k, 1] = triangle[k - 1], ordered[k - 1, 0], ordered[k - 1, 1]
             k -= 1
-        triangle[k], distance[k] = which[m], apart[m]
+        triangle[k], ordered[k, 0], ordered[k, 1] = which[m], apart[m, 0], apart[m, 1]
     free = struck_start.copy()
     for k in range(pairs):
         by_triangle[free[triangle[k]]] = k
         free[triangle[k]] += 1
-    return NearPairs(start, triangle, distance, by_triangle, struck_start)
+    return NearPairs(start, triangle, ordered, by_triangle, struck_start)
