@@ -17,6 +17,9 @@ from billow.geometry.triangle import cross, double_area_vector, sides
 MOST_CELLS = 1 << 19
 """Largest number of cells (2 MB of offsets); a wider scene gets larger cells."""
 
+MOST_BLOCKS = 1 << 14
+"""Likewise of blocks."""
+
 SAMPLED = 64
 """Triangles by which the length of edges is estimated."""
 
@@ -53,13 +56,16 @@ def near_pairs(positions, nodes, triangles, faces, reach, outward, kept_nodes, k
     have none. kept_nodes, kept_triangles: (k,) int64 each, pairs that may point as they like.
     """
     n = len(nodes)
+    if n == 0 or len(faces) == 0:
+        none = np.empty(0, np.int64)
+        return _in_order(len(positions), len(triangles), none, none, np.empty((0, 2)))
     low, high = np.full(3, math.inf), np.full(3, -math.inf)
     for p in nodes:
         for k in range(3):
             low[k], high[k] = min(low[k], positions[p, k]), max(high[k], positions[p, k])
     axes = np.argsort(high - low)  # runs of nodes are along the longest
     edge = _mean_edge(positions, triangles, faces)
-    cell, counts = _grid(high - low, max(edge, 0.5 * reach))
+    cell, counts = _grid(high - low, max(edge, 0.5 * reach), MOST_CELLS)
     per_cell = 1.0 / cell
     # Nodes by cell, with what is asked of each of them side by side.
     first, place = np.zeros(counts[0] * counts[1] * counts[2] + 2, np.int32), np.empty(n, np.int32)
@@ -79,8 +85,8 @@ def near_pairs(positions, nodes, triangles, faces, reach, outward, kept_nodes, k
         node[slot] = p
         for k in range(3):
             at[slot, k], at[slot, 3 + k] = positions[p, k], outward[p, k]
-    block = BLOCK * (reach + edge)
-    spread, blocks = _blocks(positions, nodes, outward, low, high, block)
+    block, blocks = _grid(high - low, BLOCK * (reach + edge), MOST_BLOCKS)
+    spread = _blocks(positions, nodes, outward, low, block, blocks)
     found = _pairs(
         positions, triangles, faces, reach, low, per_cell, counts, axes, first, node, at, block, blocks, spread
     )
@@ -102,15 +108,16 @@ def _mean_edge(positions, triangles, faces):
 
 
 @scalar
-def _grid(extent, cell):
-    """Edge of a cell [m], at least `cell`, and cells per axis, (3,) int64, that fill this extent [m], (3,)."""
+def _grid(extent, cell, most):
+    """Edge of a cell [m], at least `cell`, and cells per axis, (3,) int64, `most` in all, that fill this extent [m],
+    (3,)."""
     counts = np.empty(3, np.int64)
     while True:
         total = 1.0
         for k in range(3):
             counts[k] = int(extent[k] / cell) + 1
             total *= counts[k]
-        if total <= MOST_CELLS:
+        if total <= most:
             return cell, counts
         cell *= 1.26
 
@@ -182,12 +189,9 @@ def _pairs(positions, triangles, faces, reach, low, per_cell, counts, axes, firs
 
 
 @scalar
-def _blocks(positions, nodes, outward, low, high, block):
+def _blocks(positions, nodes, outward, low, block, counts):
     """Bounds of the outward vectors of the nodes in each block of space and in those around it: least and largest
-    components, (blocks along x, y, z, 6). low, high: where the nodes lie [m], (3,). block: edge [m]."""
-    counts = np.empty(3, np.int64)
-    for k in range(3):
-        counts[k] = int((high[k] - low[k]) / block) + 1
+    components, (blocks along x, y, z, 6). low: where the nodes begin [m], (3,). block: edge [m]."""
     spread = np.empty((counts[0], counts[1], counts[2], 6))
     spread[..., :3], spread[..., 3:] = math.inf, -math.inf
     for p in nodes:
@@ -208,7 +212,7 @@ def _blocks(positions, nodes, outward, low, high, block):
                         here, there = own[x, y, z, 3 + k], own[x + ix, y + iy, z + iz, 3 + k]
                         spread[x, y, z, 3 + k] = max(spread[x, y, z, 3 + k], there)
                         spread[x + ix, y + iy, z + iz, 3 + k] = max(spread[x + ix, y + iy, z + iz, 3 + k], here)
-    return spread, counts
+    return spread
 
 
 @scalar
