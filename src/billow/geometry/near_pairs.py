@@ -27,6 +27,10 @@ BLOCK = 1.25
 """Edge of a block of space in reaches and edges; no node of the block and those around it may face a triangle in most
 blocks of a bag that is blown up."""
 
+SQUARE = -1e-9
+"""Cosine below which an outward vector points against a normal. On the rim of a flat bag they are square to each other,
+and rounding must not decide."""
+
 PER_NODE = 16
 """Pairs of a node for which there is room at first."""
 
@@ -83,8 +87,9 @@ def near_pairs(positions, nodes, triangles, faces, reach, outward, kept_nodes, k
         first[c] -= 1
         slot = first[c]
         node[slot] = p
+        size = math.sqrt(outward[p, 0] ** 2 + outward[p, 1] ** 2 + outward[p, 2] ** 2)
         for k in range(3):
-            at[slot, k], at[slot, 3 + k] = positions[p, k], outward[p, k]
+            at[slot, k], at[slot, 3 + k] = positions[p, k], outward[p, k] / size if size > 0.0 else 0.0
     block, blocks = _grid(high - low, BLOCK * (reach + edge), MOST_BLOCKS)
     spread = _blocks(positions, nodes, outward, low, block, blocks)
     found = _pairs(
@@ -165,7 +170,7 @@ def _pairs(positions, triangles, faces, reach, low, per_cell, counts, axes, firs
                     height = gx * nx + gy * ny + gz * nz
                     by_u, by_v = gx * sx + gy * sy + gz * sz, gx * rx + gy * ry + gz * rz
                     by_w = gx * qx + gy * qy + gz * qz - beyond
-                    against = at[i, 3] * nx + at[i, 4] * ny + at[i, 5] * nz < 0.0
+                    against = at[i, 3] * nx + at[i, 4] * ny + at[i, 5] * nz < SQUARE
                     near = (abs(height) <= reach) & (by_u <= reach) & (by_v <= reach) & (by_w <= reach)
                     hits[hit] = i
                     hit += near & against
@@ -255,7 +260,9 @@ def _with_kept(positions, triangles, reach, outward, kept_nodes, kept_triangles,
             continue
         one = 1.0 / math.sqrt(square)
         nx, ny, nz = one * nx, one * ny, one * nz
-        if outward[p, 0] * nx + outward[p, 1] * ny + outward[p, 2] * nz < 0.0:
+        size = math.sqrt(outward[p, 0] ** 2 + outward[p, 1] ** 2 + outward[p, 2] ** 2)
+        ox, oy, oz = outward[p, 0] / size, outward[p, 1] / size, outward[p, 2] / size
+        if size > 0.0 and ox * nx + oy * ny + oz * nz < SQUARE:  # as in `_pairs`: it is there
             continue
         distance, lateral = _distance(positions, p, a, b, c, nx, ny, nz)
         if distance <= reach:

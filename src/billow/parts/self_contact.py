@@ -35,11 +35,8 @@ DAMPING = 0.4
 THROUGH = 2.0
 """Compression in gaps at which a node has been forced through: it belongs to the other side from then on."""
 
-LEAST_MOTION, MOST_MOTION = 0.75, 3.0
+MOTION_IN_GAPS = 1.5
 """Motion of a node, in gaps, after which pairs are looked for anew; they are made that much further off, twice."""
-
-MANY_PAIRS, FEW_PAIRS = 6.0, 2.5
-"""Pairs of a node from which on the next search is for half the motion, and up to which it is for twice as much."""
 
 AWAKE = 1.5
 """Height of a node over a triangle, in gaps, below which it is looked at: so much more than the gap that this happens
@@ -66,7 +63,7 @@ class Pairs:
     [m], (pairs, 4). by_triangle: pairs in the order of their triangles, (pairs,) int64; struck_start: (triangles + 1,)
     int64, those of each triangle. rest: motion of its node and its triangle together
     [m] up to which a pair need not be looked at, (pairs,); first_rest: the least of each node, (nodes,), inf where
-    there is none. searched_at: node positions when they were found [m], (nodes, 3). motion: that they are good for [m].
+    there is none. searched_at: node positions when they were found [m], (nodes, 3).
     """
 
     start: np.ndarray
@@ -80,7 +77,6 @@ class Pairs:
     rest: np.ndarray
     first_rest: np.ndarray
     searched_at: np.ndarray
-    motion: float
 
     @classmethod
     def none(cls, nodes: int, triangles: int) -> Pairs:
@@ -88,7 +84,7 @@ class Pairs:
         return cls(
             np.zeros(nodes + 1, np.int64), np.zeros(0, np.int64), np.zeros(0), np.zeros(0), np.zeros(0),
             np.zeros((0, 4)), np.zeros(0, np.int64), np.zeros(triangles + 1, np.int64), np.zeros(0),
-            np.full(nodes, np.inf), np.full((nodes, 3), np.inf), 0.0,
+            np.full(nodes, np.inf), np.full((nodes, 3), np.inf),
         )  # fmt: skip
 
 
@@ -143,7 +139,7 @@ class SelfContact(Part):
         n = len(positions)
         moved, largest = np.empty(n), np.empty(-(-n // CHUNK))
         _measure_motion(n, pairs.searched_at, positions, moved, largest)
-        if not largest.max() <= pairs.motion:
+        if not largest.max() <= MOTION_IN_GAPS * self.gap:
             if not np.abs(positions).max() < FARTHEST:
                 return [Booking(SELF_CONTACT, math.nan)]  # the guards say what became of the bag
             self.search(pairs, positions)
@@ -180,9 +176,8 @@ class SelfContact(Part):
         """Pairs within reach; those whose nodes are over their triangles go on."""
         outward, altitude = np.empty_like(positions), np.empty(len(self.triangles))
         _outward(self.triangles, positions, outward, altitude)
-        motion = self._motion(pairs)
         kept = _in_touch(pairs.start, pairs.triangle, pairs.side)
-        reach = AWAKE * self.gap + 2.0 * motion
+        reach = (AWAKE + 2.0 * MOTION_IN_GAPS) * self.gap
         found = near_pairs(positions, self.touchable, self.triangles, self.solid, reach, outward, *kept)
         count = len(found.triangle)
         side, gap, near = np.zeros(count), np.zeros(count), np.zeros(count)
@@ -195,15 +190,7 @@ class SelfContact(Part):
         pairs.start, pairs.triangle, pairs.rest, pairs.first_rest = found.start, found.triangle, rest, first_rest
         pairs.by_triangle, pairs.struck_start = found.by_triangle, found.struck_start
         pairs.side, pairs.gap, pairs.near, pairs.push = side, gap, near, np.zeros((count, 4))
-        pairs.searched_at, pairs.motion = positions.copy(), motion
-
-    def _motion(self, pairs: Pairs) -> float:
-        """Motion [m] that new pairs should be good for: many are dear in every step, few leave time for a search."""
-        each = len(pairs.triangle) / len(self.touchable)
-        if not pairs.motion:
-            return LEAST_MOTION * self.gap
-        wanted = pairs.motion * (0.5 if each > MANY_PAIRS else 2.0 if each < FEW_PAIRS else 1.0)
-        return min(max(wanted, LEAST_MOTION * self.gap), MOST_MOTION * self.gap)
+        pairs.searched_at = positions.copy()
 
 
 @kernel
