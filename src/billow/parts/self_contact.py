@@ -42,6 +42,9 @@ AWAKE = 1.5
 """Height of a node over a triangle, in gaps, below which it is looked at: so much more than the gap that this happens
 before they touch."""
 
+BESIDE = 1e-6
+"""Of the altitude of a triangle: a node that is not further beside it is looked at, as it may count as over it."""
+
 ON_EDGE = -1e-9
 """Smallest area coordinate of a node that is over a triangle. Panels cut from one mesh lie edge on edge: rounding must
 not decide whether a node on an edge is over both of its triangles, one, or none."""
@@ -270,9 +273,10 @@ def find_rest(awake, start, triangle, apart, altitude, rest, first_rest):
         first_rest[p] = math.inf
         for k in range(start[p], start[p + 1]):
             distance, lateral = apart[k, 0], apart[k, 1]
+            beside = max(0.0, lateral - BESIDE * altitude[triangle[k]])
             higher = max(0.0, math.sqrt(max(0.0, distance * distance - lateral * lateral)) - awake)
             turning = 1.0 + 4.0 * awake / altitude[triangle[k]]
-            rest[k] = max(distance - awake, math.sqrt(lateral * lateral + higher * higher) / turning)
+            rest[k] = max(distance - awake, math.sqrt(beside * beside + higher * higher) / turning)
             first_rest[p] = min(first_rest[p], rest[k])
 
 
