@@ -8,8 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from billow.geometry import near_pairs as module
-from billow.geometry.near_pairs import near_pairs
+from billow.geometry.near_pairs import MOST_CELLS, near_pairs
 from billow.geometry.surface import area_vectors
 
 NOTHING = np.empty(0, np.int64), np.empty(0, np.int64)
@@ -71,7 +70,11 @@ def check(positions, nodes, triangles, faces, reach, outward, kept=NOTHING):
     whose = np.repeat(np.arange(len(positions)), np.diff(found.start))
     assert np.array_equal(whose, node)
     assert np.array_equal(found.triangle, triangle)
-    assert found.distance == pytest.approx(apart, rel=1e-9, abs=1e-9)
+    assert found.apart[:, 0] == pytest.approx(apart, rel=1e-9, abs=1e-9)
+    normals = area_vectors(triangles, positions)[triangle]
+    up = np.sum((positions[node] - positions[triangles[triangle, 0]]) * normals, axis=1)
+    up /= np.linalg.norm(normals, axis=1)
+    assert found.apart[:, 1] ** 2 == pytest.approx(apart**2 - up**2, rel=1e-6, abs=1e-9)
     order = np.argsort(found.triangle, kind="stable")
     assert np.array_equal(found.by_triangle, order)
     assert np.array_equal(found.struck_start, np.searchsorted(found.triangle[order], np.arange(len(triangles) + 1)))
@@ -120,8 +123,8 @@ def test_a_bag_has_pairs():
     assert check(positions, *everything, 0.8, outward) > len(positions)
 
 
-def test_a_flat_sheet_and_a_wide_scene(monkeypatch):
-    """A grid of one layer of cells; and cells that have to grow, so that all fit into few."""
+def test_a_flat_sheet_and_a_wide_scene():
+    """A grid of one layer of cells; and cells and blocks that have to grow, so that a few of them fill the scene."""
     positions, triangles = crumpled(0, 8, 0.0)
     positions[:, 2] = 0.0
     lifted = positions + np.array([0.3, 0.3, 0.5])
@@ -129,9 +132,19 @@ def test_a_flat_sheet_and_a_wide_scene(monkeypatch):
     outward = np.zeros_like(both)
     outward[: len(positions), 2], outward[len(positions) :, 2] = 1.0, -1.0
     assert check(both, np.arange(len(both)), faces, np.arange(len(faces)), 0.8, outward) > len(both)
-    both[0] = [4000.0, -3000.0, 2000.0]
-    check(both, np.arange(len(both)), faces, np.arange(len(faces)), 0.8, outward)
-    assert module.MOST_CELLS < 4000.0 * 3000.0
+    both = np.vstack([both, [4000.0, -3000.0, 2000.0]])
+    outward = np.vstack([outward, [0.0, 0.0, 1.0]])
+    assert MOST_CELLS < 4000.0 * 3000.0 * 2000.0
+    assert check(both, np.arange(len(both)), faces, np.arange(len(faces)), 0.8, outward) > len(both)
+
+
+def test_nothing_has_no_pairs():
+    positions, triangles = crumpled(0, 3, 0.0)
+    for nodes, faces in ((NOTHING[0], np.arange(4)), (np.arange(4), NOTHING[0])):
+        found = near_pairs(positions, nodes, triangles, faces, 1.0, positions, *NOTHING)
+        assert len(found.triangle) == 0
+        assert not found.start.any()
+        assert len(found.struck_start) == len(triangles) + 1
 
 
 def test_triangles_without_area_have_no_pairs():

@@ -17,12 +17,19 @@ from billow.geometry.triangle import cross, double_area_vector, sides
 MOST_CELLS = 1 << 19
 """Largest number of cells (2 MB of offsets); a wider scene gets larger cells."""
 
+MOST_BLOCKS = 1 << 14
+"""Likewise of blocks."""
+
 SAMPLED = 64
 """Triangles by which the length of edges is estimated."""
 
 BLOCK = 1.25
 """Edge of a block of space in reaches and edges; no node of the block and those around it may face a triangle in most
 blocks of a bag that is blown up."""
+
+SQUARE = -1e-9
+"""Cosine below which an outward vector points against a normal. On the rim of a flat bag they are square to each other,
+and rounding must not decide."""
 
 PER_NODE = 16
 """Pairs of a node for which there is room at first."""
@@ -31,14 +38,14 @@ PER_NODE = 16
 class NearPairs(NamedTuple):
     """Pairs in the order of their nodes, and of the triangles of each.
 
-    start: (nodes + 1,) int64, the pairs of each node. triangle: (pairs,) int64. distance: [m], (pairs,). by_triangle:
-    pairs in the order of their triangles, and of the nodes of each, (pairs,) int64; struck_start: (triangles + 1,)
-    int64, those of each triangle.
+    start: (nodes + 1,) int64, the pairs of each node. triangle: (pairs,) int64. apart: distance, and its part in the
+    plane of the triangle, zero over it [m], (pairs, 2). by_triangle: pairs in the order of their triangles, and of the
+    nodes of each, (pairs,) int64; struck_start: (triangles + 1,) int64, those of each triangle.
     """
 
     start: np.ndarray
     triangle: np.ndarray
-    distance: np.ndarray
+    apart: np.ndarray
     by_triangle: np.ndarray
     struck_start: np.ndarray
 
@@ -53,13 +60,16 @@ def near_pairs(positions, nodes, triangles, faces, reach, outward, kept_nodes, k
     have none. kept_nodes, kept_triangles: (k,) int64 each, pairs that may point as they like.
     """
     n = len(nodes)
+    if n == 0 or len(faces) == 0:
+        none = np.empty(0, np.int64)
+        return _in_order(len(positions), len(triangles), none, none, np.empty((0, 2)))
     low, high = np.full(3, math.inf), np.full(3, -math.inf)
     for p in nodes:
         for k in range(3):
             low[k], high[k] = min(low[k], positions[p, k]), max(high[k], positions[p, k])
     axes = np.argsort(high - low)  # runs of nodes are along the longest
     edge = _mean_edge(positions, triangles, faces)
-    cell, counts = _grid(high - low, max(edge, 0.5 * reach))
+    cell, counts = _grid(high - low, max(edge, 0.5 * reach), MOST_CELLS)
     per_cell = 1.0 / cell
     # Nodes by cell, with what is asked of each of them side by side.
     first, place = np.zeros(counts[0] * counts[1] * counts[2] + 2, np.int32), np.empty(n, np.int32)
@@ -77,10 +87,11 @@ def near_pairs(positions, nodes, triangles, faces, reach, outward, kept_nodes, k
         first[c] -= 1
         slot = first[c]
         node[slot] = p
+        size = math.sqrt(outward[p, 0] ** 2 + outward[p, 1] ** 2 + outward[p, 2] ** 2)
         for k in range(3):
-            at[slot, k], at[slot, 3 + k] = positions[p, k], outward[p, k]
-    block = BLOCK * (reach + edge)
-    spread, blocks = _blocks(positions, nodes, outward, low, high, block)
+            at[slot, k], at[slot, 3 + k] = positions[p, k], outward[p, k] / size if size > 0.0 else 0.0
+    block, blocks = _grid(high - low, BLOCK * (reach + edge), MOST_BLOCKS)
+    spread = _blocks(positions, nodes, outward, low, block, blocks)
     found = _pairs(
         positions, triangles, faces, reach, low, per_cell, counts, axes, first, node, at, block, blocks, spread
     )
@@ -102,25 +113,27 @@ def _mean_edge(positions, triangles, faces):
 
 
 @scalar
-def _grid(extent, cell):
-    """Edge of a cell [m], at least `cell`, and cells per axis, (3,) int64, that fill this extent [m], (3,)."""
+def _grid(extent, cell, most):
+    """Edge of a cell [m], at least `cell`, and cells per axis, (3,) int64, `most` in all, that fill this extent [m],
+    (3,)."""
     counts = np.empty(3, np.int64)
     while True:
         total = 1.0
         for k in range(3):
             counts[k] = int(extent[k] / cell) + 1
             total *= counts[k]
-        if total <= MOST_CELLS:
+        if total <= most:
             return cell, counts
         cell *= 1.26
 
 
 @scalar
 def _pairs(positions, triangles, faces, reach, low, per_cell, counts, axes, first, node, at, block, blocks, spread):
-    """Nodes, triangles and distances of all pairs, in the order of the triangles: (pairs,) each."""
+    """Nodes and triangles of all pairs, (pairs,) each, and how far they are apart, (pairs, 2), in the order of the
+    triangles."""
     size, found = PER_NODE * len(node) + 64, 0
     begin_at, end_at, hits = np.empty(3, np.int64), np.empty(3, np.int64), np.empty(len(node) + 1, np.int64)
-    whose, which, apart = np.empty(size, np.int64), np.empty(size, np.int64), np.empty(size)
+    whose, which, apart = np.empty(size, np.int64), np.empty(size, np.int64), np.empty((size, 2))
     for t in faces:
         a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
         nx, ny, nz = double_area_vector(positions, a, b, c)
@@ -157,34 +170,33 @@ def _pairs(positions, triangles, faces, reach, low, per_cell, counts, axes, firs
                     height = gx * nx + gy * ny + gz * nz
                     by_u, by_v = gx * sx + gy * sy + gz * sz, gx * rx + gy * ry + gz * rz
                     by_w = gx * qx + gy * qy + gz * qz - beyond
-                    against = at[i, 3] * nx + at[i, 4] * ny + at[i, 5] * nz < 0.0
+                    against = at[i, 3] * nx + at[i, 4] * ny + at[i, 5] * nz < SQUARE
                     near = (abs(height) <= reach) & (by_u <= reach) & (by_v <= reach) & (by_w <= reach)
                     hits[hit] = i
                     hit += near & against
         for m in range(hit):
             i = hits[m]
             gx, gy, gz, p = at[i, 0] - ax, at[i, 1] - ay, at[i, 2] - az, node[i]
-            distance = abs(gx * nx + gy * ny + gz * nz)
+            height, lateral = abs(gx * nx + gy * ny + gz * nz), 0.0
             by_u, by_v = gx * sx + gy * sy + gz * sz, gx * rx + gy * ry + gz * rz
             if max(by_u, by_v, gx * qx + gy * qy + gz * qz - beyond) > 0.0:  # beside it
                 to_u, to_v = _to_side(gx, gy, gz, ux, uy, uz, uu), _to_side(gx, gy, gz, vx, vy, vz, vv)
-                distance = math.sqrt(min(to_u, to_v, _to_side(gx - ux, gy - uy, gz - uz, wx, wy, wz, ww)))
+                square = min(to_u, to_v, _to_side(gx - ux, gy - uy, gz - uz, wx, wy, wz, ww))
+                lateral = math.sqrt(max(0.0, square - height * height))
+            distance = math.sqrt(height * height + lateral * lateral)
             if distance > reach or p in (a, b, c):
                 continue
             if found == len(whose):
-                whose, which, apart = _longer(whose), _longer(which), _longer(apart)
-            whose[found], which[found], apart[found] = p, t, distance
+                whose, which, apart = _longer(whose), _longer(which), np.concatenate((apart, np.empty_like(apart)))
+            whose[found], which[found], apart[found, 0], apart[found, 1] = p, t, distance, lateral
             found += 1
     return whose[:found], which[:found], apart[:found]
 
 
 @scalar
-def _blocks(positions, nodes, outward, low, high, block):
+def _blocks(positions, nodes, outward, low, block, counts):
     """Bounds of the outward vectors of the nodes in each block of space and in those around it: least and largest
-    components, (blocks along x, y, z, 6). low, high: where the nodes lie [m], (3,). block: edge [m]."""
-    counts = np.empty(3, np.int64)
-    for k in range(3):
-        counts[k] = int((high[k] - low[k]) / block) + 1
+    components, (blocks along x, y, z, 6). low: where the nodes begin [m], (3,). block: edge [m]."""
     spread = np.empty((counts[0], counts[1], counts[2], 6))
     spread[..., :3], spread[..., 3:] = math.inf, -math.inf
     for p in nodes:
@@ -205,7 +217,7 @@ def _blocks(positions, nodes, outward, low, high, block):
                         here, there = own[x, y, z, 3 + k], own[x + ix, y + iy, z + iz, 3 + k]
                         spread[x, y, z, 3 + k] = max(spread[x, y, z, 3 + k], there)
                         spread[x + ix, y + iy, z + iz, 3 + k] = max(spread[x + ix, y + iy, z + iz, 3 + k], here)
-    return spread, counts
+    return spread
 
 
 @scalar
@@ -235,10 +247,10 @@ def _may_face(positions, a, b, c, nx, ny, nz, reach, low, block, counts, spread)
 
 @scalar
 def _with_kept(positions, triangles, reach, outward, kept_nodes, kept_triangles, whose, which, apart):
-    """Add the pairs to keep to whose, which and apart, (pairs,) each, unless they are there or too far apart."""
+    """Add the pairs to keep to what `_pairs` has found, unless they are there or too far apart."""
     found, more = len(whose), len(kept_nodes)
     whose = np.concatenate((whose, np.empty(more, np.int64)))
-    which, apart = np.concatenate((which, np.empty(more, np.int64))), np.concatenate((apart, np.empty(more)))
+    which, apart = np.concatenate((which, np.empty(more, np.int64))), np.concatenate((apart, np.empty((more, 2))))
     for m in range(more):
         p, t = kept_nodes[m], kept_triangles[m]
         a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
@@ -248,18 +260,20 @@ def _with_kept(positions, triangles, reach, outward, kept_nodes, kept_triangles,
             continue
         one = 1.0 / math.sqrt(square)
         nx, ny, nz = one * nx, one * ny, one * nz
-        if outward[p, 0] * nx + outward[p, 1] * ny + outward[p, 2] * nz < 0.0:
+        size = math.sqrt(outward[p, 0] ** 2 + outward[p, 1] ** 2 + outward[p, 2] ** 2)
+        ox, oy, oz = outward[p, 0] / size, outward[p, 1] / size, outward[p, 2] / size
+        if size > 0.0 and ox * nx + oy * ny + oz * nz < SQUARE:  # as in `_pairs`: it is there
             continue
-        distance = _distance(positions, p, a, b, c, nx, ny, nz)
+        distance, lateral = _distance(positions, p, a, b, c, nx, ny, nz)
         if distance <= reach:
-            whose[found], which[found], apart[found] = p, t, distance
+            whose[found], which[found], apart[found, 0], apart[found, 1] = p, t, distance, lateral
             found += 1
     return whose[:found], which[:found], apart[:found]
 
 
 @scalar
 def _distance(positions, p, a, b, c, nx, ny, nz):
-    """Distance [m] of a node from a triangle with unit normal n."""
+    """Distance [m] of a node from a triangle with unit normal n, and its part in the plane."""
     gx, gy, gz = positions[p, 0] - positions[a, 0], positions[p, 1] - positions[a, 1], positions[p, 2] - positions[a, 2]
     ux, uy, uz, vx, vy, vz = sides(positions, a, b, c)
     wx, wy, wz = vx - ux, vy - uy, vz - uz
@@ -268,11 +282,12 @@ def _distance(positions, p, a, b, c, nx, ny, nz):
     qx, qy, qz = cross(wx, wy, wz, nx, ny, nz)
     beside = max(gx * sx + gy * sy + gz * sz, gx * rx + gy * ry + gz * rz)
     if max(beside, (gx - ux) * qx + (gy - uy) * qy + (gz - uz) * qz) <= 0.0:
-        return abs(gx * nx + gy * ny + gz * nz)
+        return abs(gx * nx + gy * ny + gz * nz), 0.0
     to_u = _to_side(gx, gy, gz, ux, uy, uz, 1.0 / (ux * ux + uy * uy + uz * uz))
     to_v = _to_side(gx, gy, gz, vx, vy, vz, 1.0 / (vx * vx + vy * vy + vz * vz))
     to_w = _to_side(gx - ux, gy - uy, gz - uz, wx, wy, wz, 1.0 / (wx * wx + wy * wy + wz * wz))
-    return math.sqrt(min(to_u, to_v, to_w))
+    square, height = min(to_u, to_v, to_w), gx * nx + gy * ny + gz * nz
+    return math.sqrt(square), math.sqrt(max(0.0, square - height * height))
 
 
 @scalar
@@ -306,7 +321,7 @@ def _in_order(nodes, triangles, whose, which, apart):
     """NearPairs of pairs that are nearly in the order of their triangles."""
     pairs = len(whose)
     start, struck_start = np.zeros(nodes + 1, np.int64), np.zeros(triangles + 1, np.int64)
-    triangle, distance, by_triangle = np.empty(pairs, np.int64), np.empty(pairs), np.empty(pairs, np.int64)
+    triangle, ordered, by_triangle = np.empty(pairs, np.int64), np.empty((pairs, 2)), np.empty(pairs, np.int64)
     for m in range(pairs):
         start[whose[m] + 1] += 1
         struck_start[which[m] + 1] += 1
@@ -319,11 +334,11 @@ def _in_order(nodes, triangles, whose, which, apart):
         k = free[whose[m]]
         free[whose[m]] = k + 1
         while k > start[whose[m]] and triangle[k - 1] > which[m]:
-            triangle[k], distance[k] = triangle[k - 1], distance[k - 1]
+            triangle[k], ordered[k, 0], ordered[k, 1] = triangle[k - 1], ordered[k - 1, 0], ordered[k - 1, 1]
             k -= 1
-        triangle[k], distance[k] = which[m], apart[m]
+        triangle[k], ordered[k, 0], ordered[k, 1] = which[m], apart[m, 0], apart[m, 1]
     free = struck_start.copy()
     for k in range(pairs):
         by_triangle[free[triangle[k]]] = k
         free[triangle[k]] += 1
-    return NearPairs(start, triangle, distance, by_triangle, struck_start)
+    return NearPairs(start, triangle, ordered, by_triangle, struck_start)
