@@ -14,6 +14,7 @@ import numpy as np
 from billow.base.errors import Concern
 from billow.base.plausible import unusual
 from billow.case.schema import Case
+from billow.geometry.crossings import CrossingCount
 from billow.geometry.reference_check import NOTICED, Panel, panels, place
 from billow.parts.fabric.fabric import STEP_FACTOR
 from billow.solver.model import Model
@@ -71,6 +72,14 @@ SLIVERS = Concern.declare(
     cause="slivers left by a mesher or by merging nodes",
     remedy="collapse the short edges of these triangles, or mesh that spot again",
 )
+CROSSED = Concern.declare(
+    "W-MESH-007",
+    "the bag passes through itself at the start, at {count} places",
+    where="{place}; {key}",
+    why="layers that have crossed never part again, and gas between them pushes both the wrong way",
+    cause="a mesh folded by another tool without a check, or folds without a row of nodes along them",
+    remedy="move the start shape apart there",
+)
 FEW = 0.01
 """Share of the triangles, but at least four, that is compared with the others."""
 COSTLY = 5.0
@@ -81,7 +90,9 @@ def concerns_of(case: Case, model: Model) -> list[Concern]:
     """Everything about a case that looks unintended."""
     setting = model.setting(case.run.end_time)
     of_parts = [concern for _, part in model.parts for concern in part.concerns(setting)]
-    of_mesh = [concern for ask in (_units, _size, _slivers, _panels, _straps) for concern in ask(case, model)]
+    of_mesh = [
+        concern for ask in (_units, _size, _slivers, _panels, _straps, _crossings) for concern in ask(case, model)
+    ]
     return [*of_mesh, *of_parts]
 
 
@@ -121,6 +132,14 @@ def _slivers(case: Case, model: Model) -> Iterator[Concern]:
             yield SLIVERS(
                 count=count, triangles=len(steps), now=now, without=now * times, times=times, place=worst, key=key
             )
+
+
+def _crossings(case: Case, model: Model) -> Iterator[Concern]:
+    per_triangle = CrossingCount(model.surface).per_triangle(model.start)
+    if per_triangle.any():
+        worst = place(model.surface, model.start, int(per_triangle.argmax()))
+        key = "bag.start" if case.bag.shape == "mesh" else "bag"
+        yield CROSSED(count=int(per_triangle.sum()), place=worst, key=key)
 
 
 def _straps(case: Case, model: Model) -> Iterator[Concern]:

@@ -10,6 +10,7 @@ from billow.case.build import build_model, build_schedule, require_start_clear
 from billow.case.concerns import concerns_of, start_panels
 from billow.case.gas.models import GAS_MODELS
 from billow.case.schema import Case
+from billow.geometry.crossings import CrossingCount
 from billow.results.dataset_files import mesh_sha256
 from billow.run.names import owners, require_distinct
 from billow.solver.checkpoint import flatten
@@ -76,6 +77,7 @@ def describe(case: Case) -> str:
             if chambers.count > 1
         ),
         f"  fabric    {model.mass.sum():.4f} kg; start volume {1e3 * surface.volume(model.start):.3f} l, closed",
+        f"  crossings {CrossingCount(surface).total(model.start):.0f} of fabric through fabric",
         f"  step      {1e6 * dt:.4g} us, about {steps} steps",
         f"  run time  about {max(1.0, steps * seconds):.0f} s on one core",
         f"  needs     about {memory:.0f} MB of memory and up to {2 * disk / 1e6:.0f} MB of disk",

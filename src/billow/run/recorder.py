@@ -26,6 +26,7 @@ from billow.results.journal import Journal
 from billow.results.machine import machine
 from billow.results.run_file import write_run_file
 from billow.run.checkpoint_file import SLOTS, write_checkpoint
+from billow.run.crossing_guard import CrossingGuard
 from billow.run.interrupts import Interrupts, RunInterrupted
 from billow.solver.model import Model, State
 from billow.solver.run import Recorder, Schedule
@@ -62,6 +63,7 @@ class Told:
     digest: SHA-256 of whatever the model was made from. concerns: what looked unintended. assumptions: what was taken
     from Billow where a measurement belongs. sensors: places [m] where the
     gas is read, by name. particle_times: [s], when particles are recorded. gas_frames: whether the gas is, in boxes.
+    guard_crossings: whether crossings of fabric are counted at every frame.
     """
 
     title: str
@@ -73,6 +75,7 @@ class Told:
     sensors: Mapping[str, Sequence[float]] = field(default_factory=dict)
     particle_times: Sequence[float] = ()
     gas_frames: bool = True
+    guard_crossings: bool = False
 
 
 class RunRecorder(Recorder):
@@ -93,6 +96,7 @@ class RunRecorder(Recorder):
         self.log = open(folder / "solver.log", "a", encoding="utf-8")  # noqa: SIM115 - lives as long as the run
         self.begun = self.saved = time.perf_counter()
         self.slot = 0
+        self.guard = CrossingGuard(model, told.guard_crossings)
         self.state: State | None = None
         self.last_good: tuple[State, int] | None = None
         self.last_steps: deque[tuple[float, ...]] = deque(maxlen=LAST_STEPS)
@@ -149,6 +153,7 @@ class RunRecorder(Recorder):
         for name, part in model.parts:
             frame = part.frame(state.of(name))
             arrays |= named("point", frame.point, np.float32) | named("cell", frame.cell, np.float32)
+        arrays |= named("cell", self.guard.frame(state), np.float32)
         if self.told.gas_frames:
             arrays |= named("cloud", model.gas.boxes(state.gas), np.float32)
         self.journal.frame(arrays)
@@ -183,6 +188,8 @@ class RunRecorder(Recorder):
         history = journals.read_history(self.folder / JOURNAL)
         write_histories(self.folder / "histories.csv", history)
         books, criteria = judge(self.model, self.state, history, self.told.schedule.end, len(self.told.concerns))
+        books |= self.guard.books(self.state, journals.frames(self.folder / JOURNAL))
+        criteria += self.guard.verdicts(books)
         self.say(
             f"{status}: mass error {books['gas_mass_error']:.1e}, gas energy error {books['gas_energy_error']:.1e}, "
             f"whole energy residual {100 * books['energy_residual_of_injected']:.4f} % of injected "
