@@ -7,6 +7,7 @@ from collections.abc import Callable
 from here import Here
 from triggers_geometry import bag, warned
 
+from billow.apps.folding.folder import fold_case
 from billow.case.schema import Case
 
 LEPORELLO = {"kind": "leporello", "first_line": 0.12, "panel": 0.06}
@@ -33,6 +34,7 @@ TRIGGERS: dict[str, Callable[[Here], object]] = {
     "E-GEO-044": folded({"kind": "roll", "core": 0.003}),
     "E-GEO-045": folded(LEPORELLO, {**LEPORELLO, "across": "y"}, {"kind": "half", "line": 0.1}),
     "E-GEO-046": bag(**TUBE, chambers=2, mouth_chamber=1, folds=[{"kind": "half", "line": 0.203}]),
+    "E-GEO-047": lambda here: fold_case(case()(here), here.place / "folded"),
     "W-MESH-008": warned("W-MESH-008", case(LEPORELLO, vents={"count": 1, "diameter": 0.04, "distance": 0.175})),
     "W-MESH-009": warned("W-MESH-009", case({**LEPORELLO, "layer_gap": 0.0005})),
 }

@@ -161,11 +161,10 @@ def _folds(case: Case, model: Model) -> Iterator[Concern]:
     if 2.0 * plan.half < case.fabric.thickness:
         yield TIGHT(apart=2e3 * plan.half, thickness=1e3 * case.fabric.thickness)
     flat = plan.unfolded(model.start)
-    for vent in (name for name in model.surface.part_names if name.startswith("vent_")):
-        rim = flat[model.surface.triangles[model.surface.triangles_of(vent)].ravel()]
-        lines = [(axis, row.place) for axis in (0, 1) for row in plan.rows(axis)]
-        if any(rim[:, axis].min() < place < rim[:, axis].max() for axis, place in lines):
-            yield FOLDED_VENT(vent=vent)
+    lines = [(axis, row.place) for axis in (0, 1) for row in plan.rows(axis)]
+    crossed = {vent for line in lines for vent in plan.vents_on(model.surface, flat, *line)}
+    for vent in sorted(crossed):
+        yield FOLDED_VENT(vent=vent)
 
 
 def _crossings(case: Case, model: Model) -> Iterator[Concern]:

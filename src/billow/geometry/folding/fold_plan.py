@@ -11,9 +11,10 @@ import numpy as np
 from billow.base.errors import InputError
 from billow.geometry.bag_shapes import BagShape
 from billow.geometry.flat_cut import signed_areas
-from billow.geometry.folding.curve import FoldCurve, Straight
+from billow.geometry.folding.curve import FoldCurve, Spiral, Straight
 from billow.geometry.folding.folds import Fold
 from billow.geometry.rectangle_mesh import MARGIN, Row
+from billow.geometry.surface import Surface
 
 THROUGH_THE_MOUTH = InputError.declare(
     "E-GEO-040",
@@ -48,11 +49,12 @@ class Stage:
 
 @dataclass(frozen=True)
 class FoldPlan:
-    """mouth: (x, y) [m] of its centre, from which the folds count. half: from the bag's middle to a panel [m]."""
+    """mouth: (x, y) [m] of its centre, from which the folds count. half: from the bag's middle to a panel [m]. steps:
+    the stages after each of the user's folds."""
 
     mouth: tuple[float, float]
     half: float
-    stages: tuple[Stage, ...]
+    steps: tuple[tuple[Stage, ...], ...]
 
     @classmethod
     def of(
@@ -64,21 +66,37 @@ class FoldPlan:
         Raises InputError E-GEO-040 (through the mouth), E-GEO-041..044 (of a fold), E-GEO-045 (a direction again).
         """
         half = 0.25 * min(fold.gap for fold in folds)
-        stages: list[Stage] = []
+        done: tuple[Stage, ...] = ()
+        steps: dict[int, tuple[Stage, ...]] = {}  # by number of the fold: both sides are one
         thick, middle = half, 0.0
         for across, group in itertools.groupby(folds, lambda fold: fold.across):
             own = list(group)
-            if any(stage.across == across for stage in stages):
+            if any(stage.across == across for stage in done):
                 raise ACROSS_AGAIN(fold=own[0].number)
             low, high = outline[:, across] - mouth[across]
             curve = FoldCurve.flat(low, high, thick, own[0].gap)
             for fold in own:
                 curve = fold.applied(curve, size)
                 _require_mouth_free(curve, fold, mouth_radius + MARGIN * size)
-            stages.append(Stage(across, curve, middle))
+                steps[fold.number] = (*done, Stage(across, curve, middle))
+            done = steps[own[-1].number]
             bottom, top = curve.height
             thick, middle = 0.5 * (top - bottom), middle + 0.5 * (top + bottom)
-        return cls(mouth, half, tuple(stages))
+        return cls(mouth, half, tuple(steps.values()))
+
+    @property
+    def stages(self) -> tuple[Stage, ...]:
+        """Of the bag folded to the end."""
+        return self.steps[-1]
+
+    def until(self, count: int) -> FoldPlan:
+        """The plan that ends after so many of the user's folds, at least one."""
+        return replace(self, steps=self.steps[:count])
+
+    @property
+    def keeps_lengths(self) -> bool:
+        """Whether the map stretches no yarn: one direction, nothing rolled."""
+        return len(self.stages) == 1 and not any(isinstance(p, Spiral) for p in self.stages[0].curve.pieces)
 
     def rows(self, across: int) -> tuple[Row, ...]:
         """Where the mesh needs rows of nodes along an axis, ascending: the middle of every crease."""
@@ -89,7 +107,7 @@ class FoldPlan:
     def pressed(self, shape: BagShape) -> np.ndarray:
         """Positions [m], (nodes, 3), of the bag laid flat: rear panel at z = 0, front panel above, sewn nodes between.
         shape: lying flat in x and y."""
-        return np.column_stack([shape.positions[:, :2], self.half * (1.0 + _panel_side(shape))])
+        return np.column_stack([shape.positions[:, :2], self.half * (1.0 + panel_side(shape, shape.positions))])
 
     def folded(self, pressed: np.ndarray) -> np.ndarray:
         """Where points of the pressed bag [m], (n, 3), go."""
@@ -117,6 +135,17 @@ class FoldPlan:
         """The shape at its folded start; all but its positions is that of the flat bag."""
         return replace(shape, positions=self.folded(self.pressed(shape)))
 
+    def vents_on(self, surface: Surface, flat: np.ndarray, axis: int, place: float) -> dict[str, tuple[float, float]]:
+        """Vents that a fold line at `place` [m] along an axis goes through, and from where to where on it [m]. flat:
+        where the nodes lie on the flat bag [m], (nodes, 3)."""
+        found = {}
+        for name, kind in zip(surface.part_names, surface.part_kinds, strict=True):
+            if kind == "vent":
+                rim = flat[surface.triangles[surface.triangles_of(name)].ravel()]
+                if rim[:, axis].min() < place < rim[:, axis].max():
+                    found[name] = (float(rim[:, 1 - axis].min()), float(rim[:, 1 - axis].max()))
+        return found
+
     @property
     def layers(self) -> int:
         """Layers of fabric over each other, at most."""
@@ -129,10 +158,11 @@ def _with(points: np.ndarray, axis: int, along: np.ndarray, z: np.ndarray) -> np
     return moved
 
 
-def _panel_side(shape: BagShape) -> np.ndarray:
-    """1 for nodes of the front panel, -1 for those of the rear one, 0 for those that are sewn, (nodes,)."""
+def panel_side(shape: BagShape, flat: np.ndarray) -> np.ndarray:
+    """1 for nodes of the front panel, -1 for those of the rear one, 0 for those that are sewn, (nodes,). flat: where
+    the nodes lie on the flat bag [m], (nodes, 3)."""
     surface = shape.surface
-    facing = np.sign(signed_areas(shape.positions[surface.triangles][:, :, :2]))
+    facing = np.sign(signed_areas(flat[surface.triangles][:, :, :2]))
     facing[surface.triangles_of_kind("opening")] = 0.0
     front, rear = np.zeros((2, surface.node_count), dtype=bool)
     front[surface.triangles[facing > 0.0]] = True
