@@ -18,6 +18,8 @@ SPREAD = 0.6
 """Width that an element has anyway, in edges; only wider ones need to be asked for."""
 LEAST = 0.5
 """Narrowest element, in edges."""
+ROUNDING = 1e-9
+"""Distance [m] from which on two lines are two."""
 MARGIN = 1.6
 """Distance that a hole or ring needs from the nearest line that must stay as it is, in edges."""
 
@@ -27,6 +29,11 @@ class Row(NamedTuple):
 
     place: float
     beside: float
+
+
+Rows = tuple[tuple[Row, ...], tuple[Row, ...]]
+"""Across x and across y."""
+NO_ROWS: Rows = ((), ())
 
 
 class Ring(Hole):
@@ -77,8 +84,8 @@ def even_lines(stops: list[float], size: float, rows: tuple[Row, ...] = ()) -> n
     intervals are at least as wide as it asks; rows lie between the stops and leave each other that room."""
     room = {row.place: row.beside for row in rows if row.beside > SPREAD * size}
     stops = sorted({*stops, *(row.place for row in rows)})
-    beside = [(a, b) for a, b in itertools.pairwise(stops)]
-    stops = sorted({*stops, *(line for a, b in beside for line in _beside(a, b, room, size))})
+    spans = list(itertools.pairwise(stops))
+    stops = sorted({*stops, *(line for a, b in spans for line in _room_beside(a, b, room, size))})
     spans = np.array(list(itertools.pairwise(stops)))
     lengths = spans[:, 1] - spans[:, 0]
     counts = np.maximum(1, np.round(lengths / size)).astype(int)
@@ -91,13 +98,19 @@ def even_lines(stops: list[float], size: float, rows: tuple[Row, ...] = ()) -> n
     )
 
 
-def _beside(a: float, b: float, room: dict[float, float], size: float) -> Iterator[float]:
+def _room_beside(a: float, b: float, room: dict[float, float], size: float) -> Iterator[float]:
     """The lines next to a and b [m] that keep the room they ask for [m]; what is left between them is no sliver."""
     first, last = room.get(a, 0.0), room.get(b, 0.0)
     if b - a - first - last > LEAST * size:
         yield from [a + first] * bool(first) + [b - last] * bool(last)
     elif first and last:
         yield a + (b - a) * first / (first + last)
+
+
+def beside(lines: np.ndarray, rows: tuple[Row, ...]) -> tuple[float, ...]:
+    """The rows and the grid lines next to them [m]: creases bend between these, alike in both panels."""
+    at = np.searchsorted(lines, np.array([row.place for row in rows]) - ROUNDING)
+    return tuple(lines[np.unique(np.concatenate([at - 1, at, at + 1]))]) if rows else ()
 
 
 def _split_cells(columns: int, rows: int) -> tuple[np.ndarray, np.ndarray]:

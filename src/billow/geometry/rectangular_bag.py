@@ -15,7 +15,19 @@ from billow.geometry.bag_shapes import DOES_NOT_FIT, BagShape
 from billow.geometry.chambers import OUTSIDE, Chambers
 from billow.geometry.disc_mesh import Hole
 from billow.geometry.local_thickness import distance_to_lines, doubled, line_depth
-from billow.geometry.rectangle_mesh import LEAST, MARGIN, RectangleMesh, Ring, Row, even_lines, mesh_rectangle
+from billow.geometry.rectangle_mesh import (
+    LEAST,
+    MARGIN,
+    NO_ROWS,
+    ROUNDING,
+    RectangleMesh,
+    Ring,
+    Row,
+    Rows,
+    beside,
+    even_lines,
+    mesh_rectangle,
+)
 from billow.geometry.surface import Surface
 
 BESIDE_A_SEAM = InputError.declare(
@@ -27,10 +39,6 @@ BESIDE_A_SEAM = InputError.declare(
     remedy="move the line onto the seam or away from it, or reduce bag.element_size",
 )
 
-Rows = tuple[tuple[Row, ...], tuple[Row, ...]]
-NO_ROWS: Rows = ((), ())
-ROUNDING = 1e-9
-"""Distance [m] from which on two lines are two."""
 
 FRONT, REAR, MOUTH = "front", "rear", "mouth"
 
@@ -91,7 +99,7 @@ def rectangular_bag(
     holes = [vents[k] for k in front_vents], [mouth, *(vents[k] for k in rear_vents)]
     if any(folds):  # panels that bend together have their nodes in the same places
         holes = [own + _rings(other, own, element_size) for own, other in (holes, reversed(holes))]
-    held = (*walls[1:-1], *_beside(x_lines, folds[0])), _beside(y_lines, folds[1])
+    held = (*walls[1:-1], *beside(x_lines, folds[0])), beside(y_lines, folds[1])
     front, rear = (mesh_rectangle(x_lines, y_lines, element_size, tuple(h), *held) for h in holes)
 
     lines = _sewn_lines(length, width, walls, gap_ends)
@@ -160,12 +168,6 @@ def _rings(holes: list[Hole], own: list[Hole], size: float) -> list[Hole]:
         for hole in holes
         if all(np.hypot(hole.x - o.x, hole.y - o.y) >= hole.radius + o.radius + MARGIN * size for o in own)
     ]
-
-
-def _beside(lines: np.ndarray, rows: tuple[Row, ...]) -> tuple[float, ...]:
-    """The rows and the grid lines next to them [m]: creases bend between these, alike in both panels."""
-    at = np.searchsorted(lines, np.array([row.place for row in rows]) - ROUNDING)
-    return tuple(lines[np.unique(np.concatenate([at - 1, at, at + 1]))]) if rows else ()
 
 
 def _settled(rows: tuple[Row, ...], stops: Iterable[float], least: float) -> tuple[Row, ...]:

@@ -21,7 +21,8 @@ from billow.geometry.folding.fold_plan import FoldPlan
 from billow.geometry.local_thickness import doubled, rim_depth, ring_depth
 from billow.geometry.mesh_bag import MeshPart, mesh_bag, require_nodes
 from billow.geometry.mesh_file import CellMesh, read_mesh
-from billow.geometry.rectangular_bag import FRONT, NO_ROWS, REAR, Gap, PanelVent, Seam, mouth_centre, rectangular_bag
+from billow.geometry.rectangle_mesh import NO_ROWS
+from billow.geometry.rectangular_bag import FRONT, REAR, Gap, PanelVent, Seam, mouth_centre, rectangular_bag
 from billow.parts.fabric.membrane import FabricLaw
 from billow.parts.straps import NO_STRAPS, Straps
 
@@ -92,7 +93,9 @@ def fold_plan(bag: schema_bag.Bag) -> FoldPlan | None:
     """How a bag is folded, None if it is not. InputError as `FoldPlan.of`, and E-GEO-012."""
     if not getattr(bag, "folds", ()):
         return None
-    if isinstance(bag, schema_bag.SquareBag):
+    if isinstance(bag, schema_bag.DriverBag):
+        length, width, mouth = bag.diameter, bag.diameter, (0.0, 0.0)
+    elif isinstance(bag, schema_bag.SquareBag):
         length, width, mouth = bag.side, bag.side, (0.0, 0.0)
     else:
         _require_chambers(bag)
@@ -105,11 +108,12 @@ def fold_plan(bag: schema_bag.Bag) -> FoldPlan | None:
 def _driver(bag: schema_bag.DriverBag) -> BagShape:
     _require_modest(bag, "bag.diameter", 0.25 * math.pi * bag.diameter**2)
     _require_apart(bag.vents)
+    plan = fold_plan(bag)
     shape = driver_bag(
         diameter=bag.diameter, element_size=bag.element_size, mouth_radius=bag.mouth_radius,
         vent_count=bag.vents.count, vent_diameter=bag.vents.diameter, vent_radius=bag.vents.distance,
         strap_count=bag.straps.count, strap_width=bag.straps.width, strap_stitch_radius=bag.straps.stitch_radius,
-        initial_gap=bag.initial_gap,
+        initial_gap=bag.initial_gap, folds=(plan.rows(0), plan.rows(1)) if plan else NO_ROWS,
     )  # fmt: skip
     straps = tuple(strap_line(bag.straps, line.bars, shape.positions) for line in shape.straps)
     rim = rim_depth(0.5 * bag.diameter, bag.element_size, bag.seam.width)

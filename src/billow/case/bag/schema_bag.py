@@ -163,11 +163,6 @@ class PanelBag(Strict):
     """Panels that let no gas through, whatever fabric.permeability says."""
     seam: Seam = Seam()
     warp_angle: WarpAngle = WarpAngle()
-
-
-class FoldableBag(PanelBag):
-    """Settings of bags that can be folded."""
-
     folds: tuple[Fold, ...] = ()
     birth_time: quantity("s", 0.0, 0.1) = 0.0
     """Time over which the reference moves from the folded start to the flat cut; for rolls and folds in two
@@ -194,7 +189,7 @@ class DriverBag(PanelBag):
     straps: Straps = Straps()
 
 
-class SquareBag(FoldableBag):
+class SquareBag(PanelBag):
     """Two square panels sewn at the edges, lying flat on the plane z = 0, mouth in the middle of the rear panel
     (LS-DYNA paper, examples 1 and 2)."""
 
@@ -217,7 +212,7 @@ class Openings(Strict):
     shorter than an element."""
 
 
-class RectangularBag(FoldableBag):
+class RectangularBag(PanelBag):
     """Two rectangular panels sewn at the edges, divided into chambers of equal length along x by seams that join both
     panels and leave gaps: side and window bags (LS-DYNA paper, example 3). Flat on the plane z = 0."""
 
