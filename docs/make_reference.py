@@ -52,7 +52,9 @@ def _section(key: str, model: type[Strict], told: set, several: bool = False) ->
     told.add((key, model))
     title = "Top level" if not key else f"[[{key}]]" if several else f"[{key}]"
     rows, inner = [], []
-    for name, field in sorted(model.model_fields.items(), key=lambda item: item[0] != "shape"):  # it chooses the rest
+    for name, field in sorted(
+        model.model_fields.items(), key=lambda item: item[0] != model.chooser
+    ):  # it chooses the rest
         nested = _models(field.annotation)
         path = f"{key}.{name}" if key else name
         if typing.get_origin(field.annotation) is dict:

@@ -10,13 +10,18 @@ import typer
 
 from billow.case import schema
 from billow.case.bag.schema_bag import BAGS
+from billow.case.bag.schema_folds import FOLDS
 from billow.cli.main import app
 from trust.generated_cases import fields
 
 ROOT = Path(__file__).parents[2]
 COMMANDS = typer.main.get_command(app).commands
 OPTIONS = {option for command in COMMANDS.values() for p in command.params for option in p.opts if option[:2] == "--"}
-FIELDS = [*fields(), *(field for bag in BAGS.values() for field in fields(bag, ("bag",)))]
+FIELDS = [
+    *fields(),
+    *(field for bag in BAGS.values() for field in fields(bag, ("bag",))),
+    *(field for fold in FOLDS.values() for field in fields(fold, ("bag", "folds"))),
+]
 KEYS = {".".join("*" if isinstance(part, int) else part for part in path) for path, _ in FIELDS}
 TABLES = {key.rsplit(".", depth)[0] for key in KEYS for depth in range(1, 4)}
 

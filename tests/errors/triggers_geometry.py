@@ -28,6 +28,23 @@ SCALARS part int 1
 LOOKUP_TABLE default
 1 1 1 2
 """
+TWO = """# vtk DataFile Version 3.0
+two bags of four triangles, one in the other's way
+ASCII
+DATASET UNSTRUCTURED_GRID
+POINTS 8 double
+0 0 0  0.3 0 0  0 0.3 0  0 0 0.3
+0.05 0.05 0.05  0.35 0.05 0.05  0.05 0.35 0.05  0.05 0.05 0.35
+CELLS 8 32
+3 0 2 1  3 0 1 3  3 0 3 2  3 1 2 3
+3 4 6 5  3 4 5 7  3 4 7 6  3 5 6 7
+CELL_TYPES 8
+5 5 5 5 5 5 5 5
+CELL_DATA 8
+SCALARS part int 1
+LOOKUP_TABLE default
+1 1 1 2 1 1 1 2
+"""
 SPREAD = "0 0 0  0.3 0 0  0 0.3 0  0 0.3 0.1"
 PARTS = [{"name": "low", "number": 1}, {"name": "slope", "number": 2}]
 
@@ -80,6 +97,7 @@ TRIGGERS: dict[str, Callable[[Here], object]] = {
     "E-UNIT-001": checked(mesh(TETRAHEDRON.replace("0.3", "300"))),
     "W-UNIT-001": warned("W-UNIT-001", mesh(TETRAHEDRON.replace("0.3", "20"))),
     "W-MESH-006": warned("W-MESH-006", mesh(with_points("0 0 0  0.3 0 0  0 0.3 0  0.1 0 1e-5"))),
+    "W-MESH-007": warned("W-MESH-007", mesh(TWO)),
     "W-MESH-004": warned("W-MESH-004", mesh(reference=TETRAHEDRON.replace("0.3", "0.4"))),
     "W-MESH-005": warned("W-MESH-005", mesh(with_points("0 0 0  0.3 0 0  0 0.3 0  0 0 1e-5"), TETRAHEDRON)),
 }

@@ -7,7 +7,6 @@ import numpy as np
 from billow.base.errors import InputError
 from billow.case import schema
 from billow.case.bag.build_bag import build_shape, build_straps
-from billow.case.bag.schema_bag import MeshBag
 from billow.case.fabric.build_fabric import build_fabric
 from billow.case.gas.build_gas import build_gas
 from billow.case.gas.models import GAS_MODELS
@@ -68,9 +67,9 @@ def build_model(case: schema.Case) -> Model:
     mass = nodal_mass(shape, membrane, straps)
     contact_area = nodal_share(shape.surface.triangles[cloth], area[cloth], shape.surface.node_count)
     gravity = np.array(case.run.gravity)
-    birth = None
-    if isinstance(case.bag, MeshBag) and case.bag.birth_time:
-        birth = Birth.of(case.bag.birth_time, (membrane,), shape.surface.triangles, shape.positions)
+    birth, birth_time = None, getattr(case.bag, "birth_time", 0.0)
+    if birth_time:
+        birth = Birth.of(birth_time, (membrane,), shape.surface.triangles, shape.positions)
     apart = case.fabric.self_contact
     if apart == "auto":
         apart = GAS_MODELS[case.gas.model].is_local

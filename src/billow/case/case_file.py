@@ -158,7 +158,7 @@ def _find(model: type[Strict], location: tuple) -> tuple[Any, str]:
     meaning = ""
     for part in map(str, location):
         tables = list(_tables(place))
-        variant = next((t for t in tables if part in _shapes(t)), None)
+        variant = next((t for t in tables if part in _choices(t)), None)
         owner = next((t for t in tables if part in t.model_fields), None)
         if variant:
             place, meaning = variant, ""
@@ -176,15 +176,15 @@ def _tables(place: Any) -> Iterator[type[Strict]]:
         yield from _tables(option)
 
 
-def _shapes(table: type[Strict]) -> tuple[str, ...]:
-    """Values of the key `shape` that choose this table among others."""
-    shape = table.model_fields.get("shape")
-    return get_args(shape.annotation) if shape else ()
+def _choices(table: type[Strict]) -> tuple[str, ...]:
+    """Values of the key `shape` or `kind` that choose this table among others."""
+    chooser = table.model_fields.get(table.chooser)
+    return get_args(chooser.annotation) if chooser else ()
 
 
 def _variants(model: type[Strict]) -> Iterator[str]:
-    """All values of keys `shape` in a schema."""
-    yield from _shapes(model)
+    """All values of keys that choose between tables of a schema."""
+    yield from _choices(model)
     for field in model.model_fields.values():
         for table in _tables(field):
             yield from _variants(table)

@@ -13,7 +13,9 @@ import numpy as np
 
 from billow.base.errors import Concern
 from billow.base.plausible import unusual
+from billow.case.bag.build_bag import fold_plan
 from billow.case.schema import Case
+from billow.geometry.crossings import CrossingCount
 from billow.geometry.reference_check import NOTICED, Panel, panels, place
 from billow.parts.fabric.fabric import STEP_FACTOR
 from billow.solver.model import Model
@@ -71,6 +73,31 @@ SLIVERS = Concern.declare(
     cause="slivers left by a mesher or by merging nodes",
     remedy="collapse the short edges of these triangles, or mesh that spot again",
 )
+CROSSED = Concern.declare(
+    "W-MESH-007",
+    "the bag passes through itself at the start, at {count} places",
+    where="{place}; {key}",
+    why="layers that have crossed never part again, and gas between them pushes both the wrong way",
+    cause="a mesh folded by another tool without a check, or folds without a row of nodes along them",
+    remedy="move the start shape apart there",
+)
+FOLDED_VENT = Concern.declare(
+    "W-MESH-008",
+    "a fold line goes through {vent}",
+    where="bag.folds",
+    why="the elements around a vent follow its rim, not the line: layers may cut each other there, and gas leaves from "
+    "within the fold",
+    cause="a vent where the bag is folded",
+    remedy="move the vent or the line, and look at the crossings that billow check counts",
+)
+TIGHT = Concern.declare(
+    "W-MESH-009",
+    "the panels of a folded sheet lie {apart:.3g} mm apart, the fabric is {thickness:.3g} mm thick",
+    where="bag.folds; fabric.thickness",
+    why="contact would push them apart at the first step",
+    cause="a thick fabric, or a bag.folds.layer_gap for a thinner one",
+    remedy="raise bag.folds.layer_gap to at least twice the thickness",
+)
 FEW = 0.01
 """Share of the triangles, but at least four, that is compared with the others."""
 COSTLY = 5.0
@@ -81,7 +108,11 @@ def concerns_of(case: Case, model: Model) -> list[Concern]:
     """Everything about a case that looks unintended."""
     setting = model.setting(case.run.end_time)
     of_parts = [concern for _, part in model.parts for concern in part.concerns(setting)]
-    of_mesh = [concern for ask in (_units, _size, _slivers, _panels, _straps) for concern in ask(case, model)]
+    of_mesh = [
+        concern
+        for ask in (_units, _size, _slivers, _panels, _straps, _folds, _crossings)
+        for concern in ask(case, model)
+    ]
     return [*of_mesh, *of_parts]
 
 
@@ -123,6 +154,27 @@ def _slivers(case: Case, model: Model) -> Iterator[Concern]:
             )
 
 
+def _folds(case: Case, model: Model) -> Iterator[Concern]:
+    plan = fold_plan(case.bag)
+    if plan is None:
+        return
+    if 2.0 * plan.half < case.fabric.thickness:
+        yield TIGHT(apart=2e3 * plan.half, thickness=1e3 * case.fabric.thickness)
+    flat = plan.unfolded(model.start)
+    lines = [(axis, row.place) for axis in (0, 1) for row in plan.rows(axis)]
+    crossed = {vent for line in lines for vent in plan.vents_on(model.surface, flat, *line)}
+    for vent in sorted(crossed):
+        yield FOLDED_VENT(vent=vent)
+
+
+def _crossings(case: Case, model: Model) -> Iterator[Concern]:
+    per_triangle = CrossingCount(model.surface).per_triangle(model.start)
+    if per_triangle.any():
+        worst = place(model.surface, model.start, int(per_triangle.argmax()))
+        key = "bag.start" if case.bag.shape == "mesh" else "bag.folds" if getattr(case.bag, "folds", ()) else "bag"
+        yield CROSSED(count=int(per_triangle.sum()), place=worst, key=key)
+
+
 def _straps(case: Case, model: Model) -> Iterator[Concern]:
     driver = case.bag.shape == "driver"
     ends = model.start[model.straps.bars]
@@ -148,19 +200,20 @@ def start_panels(model: Model) -> list[Panel]:
 
 
 def _panels(case: Case, model: Model) -> Iterator[Concern]:
-    read = case.bag.shape == "mesh"
-    if read and case.bag.birth_time:
+    read, folded = case.bag.shape == "mesh", bool(getattr(case.bag, "folds", ()))
+    if (read or folded) and case.bag.birth_time:
         return  # the user knows, and the reference moves slowly
-    key = "bag.start, bag.reference" if read else "bag.initial_gap"
+    key = "bag.start, bag.reference" if read else "bag.folds" if folded else "bag.initial_gap"
+    born = "set bag.birth_time to a few milliseconds" if folded else "set bag.birth_time to 1 or 2 ms"
     for panel in start_panels(model):
         part = panel.name
         if panel.longest > 1.0 + START_STRAIN:
             at, most = place(model.surface, model.start, panel.longest_at), 100 * (panel.longest - 1.0)
-            remedy = "set bag.birth_time to 1 or 2 ms" if read else "use a bag.initial_gap of a few millimetres"
+            remedy = born if read or folded else "use a bag.initial_gap of a few millimetres"
             yield STRETCHED(share=100 * panel.stretched, part=part, most=most, place=at, key=key, remedy=remedy)
-        if panel.collapsed:
+        if panel.collapsed:  # a fold shortens the elements beside its line on purpose, but never to nothing
             at = place(model.surface, model.start, panel.collapsed_at)
             yield COLLAPSED(share=100 * panel.collapsed, part=part, place=at, key=key)
-        elif panel.compressed > MANY and panel.shortest < 1.0 - START_STRAIN:
+        elif not folded and panel.compressed > MANY and panel.shortest < 1.0 - START_STRAIN:
             at, most = place(model.surface, model.start, panel.shortest_at), 100 * (1.0 - panel.shortest)
             yield COMPRESSED(share=100 * panel.compressed, part=part, most=most, place=at, key=key)

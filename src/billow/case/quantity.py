@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import reduce
 from operator import or_
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, Discriminator, Tag, create_model, model_validator
 from pydantic_core import PydanticCustomError
@@ -29,6 +29,9 @@ class Strict(BaseModel, extra="forbid", frozen=True, allow_inf_nan=False, valida
     @classmethod
     def __get_pydantic_json_schema__(cls, core_schema: Any, handler: Any) -> dict[str, Any]:
         return described(cls, handler(core_schema), handler)
+
+    chooser: ClassVar[str] = "shape"
+    """The key that chooses this table among others, if it has one of that name."""
 
     @model_validator(mode="before")
     @classmethod
@@ -186,22 +189,22 @@ def number_or_curve(unit: str, low: float, high: float, *axes: str) -> Any:
     return Annotated[reduce(or_, choices), Discriminator(written_as)]
 
 
-def chosen_by_shape(tables: dict[str, type[Strict]], default: str | None = None) -> Any:
-    """One of several tables, chosen by its key `shape`."""
+def chosen_by(key: str, tables: dict[str, type[Strict]], default: str | None = None) -> Any:
+    """One of several tables, chosen by one of its keys, `shape` or `kind`."""
 
     def known(value: Any) -> Any:
         if not isinstance(value, dict):
             return value
-        if default and "shape" not in value:
-            return {"shape": default, **value}
-        given = value.get("shape")
+        if default and key not in value:
+            return {key: default, **value}
+        given = value.get(key)
         if given not in tuple(tables):
-            missing = "its shape is no text" if "shape" in value else "it has no shape"
-            reason = f"there is no shape {given[:40]!r}" if isinstance(given, str) else missing
-            raise refused(reason, f"write {' or '.join(f'shape = {shape!r}' for shape in tables)}")
+            missing = f"its {key} is no text" if key in value else f"it has no {key}"
+            reason = f"there is no {key} {given[:40]!r}" if isinstance(given, str) else missing
+            raise refused(reason, f"write {' or '.join(f'{key} = {name!r}' for name in tables)}")
         return value
 
-    return Annotated[reduce(or_, tables.values()), Discriminator("shape"), BeforeValidator(known)]
+    return Annotated[reduce(or_, tables.values()), Discriminator(key), BeforeValidator(known)]
 
 
 def distinct(kind: str, remedy: str | None = None) -> Callable[[Any], Any]:

@@ -51,6 +51,9 @@ class Run(Strict):
     """Fraction of the stable step to use."""
     gravity: tuple[Acceleration, Acceleration, Acceleration] = (0.0, 0.0, 0.0)
     """Acceleration of gravity; negligible during a deployment."""
+    guard_crossings: bool = False
+    """Whether to count at every frame where fabric passes through fabric, and to write the places to fabric.vtkhdf; at
+    start and end it is always counted."""
     gas_frames: bool = True
     """Whether to write gas.vtkhdf: the corpuscular gas in boxes of about 100 particles, at every frame."""
     particle_times: tuple[quantity("s", 0.0, 1.0), ...] = ()

@@ -18,7 +18,7 @@ NO_SUCH_SETTING = InputError.declare(
 
 def vary(data: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
     """The tables of a case with dotted keys replaced, in place; what stands in a list (obstacles, several inflators) is
-    addressed by name. Values are not checked.
+    addressed by name, or by number from 1 if it has none (folds). Values are not checked.
 
     Raises InputError E-CASE-006 for keys that lead nowhere.
     """
@@ -37,11 +37,11 @@ def vary(data: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
 
 
 def _entries(place: Any) -> dict[str, Any]:
-    """What stands at a place: the entries of a table, the tables of a list by name, or nothing."""
+    """What stands at a place: the entries of a table, the tables of a list by name or number from 1, or nothing."""
     if isinstance(place, dict):
         return place
     items = place if isinstance(place, (list, tuple)) else ()
-    return {str(item.get("name")): item for item in items if isinstance(item, dict)}
+    return {str(item.get("name", k)): item for k, item in enumerate(items, 1) if isinstance(item, dict)}
 
 
 def _unknown(key: str, part: str, entries: dict[str, Any]) -> InputError:

@@ -6,21 +6,25 @@ import numpy as np
 
 from billow.geometry.bag_shapes import DOES_NOT_FIT, BagShape, StrapLine
 from billow.geometry.disc_mesh import CLEARANCE, Hole, hole_polygon, mesh_disc, rim_count
+from billow.geometry.grid_disc_mesh import mesh_grid_disc
+from billow.geometry.rectangle_mesh import NO_ROWS, Ring, Rows
 from billow.geometry.surface import Surface
 
 
 def driver_bag(
     diameter: float, element_size: float, mouth_radius: float, vent_count: int, vent_diameter: float,
     vent_radius: float, strap_count: int, strap_width: float, strap_stitch_radius: float, initial_gap: float,
+    folds: Rows = NO_ROWS,
 ) -> BagShape:  # fmt: skip
     """Driver bag: two flat discs sewn at the rim, lying on the plane z = 0, mouth and vents in the rear (lower) panel.
 
     diameter: of the flat panels [m]. mouth_radius: retainer ring radius [m]; nodes on and inside it are fixed.
     vent_radius: distance of the vents' centres from the axis [m]. strap_stitch_radius: of the stitch line on the front
     panel [m]; on the rear panel the retainer ring holds the straps; bars are as long as in the start shape.
-    initial_gap: height of the shallow dome that the front panel is at the start, for some air in the bag [m].
+    initial_gap: height of the shallow dome that the front panel is at the start, for some air in the bag [m]. folds:
+    rows of nodes across x and across y.
 
-    Raises InputError E-GEO-010 if a vent or strap does not fit into its panel.
+    Raises InputError E-GEO-010 if a vent or strap does not fit into its panel, E-GEO-048 for a row along the rim.
     """
     radius = 0.5 * diameter
     _require_fit(
@@ -32,11 +36,18 @@ def driver_bag(
         for angle in np.pi / 2 + 2.0 * np.pi * np.arange(vent_count) / max(vent_count, 1)
     )
     stitch = (strap_stitch_radius,) if strap_count else ()
-    front, front_triangles, _ = mesh_disc(radius, element_size, stitch)
-    rear, rear_triangles, vent_patches = mesh_disc(radius, element_size, (mouth_radius,), vents)
+    if any(folds):  # panels that bend together have their nodes in the same places
+        rings = tuple(Ring(0.0, 0.0, r) for r in (mouth_radius, *stitch))
+        closed = tuple(Ring(vent.x, vent.y, vent.radius) for vent in vents)
+        discs = [mesh_grid_disc(radius, element_size, folds, (*own, *rings)) for own in (closed, vents)]
+        (front, rear), (front_triangles, rear_triangles) = zip(*((d.points, d.triangles) for d in discs), strict=True)
+        rim, vent_patches = discs[1].rim, discs[1].patches[:vent_count]
+    else:
+        front, front_triangles, _ = mesh_disc(radius, element_size, stitch)
+        rear, rear_triangles, vent_patches = mesh_disc(radius, element_size, (mouth_radius,), vents)
+        rim = rim_count(radius, element_size)
 
     # The rim nodes come first in both panels and are the same nodes: the seam.
-    rim = rim_count(radius, element_size)
     rear_node = np.concatenate([np.arange(rim), len(front) + np.arange(len(rear) - rim)])
     flat = np.concatenate([front, rear[rim:]])
     height = np.concatenate([initial_gap * (1.0 - np.sum(front**2, axis=1) / radius**2), np.zeros(len(rear) - rim)])

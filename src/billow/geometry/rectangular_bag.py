@@ -5,16 +5,40 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 
+from billow.base.errors import InputError
 from billow.geometry.bag_shapes import DOES_NOT_FIT, BagShape
 from billow.geometry.chambers import OUTSIDE, Chambers
 from billow.geometry.disc_mesh import Hole
 from billow.geometry.local_thickness import distance_to_lines, doubled, line_depth
-from billow.geometry.rectangle_mesh import MARGIN, RectangleMesh, Ring, even_lines, mesh_rectangle
+from billow.geometry.rectangle_mesh import (
+    LEAST,
+    MARGIN,
+    NO_ROWS,
+    ROUNDING,
+    RectangleMesh,
+    Ring,
+    Row,
+    Rows,
+    beside,
+    even_lines,
+    mesh_rectangle,
+)
 from billow.geometry.surface import Surface
+
+BESIDE_A_SEAM = InputError.declare(
+    "E-GEO-046",
+    "a fold line at {place:.4g} m comes {near:.3g} mm close to a seam or to another line",
+    where="bag.folds",
+    why="the elements between would be narrower than {least:.3g} mm and make the step short",
+    cause="a fold line beside a seam between chambers, at the end of a gap, or beside the rim",
+    remedy="move the line onto the seam or away from it, or reduce bag.element_size",
+)
+
 
 FRONT, REAR, MOUTH = "front", "rear", "mouth"
 
@@ -45,30 +69,38 @@ class Seam:
 def rectangular_bag(
     length: float, width: float, element_size: float, mouth_radius: float, initial_gap: float,
     vents: tuple[PanelVent, ...] = (), chambers: int = 1, mouth_chamber: int = 0, gap: Gap | None = None,
-    seam: Seam | None = None,
+    seam: Seam | None = None, mouth_offset: tuple[float, float] = (0.0, 0.0), folds: Rows = NO_ROWS,
 ) -> BagShape:  # fmt: skip
     """Two panels of length (x) by width (y) [m] about the origin, the rear one in the plane z = 0.
 
-    mouth_radius: of the retainer ring in the middle of the mouth chamber's rear panel [m], counted from 0 at the lowest
-    x; nodes on and inside it are fixed. initial_gap: greatest height of the front over the rear panel at the start [m].
-    chambers: of equal length along x; gap: needed if there are several.
+    mouth_radius: of the retainer ring [m], its centre `mouth_offset` [m] from the middle of the mouth chamber's rear
+    panel, counted from 0 at the lowest x; nodes on and inside it are fixed. initial_gap: greatest height of the front
+    over the rear panel at the start [m]. chambers: of equal length along x; gap: needed if there are several. folds:
+    rows of nodes across x and across y.
 
-    Raises InputError E-GEO-010 if the mouth, a vent or a gap does not fit.
+    Raises InputError E-GEO-010 if the mouth, a vent or a gap does not fit, E-GEO-046 if a row comes too close to a
+    seam.
     """
-    # An even number of cells in every chamber, so that each of its corners is whole.
-    cells = 2 * max(1, round(0.5 * length / chambers / element_size)) * chambers
-    x_lines = np.linspace(-0.5 * length, 0.5 * length, cells + 1)
+    walls = np.linspace(-0.5 * length, 0.5 * length, chambers + 1)
     gap_ends = _gap_ends(width, element_size, gap) if chambers > 1 else (0.0, 0.0)
     # A gap has a node in its middle: with both ends sewn it could not open otherwise.
-    y_lines = even_lines(sorted({-0.5 * width, *gap_ends, 0.5 * sum(gap_ends), 0.5 * width}), element_size)
-    walls = np.linspace(-0.5 * length, 0.5 * length, chambers + 1)
-    middle = 0.5 * (walls[mouth_chamber] + walls[mouth_chamber + 1])
-    mouth = Ring(middle, 0.0, mouth_radius)
+    y_stops = {-0.5 * width, 0.5 * width}
+    if chambers > 1 or not folds[1]:
+        y_stops |= {*gap_ends, 0.5 * sum(gap_ends)}
+    y_stops = sorted(y_stops)
+    folds = tuple(
+        _settled(rows, stops, LEAST * element_size) for rows, stops in zip(folds, (walls, y_stops), strict=True)
+    )
+    x_lines, y_lines = _x_lines(walls, element_size, folds[0]), even_lines(y_stops, element_size, folds[1])
+    mouth = Ring(*mouth_centre(length, chambers, mouth_chamber, mouth_offset), mouth_radius)
     _require_fit(mouth, vents, walls, width, element_size)
     rear_vents = [k for k, vent in enumerate(vents) if vent.panel == REAR]
     front_vents = [k for k, vent in enumerate(vents) if vent.panel == FRONT]
-    holes = tuple(vents[k] for k in front_vents), (mouth, *(vents[k] for k in rear_vents))
-    front, rear = (mesh_rectangle(x_lines, y_lines, element_size, shapes, tuple(walls[1:-1])) for shapes in holes)
+    holes = [vents[k] for k in front_vents], [mouth, *(vents[k] for k in rear_vents)]
+    if any(folds):  # panels that bend together have their nodes in the same places
+        holes = [own + _rings(other, own, element_size) for own, other in (holes, reversed(holes))]
+    held = (*walls[1:-1], *beside(x_lines, folds[0])), beside(y_lines, folds[1])
+    front, rear = (mesh_rectangle(x_lines, y_lines, element_size, tuple(h), *held) for h in holes)
 
     lines = _sewn_lines(length, width, walls, gap_ends)
     sewn = distance_to_lines(rear.points, lines) < 1e-9 * length
@@ -83,9 +115,9 @@ def rectangular_bag(
 
     names = (FRONT, REAR, MOUTH, *(f"vent_{k + 1}" for k in range(len(vents))))
     part = np.concatenate([np.zeros(len(front.triangles)), np.ones(len(rear.triangles))]).astype(np.int64)
-    for k, patch in zip(front_vents, front.patches, strict=True):
+    for k, patch in zip(front_vents, front.patches[: len(front_vents)], strict=True):
         part[patch] = 3 + k
-    for k, patch in zip([-1, *rear_vents], rear.patches, strict=True):
+    for k, patch in zip([-1, *rear_vents], rear.patches[: 1 + len(rear_vents)], strict=True):
         part[len(front.triangles) + patch] = 3 + k
     panels = np.concatenate([front.triangles, rear_node[rear.triangles][:, [0, 2, 1]]])
     behind = np.searchsorted(walls[1:-1], flat[panels].mean(axis=1)[:, 0])
@@ -105,10 +137,50 @@ def rectangular_bag(
     fixed = np.zeros(len(flat), dtype=bool)
     fixed[surface.triangles[surface.triangles_of(MOUTH)]] = True
     shape = BagShape(
-        surface, np.column_stack([flat, height]), reference, fixed, mouth_centre=np.array([middle, 0.0, 0.0]),
+        surface, np.column_stack([flat, height]), reference, fixed, mouth_centre=np.array([mouth.x, mouth.y, 0.0]),
         seen_from_inside=(REAR,),
     )  # fmt: skip
     return doubled(shape, (FRONT, REAR), line_depth(lines, seam.width), seam.layers) if seam else shape
+
+
+def mouth_centre(length: float, chambers: int, chamber: int, offset: tuple[float, float]) -> tuple[float, float]:
+    """Centre (x, y) [m] of a mouth `offset` [m] from the middle of a chamber, counted from 0 at the lowest x."""
+    walls = np.linspace(-0.5 * length, 0.5 * length, chambers + 1)
+    return float(0.5 * (walls[chamber] + walls[chamber + 1]) + offset[0]), offset[1]
+
+
+def _x_lines(walls: np.ndarray, size: float, rows: tuple[Row, ...]) -> np.ndarray:
+    """Grid lines along x [m]: an even number of cells in every chamber, so that each of its corners is whole."""
+    chambers = len(walls) - 1
+    if not rows:
+        cells = 2 * max(1, round(0.5 * (walls[-1] - walls[0]) / chambers / size)) * chambers
+        return np.linspace(walls[0], walls[-1], cells + 1)
+    each = [
+        even_lines([a, b], size, tuple(row for row in rows if a < row.place < b)) for a, b in itertools.pairwise(walls)
+    ]
+    return np.concatenate([*(lines[:-1] for lines in each), walls[-1:]])
+
+
+def _rings(holes: list[Hole], own: list[Hole], size: float) -> list[Hole]:
+    """Rings of nodes around the places of holes in the other panel, where the panel's own leave room."""
+    return [
+        Ring(hole.x, hole.y, hole.radius)
+        for hole in holes
+        if all(np.hypot(hole.x - o.x, hole.y - o.y) >= hole.radius + o.radius + MARGIN * size for o in own)
+    ]
+
+
+def _settled(rows: tuple[Row, ...], stops: Iterable[float], least: float) -> tuple[Row, ...]:
+    """The rows, on a stop where they differ from it by rounding."""
+    settled: list[Row] = []
+    for row in rows:
+        others = np.array([*stops, *(other.place for other in settled)])
+        nearest = float(others[np.abs(others - row.place).argmin()])
+        near = abs(nearest - row.place)
+        if ROUNDING < near < least:
+            raise BESIDE_A_SEAM(place=row.place, near=1e3 * near, least=1e3 * least)
+        settled.append(row._replace(place=nearest) if near <= ROUNDING else row)
+    return tuple(settled)
 
 
 def _gap_ends(width: float, size: float, gap: Gap) -> tuple[float, float]:

@@ -7,6 +7,7 @@ and gathered per node, in the fixed order of the corner list, so that the result
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numba import prange
@@ -40,6 +41,9 @@ NORMALS_POINT_INWARDS = InputError.declare(
 
 PART_KINDS = ("fabric", "mouth", "vent", "opening")
 """What a triangle is: fabric, the inflator's mouth, a vent hole, or an opening between two chambers."""
+
+SOLID = ("fabric", "mouth")
+"""Kinds of parts that can be touched; the others are holes."""
 
 
 @dataclass(frozen=True)
@@ -97,6 +101,11 @@ class Surface:
     def triangles_of_kind(self, kind: str) -> np.ndarray:
         """Indices (n,) int64 of the triangles of all parts of a kind."""
         return np.flatnonzero(np.array([k == kind for k in self.part_kinds])[self.part])
+
+    @cached_property
+    def solid(self) -> np.ndarray:
+        """Indices (n,) int64 of the triangles that can be touched."""
+        return np.flatnonzero(np.isin(self.part, [k for k, kind in enumerate(self.part_kinds) if kind in SOLID]))
 
     def parts_at(self, node: int) -> str:
         """Names of the parts around a node, for messages."""

@@ -52,9 +52,6 @@ not decide whether a node on an edge is over both of its triangles, one, or none
 FARTHEST = 1e3
 """Distance of a node from the origin [m] from which on there is no bag any more."""
 
-SOLID = ("fabric", "mouth")
-"""Kinds of parts that can be touched; the others are holes."""
-
 
 @dataclass
 class Pairs:
@@ -111,7 +108,7 @@ class SelfContact(Part):
     def build(cls, surface: Surface, start: np.ndarray, mass: np.ndarray, crossing_time: float) -> SelfContact:
         """start: positions at time zero [m], (nodes, 3), which say how long edges are. mass: [kg], (nodes,).
         crossing_time: of the fastest membrane wave, over the smallest altitude [s]."""
-        solid = np.flatnonzero(np.isin(surface.part, [k for k, kind in enumerate(surface.part_kinds) if kind in SOLID]))
+        solid = surface.solid
         corners = start[surface.triangles[solid]]
         edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
         gap = GAP_IN_EDGES * float(edges.mean())

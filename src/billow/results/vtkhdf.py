@@ -29,7 +29,7 @@ UNREADABLE_MESH = IntegrityError.declare(
 LARGEST_FRAMES = 1_000_000_000_000
 """Bytes of the frames of a run, which are read one by one."""
 UNITS = {
-    "Points": "m", "part": "-", "strap": "-", "obstacle": "-",
+    "Points": "m", "part": "-", "strap": "-", "obstacle": "-", "crossings": "-",
     "displacement": "m", "velocity": "m/s", "contact_force": "N", "plate_force": "N",
     "stretch": "-", "strain_warp": "-", "strain_weft": "-", "stress": "Pa",
     "gauge_pressure": "Pa", "gas_temperature": "K", "gas_density": "kg/m^3", "gas_velocity": "m/s",

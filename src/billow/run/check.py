@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import NamedTuple
 
+import numpy as np
+
 from billow.case.assumptions import HEADING, assumptions
+from billow.case.bag.build_bag import fold_plan
 from billow.case.build import build_model, build_schedule, require_start_clear
 from billow.case.concerns import concerns_of, start_panels
 from billow.case.gas.models import GAS_MODELS
 from billow.case.schema import Case
+from billow.geometry.crossings import CrossingCount
 from billow.results.dataset_files import mesh_sha256
 from billow.run.names import owners, require_distinct
 from billow.solver.checkpoint import flatten
-from billow.solver.model import start_state
+from billow.solver.model import Model, start_state
 from billow.solver.step import stable_dt
 
 SECONDS_PER_STEP = 220e-6  # rough cost that does not depend on the mesh, on one core of a 2020s processor
@@ -76,6 +81,8 @@ def describe(case: Case) -> str:
             if chambers.count > 1
         ),
         f"  fabric    {model.mass.sum():.4f} kg; start volume {1e3 * surface.volume(model.start):.3f} l, closed",
+        *_folded(case, model),
+        f"  crossings {CrossingCount(surface).total(model.start):.0f} of fabric through fabric",
         f"  step      {1e6 * dt:.4g} us, about {steps} steps",
         f"  run time  about {max(1.0, steps * seconds):.0f} s on one core",
         f"  needs     about {memory:.0f} MB of memory and up to {2 * disk / 1e6:.0f} MB of disk; each worker of a "
@@ -91,3 +98,12 @@ def describe(case: Case) -> str:
     if taken:
         lines += [f"  {HEADING}:", *(f"    {line}" for line in taken)]
     return "\n".join([*lines, *map(str, concerns_of(case, model))])
+
+
+def _folded(case: Case, model: Model) -> Iterator[str]:
+    plan = fold_plan(case.bag)
+    if plan is None:
+        return
+    size = " x ".join(f"{1e3 * extent:.4g}" for extent in np.ptp(model.start, axis=0))
+    longest = max(panel.longest for panel in start_panels(model)) - 1.0
+    yield f"  folded    {plan.layers} layers, {size} mm; edges stretched by {100 * longest:.2g} % at most"

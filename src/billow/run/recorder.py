@@ -26,6 +26,7 @@ from billow.results.journal import Journal
 from billow.results.machine import machine
 from billow.results.run_file import write_run_file
 from billow.run.checkpoint_file import SLOTS, write_checkpoint
+from billow.run.crossing_guard import CrossingGuard
 from billow.run.interrupts import Interrupts, RunInterrupted
 from billow.solver.model import Model, State
 from billow.solver.run import Recorder, Schedule
@@ -63,6 +64,7 @@ class Told:
     digest: SHA-256 of whatever the model was made from. concerns: what looked unintended. assumptions: what was taken
     from Billow where a measurement belongs. sensors: places [m] where the
     gas is read, by name. particle_times: [s], when particles are recorded. gas_frames: whether the gas is, in boxes.
+    guard_crossings: whether crossings of fabric are counted at every frame.
     """
 
     title: str
@@ -74,6 +76,7 @@ class Told:
     sensors: Mapping[str, Sequence[float]] = field(default_factory=dict)
     particle_times: Sequence[float] = ()
     gas_frames: bool = True
+    guard_crossings: bool = False
 
 
 class RunRecorder(Recorder):
@@ -94,6 +97,7 @@ class RunRecorder(Recorder):
         self.log = open(folder / LOG, "a", encoding="utf-8")  # noqa: SIM115 - lives as long as the run
         self.begun = self.saved = time.perf_counter()
         self.slot = 0
+        self.guard = CrossingGuard(model, told.guard_crossings)
         self.state: State | None = None
         self.last_good: tuple[State, int] | None = None
         self.last_steps: deque[tuple[float, ...]] = deque(maxlen=LAST_STEPS)
@@ -151,6 +155,7 @@ class RunRecorder(Recorder):
             frame = part.frame(state.of(name), state.moment)
             for kind in ("point", "cell", "bar"):
                 arrays |= named(kind, getattr(frame, kind), np.float32)
+        arrays |= named("cell", self.guard.frame(state), np.float32)
         if self.told.gas_frames:
             arrays |= named("cloud", model.gas.boxes(state.gas), np.float32)
         self.journal.frame(arrays)
@@ -189,6 +194,8 @@ class RunRecorder(Recorder):
         lines, journal = Lines(straps.bars, straps.strap, names), self.folder / JOURNAL
         write_frames(self.folder, journal, self.model.start, self.model.surface, lines, obstacles, history)
         books, criteria = judge(self.model, self.state, history, self.told.schedule.end, len(self.told.concerns))
+        books |= self.guard.books(self.state, journals.frames(self.folder / JOURNAL))
+        criteria += self.guard.verdicts(books)
         self.say(
             f"{status}: mass error {books['gas_mass_error']:.1e}, gas energy error {books['gas_energy_error']:.1e}, "
             f"whole energy residual {100 * books['energy_residual_of_injected']:.4f} % of injected "

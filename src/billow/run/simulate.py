@@ -195,6 +195,7 @@ def told_by(case: Case, model: Model) -> Told:
         sensors={sensor.name: sensor.position for sensor in case.run.sensors},
         particle_times=case.run.particle_times,
         gas_frames=case.run.gas_frames,
+        guard_crossings=case.run.guard_crossings,
     )
 
 

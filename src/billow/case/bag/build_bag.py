@@ -13,13 +13,16 @@ from billow.base.errors import InputError
 from billow.base.plausible import require_possible
 from billow.base.units import CONVERSIONS
 from billow.case.bag import schema_bag
+from billow.case.bag.build_folds import build_plan
 from billow.case.named_files import files_digest
 from billow.geometry.bag_shapes import DOES_NOT_FIT, BagShape, StrapLine, along_warp
 from billow.geometry.driver_bag import driver_bag
+from billow.geometry.folding.fold_plan import FoldPlan
 from billow.geometry.local_thickness import doubled, rim_depth, ring_depth
 from billow.geometry.mesh_bag import MeshPart, mesh_bag, require_nodes
 from billow.geometry.mesh_file import CellMesh, read_mesh
-from billow.geometry.rectangular_bag import FRONT, REAR, Gap, PanelVent, Seam, rectangular_bag
+from billow.geometry.rectangle_mesh import NO_ROWS
+from billow.geometry.rectangular_bag import FRONT, REAR, Gap, PanelVent, Seam, mouth_centre, rectangular_bag
 from billow.parts.fabric.membrane import FabricLaw
 from billow.parts.straps import NO_STRAPS, Straps
 
@@ -81,17 +84,36 @@ def _ready_made(bag: schema_bag.PanelBag) -> BagShape:
     for panel in bag.coated:
         leak[shape.surface.triangles_of(panel)] = 0.0
     angles = {FRONT: math.radians(bag.warp_angle.front), REAR: math.radians(bag.warp_angle.rear)}
-    return along_warp(replace(shape, leak=leak), angles)
+    shape = along_warp(replace(shape, leak=leak), angles)
+    plan = fold_plan(bag)
+    return plan.applied(shape) if plan else shape
+
+
+def fold_plan(bag: schema_bag.Bag) -> FoldPlan | None:
+    """How a bag is folded, None if it is not. InputError as `FoldPlan.of`, and E-GEO-012."""
+    if not getattr(bag, "folds", ()):
+        return None
+    if isinstance(bag, schema_bag.DriverBag):
+        length, width, mouth = bag.diameter, bag.diameter, (0.0, 0.0)
+    elif isinstance(bag, schema_bag.SquareBag):
+        length, width, mouth = bag.side, bag.side, (0.0, 0.0)
+    else:
+        _require_chambers(bag)
+        length, width = bag.length, bag.width
+        mouth = mouth_centre(bag.length, bag.chambers, bag.mouth_chamber - 1, bag.mouth_offset)
+    corner = np.array([0.5 * length, 0.5 * width])
+    return build_plan(bag.folds, np.array([-corner, corner]), mouth, bag.mouth_radius, bag.element_size)
 
 
 def _driver(bag: schema_bag.DriverBag) -> BagShape:
     _require_modest(bag, "bag.diameter", 0.25 * math.pi * bag.diameter**2)
     _require_apart(bag.vents)
+    plan = fold_plan(bag)
     shape = driver_bag(
         diameter=bag.diameter, element_size=bag.element_size, mouth_radius=bag.mouth_radius,
         vent_count=bag.vents.count, vent_diameter=bag.vents.diameter, vent_radius=bag.vents.distance,
         strap_count=bag.straps.count, strap_width=bag.straps.width, strap_stitch_radius=bag.straps.stitch_radius,
-        initial_gap=bag.initial_gap,
+        initial_gap=bag.initial_gap, folds=(plan.rows(0), plan.rows(1)) if plan else NO_ROWS,
     )  # fmt: skip
     straps = tuple(strap_line(bag.straps, line.bars, shape.positions) for line in shape.straps)
     rim = rim_depth(0.5 * bag.diameter, bag.element_size, bag.seam.width)
@@ -108,15 +130,21 @@ def _square(bag: schema_bag.SquareBag) -> BagShape:
 
 def _rectangular(bag: schema_bag.RectangularBag) -> BagShape:
     _require_modest(bag, "bag.length", bag.length * bag.width)
-    for key, chambers in (("mouth_chamber", (bag.mouth_chamber,)), ("vents.chambers", bag.vents.chambers)):
-        for chamber in chambers:
-            if not 1 <= chamber <= bag.chambers:
-                raise NO_SUCH_CHAMBER(chamber=chamber, key=key, count=bag.chambers)
+    _require_chambers(bag)
     room, (x, y) = bag.length / bag.chambers, bag.vents.offset
     return _two_rectangles(
         bag, bag.length, bag.width, [((k - 0.5) * room - 0.5 * bag.length + x, y) for k in bag.vents.chambers],
         chambers=bag.chambers, mouth_chamber=bag.mouth_chamber - 1, gap=Gap(bag.openings.width, bag.openings.place),
+        mouth_offset=bag.mouth_offset,
     )  # fmt: skip
+
+
+def _require_chambers(bag: schema_bag.RectangularBag) -> None:
+    """Raises InputError E-GEO-012 for the number of a chamber that the bag does not have."""
+    for key, chambers in (("mouth_chamber", (bag.mouth_chamber,)), ("vents.chambers", bag.vents.chambers)):
+        for chamber in chambers:
+            if not 1 <= chamber <= bag.chambers:
+                raise NO_SUCH_CHAMBER(chamber=chamber, key=key, count=bag.chambers)
 
 
 def _two_rectangles(
@@ -127,11 +155,12 @@ def _two_rectangles(
     **divided: Any,
 ) -> BagShape:
     """vents: their centres (x, y) [m]. divided: the chambers, as `rectangular_bag` takes them."""
-    hole = bag.vents
+    hole, plan = bag.vents, fold_plan(bag)
     shape = rectangular_bag(
         length=length, width=width, element_size=bag.element_size, mouth_radius=bag.mouth_radius,
         initial_gap=bag.initial_gap, seam=Seam(bag.seam.width, bag.seam.layers),
-        vents=tuple(PanelVent(float(x), float(y), 0.5 * hole.diameter, hole.panel) for x, y in vents), **divided,
+        vents=tuple(PanelVent(float(x), float(y), 0.5 * hole.diameter, hole.panel) for x, y in vents),
+        folds=(plan.rows(0), plan.rows(1)) if plan else NO_ROWS, **divided,
     )  # fmt: skip
     straps = []
     for strap in bag.straps:

@@ -7,11 +7,12 @@ from typing import Annotated, Literal
 from pydantic import AfterValidator, field_validator
 
 from billow.base.units import CONVERSIONS
+from billow.case.bag.schema_folds import Fold
 from billow.case.quantity import (
     Name,
     Strict,
     Text,
-    chosen_by_shape,
+    chosen_by,
     distinct,
     number_or_curve,
     quantity,
@@ -27,6 +28,7 @@ Angle = quantity("deg", -180.0, 180.0)
 Layers = quantity("-", 1.0, 20.0)
 Panel = Literal["front", "rear"]
 Node = whole(-(10**7), 10**7)
+MOST_FOLDS = 20
 ONE_TABLE_EACH = "write one [[bag.parts]] table for each part of the mesh"
 
 
@@ -161,6 +163,17 @@ class PanelBag(Strict):
     """Panels that let no gas through, whatever fabric.permeability says."""
     seam: Seam = Seam()
     warp_angle: WarpAngle = WarpAngle()
+    folds: tuple[Fold, ...] = ()
+    birth_time: quantity("s", 0.0, 0.1) = 0.0
+    """Time over which the reference moves from the folded start to the flat cut; for rolls and folds in two
+    directions, which stretch the outer layers."""
+
+    @field_validator("folds")
+    @classmethod
+    def _few(cls, value):
+        if len(value) > MOST_FOLDS:
+            raise refused(f"the bag has {len(value)} folds; at most {MOST_FOLDS} are allowed", "write fewer folds")
+        return value
 
 
 class DriverBag(PanelBag):
@@ -213,6 +226,8 @@ class RectangularBag(PanelBag):
     """Number of chambers."""
     mouth_chamber: whole(0, 64) = 1
     """Chamber with the inflator's mouth, in the middle of its rear panel; counted from 1 at the lowest x."""
+    mouth_offset: tuple[Offset, Offset] = (0.0, 0.0)
+    """Position of the mouth's centre relative to the middle of its chamber (x, y)."""
     openings: Openings = Openings()
     vents: ChamberVents = ChamberVents()
     straps: tuple[PanelStrap, ...] = ()
@@ -303,4 +318,4 @@ class MeshBag(Strict):
 BAGS = {"driver": DriverBag, "square": SquareBag, "rectangular": RectangularBag, "mesh": MeshBag}
 """Table of each shape."""
 
-Bag = chosen_by_shape(BAGS, default="driver")
+Bag = chosen_by("shape", BAGS, default="driver")

@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from pydantic import field_validator
 
-from billow.case.quantity import Name, Strict, chosen_by_shape, quantity, refused
+from billow.case.quantity import Name, Strict, chosen_by, quantity, refused
 from billow.geometry.shapes import super_ellipsoid as shapes
 from billow.geometry.shapes.half_space import HalfSpace
 from billow.geometry.shapes.pose import above_bag, of_plane
@@ -100,7 +100,7 @@ class SuperEllipsoid(ObstacleTable):
 OBSTACLES: dict[str, type[ObstacleTable]] = {"plate": Plate, "super-ellipsoid": SuperEllipsoid}
 """Table of each shape."""
 
-Obstacle = chosen_by_shape(OBSTACLES)
+Obstacle = chosen_by("shape", OBSTACLES)
 
 
 def build_body(obstacle: ObstacleTable) -> Body:

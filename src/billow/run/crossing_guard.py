@@ -1,0 +1,46 @@
+"""Guard against fabric that passes through fabric: counted at start and end, and at every frame if asked."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping
+
+import numpy as np
+
+from billow.base.quality import Criterion, criterion
+from billow.geometry.crossings import CrossingCount
+from billow.solver.model import Model, State
+
+FIELD = "crossings"
+"""Field of an output frame: edges that pass through each triangle."""
+
+
+class CrossingGuard:
+    """Of one run; every_frame: whether frames are looked at."""
+
+    def __init__(self, model: Model, every_frame: bool):
+        self._model, self._every_frame = model, every_frame
+        self._count = CrossingCount(model.surface)
+
+    def frame(self, state: State) -> dict[str, np.ndarray]:
+        """Its field of an output frame, if frames are looked at."""
+        return {FIELD: self._count.per_triangle(state.positions)} if self._every_frame else {}
+
+    def books(self, state: State, frames: Iterable[Mapping[str, np.ndarray]]) -> dict[str, float]:
+        """Entries for run.json: crossings at the start, at the end, and at the worst moment looked at. frames: of the
+        journal."""
+        start, end = (self._count.total(positions) for positions in (self._model.start, state.positions))
+        between = [float(frame[f"cell.{FIELD}"].sum()) for frame in frames if f"cell.{FIELD}" in frame]
+        return {
+            "crossings_at_start": start,
+            "crossings_at_end": end,
+            "crossings_at_worst": float(np.max([start, end, *between])),
+        }
+
+    def verdicts(self, books: Mapping[str, float]) -> Iterator[Criterion]:
+        """Judged where layers of fabric are to be kept apart, or where it was asked for."""
+        if self._model.self_contact is None and not self._every_frame:
+            return
+        apart = "fabric.self_contact = true, a start shape without crossings, or a smaller run.dt_scale"
+        worst = books["crossings_at_worst"]
+        yield criterion("crossings of fabric through fabric", worst, 0, math.inf, "-", apart)
