@@ -164,8 +164,9 @@ def test_all_but_the_positions_is_that_of_the_flat_bag(monkeypatch):
     np.testing.assert_array_equal(model.surface.triangles, flat.surface.triangles)
     np.testing.assert_array_equal(model.fixed, flat.fixed)
     for one, other in zip(model.fabric.membranes, flat.fabric.membranes, strict=True):
-        np.testing.assert_array_equal(one.reference_inverse, other.reference_inverse)
-        np.testing.assert_array_equal(one.squared_rate, other.squared_rate)
+        order, same = np.argsort(one.elements), np.argsort(other.elements)
+        np.testing.assert_array_equal(one.reference_inverse[:, order], other.reference_inverse[:, same])
+        np.testing.assert_array_equal(one.squared_rate[order], other.squared_rate[same])
     assert stable_dt(model, start_state(model)) == stable_dt(flat, start_state(flat))
     assert np.abs(model.start[model.fixed] - flat.start[model.fixed]).max() == 0.0  # the mouth stays where it was
 

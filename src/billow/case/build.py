@@ -94,8 +94,9 @@ def build_schedule(run: schema.Run) -> Schedule:
 
 def nodal_mass(shape: BagShape, membrane: Membrane, straps: Straps) -> np.ndarray:
     """Lumped mass [kg], (nodes,): a third of each element, half of each strap bar."""
-    surface = shape.surface
-    mass = nodal_share(surface.triangles[membrane.elements].astype(np.int64), membrane.mass, surface.node_count)
+    surface, order = shape.surface, np.argsort(membrane.elements)  # which may be any; the sums shall not depend on it
+    corners = surface.triangles[membrane.elements[order]].astype(np.int64)
+    mass = nodal_share(corners, membrane.mass[order], surface.node_count)
     return mass + np.bincount(straps.bars.ravel(), np.repeat(0.5 * straps.mass, 2), surface.node_count)
 
 
