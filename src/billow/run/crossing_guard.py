@@ -42,5 +42,5 @@ class CrossingGuard:
         if self._model.self_contact is None and not self._every_frame:
             return
         apart = "fabric.self_contact = true, a start shape without crossings, or a smaller run.dt_scale"
-        worst = books["crossings_at_worst"]
-        yield criterion("crossings of fabric through fabric", worst, 0, math.inf, "-", apart)
+        worst, fails = books["crossings_at_worst"], math.inf if self._model.self_contact is None else 1
+        yield criterion("crossings of fabric through fabric", worst, 0, fails, "-", apart)

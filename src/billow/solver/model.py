@@ -5,7 +5,7 @@ Copying a state and continuing from the copy gives the same bits as not stopping
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -16,8 +16,9 @@ from billow.parts.driven_nodes import DrivenNodes, DrivenState
 from billow.parts.fabric.fabric import Fabric, FabricState
 from billow.parts.gas.gas_model import Bag
 from billow.parts.gas.gas_part import GasPart, GasState
-from billow.parts.part import DAMPING, GRAVITY_WORK, MOTION, VARYING, Account, Loads, Moment, Part, Setting
-from billow.parts.self_contact import Pairs, SelfContact
+from billow.parts.layers.layers import Layers
+from billow.parts.layers.pairs import Pairs
+from billow.parts.part import DAMPING, GRAVITY_WORK, MOTION, Account, Loads, Moment, Part, Setting
 from billow.parts.straps import Straps
 from billow.solver.ledger import Ledger
 
@@ -46,7 +47,7 @@ class Model:
     fabric: Fabric
     straps: Straps
     bodies: Bodies
-    self_contact: SelfContact | None = None
+    self_contact: Layers | None = None
     driven: DrivenNodes | None = None
     mass_damping: float = 0.0
 
@@ -110,7 +111,7 @@ class State:
     fabric: FabricState
     straps: np.ndarray
     bodies: BodiesState
-    self_contact: Pairs | None = field(metadata=VARYING)
+    self_contact: Pairs | None
     driven: DrivenState | None
     ledger: Ledger
     interval: int = 0

@@ -24,7 +24,12 @@ def advance(model: Model, state: State, dt: float) -> None:
     if model.driven is not None:  # nodes that no kick moves
         model.driven.drive(state.driven, positions, velocities, state.nodal_force, state.time, dt)
     nodes = Nodes(model.inverse_mass, state.nodal_force, positions, velocities, model.work.before)
-    ledger.book(model.bodies.kick_touch_drift(state.bodies, nodes, dt))
+    if model.self_contact is None:
+        ledger.book(model.bodies.kick_touch_drift(state.bodies, nodes, dt))
+    else:
+        rows = model.bodies.rows(state.bodies, nodes, dt)
+        ledger.book(model.self_contact.part_layers(state.self_contact, positions, velocities, rows, state.time, dt))
+        ledger.book(model.bodies.drift(state.bodies, rows))
     ledger.book(model.bodies.meet(state.bodies, dt))
     ledger.book(gravity_and_damping(model, state, dt))
     ledger.book(model.bodies.move(state.bodies, dt))
@@ -47,7 +52,7 @@ def evaluate_forces(model: Model, state: State, dt: float) -> None:
     bag = Bag(model.surface, positions, velocities, state.bodies.contact.touching, model.work.before, loads)
     ledger.book(model.gas.advance(state.gas, bag, state.time, dt, force))
     if model.self_contact is not None:
-        ledger.book(model.self_contact.add_forces(state.self_contact, positions, velocities, dt, force))
+        ledger.book(model.self_contact.add_forces(state.self_contact, positions, velocities, state.time, dt, force))
     ledger.book(model.straps.set_forces(state.straps, positions, velocities, dt, model.work.held))
     contact = state.bodies.contact
     twice = gather_and_kick(

@@ -118,6 +118,8 @@ class Fabric(Strict):
     self_contact: bool | Literal["auto"] = "auto"
     """Whether layers of fabric are kept apart. auto: only with the corpuscular gas; uniform pressure blows the layers
     of an unfolded bag apart by itself."""
+    friction: quantity("-", 0.0, 2.0) = 0.0
+    """Coefficient of friction between layers of fabric, with self-contact."""
 
     @model_validator(mode="before")
     @classmethod
