@@ -17,6 +17,7 @@ SEEN = {
     "gas": {"model": "corpuscular", "particles": 5000},
     "bag": {"element_size": 0.05, "initial_gap": 0.03},
     "run": {
+        "guard_crossings": True,
         "end_time": 0.002,
         "frames": 2,
         "histories_per_frame": 4,

@@ -6,7 +6,10 @@ from pathlib import Path
 
 PACKAGE = Path(__file__).parents[2] / "src" / "billow"
 
-PARTS = {"parts.fabric", "parts.straps", "parts.self_contact", "parts.bodies", "parts.gas", "parts.driven_nodes"}
+PARTS = {
+    *("parts.fabric", "parts.straps", "parts.self_contact", "parts.layers", "parts.bodies", "parts.gas"),
+    "parts.driven_nodes",
+}
 """Siblings: none imports another; they meet in solver/step.py."""
 
 MODEL = {"base", "geometry", "solver", "parts"} | PARTS

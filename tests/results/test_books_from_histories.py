@@ -18,7 +18,7 @@ FOLDED = {
 }
 MOTION = ("kinetic", "body_kinetic")
 STORED = ("strain", "strap", "contact", "self_contact")
-LOST = ("damping", "hysteresis", "friction")
+LOST = ("damping", "hysteresis", "friction", "layer_impact")
 RECEIVED = ("gas_work", "gravity_work")
 
 

@@ -57,7 +57,7 @@ def test_crossings_are_counted_where_they_are(tmp_path):
 
 
 def test_no_crossings_pass(tmp_path):
-    case = Case.from_dict(bag(tmp_path, False)).vary({"fabric.self_contact": True})
+    case = Case.from_dict(bag(tmp_path, False)).vary({"fabric.self_contact": "layers"})
     result = simulate(case, tmp_path / "run")
     assert judged(result)[NAME]["verdict"] == "PASS"
     assert result.ledger["crossings_at_worst"] == 0.0

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from billow.base.errors import InputError
@@ -13,12 +15,14 @@ from billow.case.gas.models import GAS_MODELS
 from billow.case.obstacles.obstacles import build_body
 from billow.geometry.assembly import in_neighbourhoods
 from billow.geometry.bag_shapes import BagShape
+from billow.geometry.crossings import edges_of
 from billow.geometry.flat_cut import flat_area
 from billow.geometry.surface import check_closed, encloses, nodal_share
 from billow.parts.bodies.bodies import TOUCHES, Bodies
 from billow.parts.fabric.birth import Birth
 from billow.parts.fabric.fabric import Fabric
 from billow.parts.fabric.membrane import Membrane
+from billow.parts.layers.layers import Layers
 from billow.parts.self_contact import SelfContact
 from billow.parts.straps import Straps
 from billow.solver.model import Model
@@ -72,9 +76,9 @@ def build_model(case: schema.Case) -> Model:
         birth = Birth.of(birth_time, (membrane,), shape.surface.triangles, shape.positions)
     apart = case.fabric.self_contact
     if apart == "auto":
-        apart = GAS_MODELS[case.gas.model].is_local
-    self_contact = SelfContact.build(shape.surface, shape.positions, mass, membrane.crossing_time) if apart else None
-    return Model(
+        apart = "layers" if getattr(case.bag, "folds", ()) else GAS_MODELS[case.gas.model].is_local
+    springs = SelfContact.build(shape.surface, shape.positions, mass, membrane.crossing_time) if apart is True else None
+    model = Model(
         surface=shape.surface,
         start=np.ascontiguousarray(shape.positions),
         mass=mass,
@@ -84,8 +88,21 @@ def build_model(case: schema.Case) -> Model:
         fabric=Fabric(shape.surface, (membrane,), birth),
         straps=straps,
         bodies=Bodies(tuple(build_body(obstacle) for obstacle in case.obstacles), contact_area, gravity),
-        self_contact=self_contact,
+        self_contact=springs,
     )
+    return replace(model, layers=keep_apart(model, case.fabric.friction)) if apart == "layers" else model
+
+
+def keep_apart(model: Model, friction: float = 0.0) -> Layers:
+    """Contact of the layers of a model's fabric; friction: coefficient between them."""
+    fabric = model.fabric
+    birth = fabric.birth.time if fabric.birth is not None else 0.0
+    stable_dt = fabric.squared_rate(fabric.start(None)) ** -0.5
+    triangles = model.surface.triangles[model.surface.solid]
+    ends = model.start[edges_of(triangles)]
+    edge = float(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).mean())
+    gap = min(membrane.fabric.thickness for membrane in fabric.membranes)
+    return Layers(model.surface, model.mass, model.inverse_mass, edge, gap, stable_dt, birth, friction)
 
 
 def build_schedule(run: schema.Run) -> Schedule:

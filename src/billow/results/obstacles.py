@@ -54,7 +54,8 @@ def placed(obstacles: Iterable[dict], histories: History, time: float) -> list[d
 
 def obstacles_at(result, time: float) -> list[dict]:
     """The obstacles of a `Result` at a time [s], as `placed`."""
-    return placed(result.record.get("obstacles", []), result.histories, time)
+    obstacles = result.record.get("obstacles", [])
+    return placed(obstacles, result.histories, time) if obstacles else []
 
 
 def surface(obstacle: dict, fineness: int = FINENESS) -> tuple[np.ndarray, np.ndarray]:

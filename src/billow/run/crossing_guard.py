@@ -39,8 +39,8 @@ class CrossingGuard:
 
     def verdicts(self, books: Mapping[str, float]) -> Iterator[Criterion]:
         """Judged where layers of fabric are to be kept apart, or where it was asked for."""
-        if self._model.self_contact is None and not self._every_frame:
+        if self._model.layers is None and not self._every_frame:
             return
-        apart = "fabric.self_contact = true, a start shape without crossings, or a smaller run.dt_scale"
-        worst = books["crossings_at_worst"]
-        yield criterion("crossings of fabric through fabric", worst, 0, math.inf, "-", apart)
+        apart = 'fabric.self_contact = "layers", a start shape without crossings, or a smaller run.dt_scale'
+        worst, fails = books["crossings_at_worst"], math.inf if self._model.layers is None else 1
+        yield criterion("crossings of fabric through fabric", worst, 0, fails, "-", apart)

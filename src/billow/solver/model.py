@@ -16,6 +16,8 @@ from billow.parts.driven_nodes import DrivenNodes, DrivenState
 from billow.parts.fabric.fabric import Fabric, FabricState
 from billow.parts.gas.gas_model import Bag
 from billow.parts.gas.gas_part import GasPart, GasState
+from billow.parts.layers.layers import Layers
+from billow.parts.layers.pairs import Pairs as LayerPairs
 from billow.parts.part import DAMPING, GRAVITY_WORK, MOTION, VARYING, Account, Loads, Moment, Part, Setting
 from billow.parts.self_contact import Pairs, SelfContact
 from billow.parts.straps import Straps
@@ -24,7 +26,7 @@ from billow.solver.ledger import Ledger
 KINETIC = Account("kinetic", MOTION, renewed=True)
 """Kinetic energy of the fabric's nodes."""
 
-PARTS = ("gas", "fabric", "straps", "bodies", "self_contact", "driven")
+PARTS = ("gas", "fabric", "straps", "bodies", "self_contact", "layers", "driven")
 """Fields of `Model` and of `State` that hold the parts and what changes of them."""
 
 
@@ -33,8 +35,9 @@ class Model:
     """Everything constant during a run: the nodes and the parts.
 
     start: positions at time zero, [m], (nodes, 3). mass: [kg], (nodes,). fixed: (nodes,) bool. gravity: [m/s^2], (3,).
-    mass_damping: rate alpha of -2 alpha m v, [1/s], used to find equilibria and off in deployments. self_contact: None
-    if layers of fabric may pass through each other. driven: None if no node is moved from outside.
+    mass_damping: rate alpha of -2 alpha m v, [1/s], used to find equilibria and off in deployments. self_contact:
+    springs between layers of fabric, and layers: impulses between them; at most one of both. driven: None if no node is
+    moved from outside.
     """
 
     surface: Surface
@@ -47,6 +50,7 @@ class Model:
     straps: Straps
     bodies: Bodies
     self_contact: SelfContact | None = None
+    layers: Layers | None = None
     driven: DrivenNodes | None = None
     mass_damping: float = 0.0
 
@@ -119,6 +123,7 @@ class State:
     straps: np.ndarray
     bodies: BodiesState
     self_contact: Pairs | None = field(metadata=VARYING)
+    layers: LayerPairs | None
     driven: DrivenState | None
     ledger: Ledger
     interval: int = 0

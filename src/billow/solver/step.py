@@ -24,7 +24,12 @@ def advance(model: Model, state: State, dt: float) -> None:
     if model.driven is not None:  # nodes that no kick moves
         model.driven.drive(state.driven, positions, velocities, state.nodal_force, state.time, dt)
     nodes = Nodes(model.inverse_mass, state.nodal_force, positions, velocities, model.work.before)
-    ledger.book(model.bodies.kick_touch_drift(state.bodies, nodes, dt))
+    if model.layers is None:
+        ledger.book(model.bodies.kick_touch_drift(state.bodies, nodes, dt))
+    else:  # contact of layers and of bodies in the same sweeps
+        rows = model.bodies.rows(state.bodies, nodes, dt)
+        ledger.book(model.layers.part_layers(state.layers, positions, velocities, rows, state.time, dt))
+        ledger.book(model.bodies.drift(state.bodies, rows))
     ledger.book(model.bodies.meet(state.bodies, dt))
     ledger.book(gravity_and_damping(model, state, dt))
     ledger.book(model.bodies.move(state.bodies, dt))
@@ -49,6 +54,8 @@ def evaluate_forces(model: Model, state: State, dt: float) -> None:
     ledger.book(model.gas.advance(state.gas, bag, state.time, dt, loads))
     if model.self_contact is not None:
         ledger.book(model.self_contact.add_forces(state.self_contact, positions, velocities, dt, loads))
+    if model.layers is not None:
+        ledger.book(model.layers.add_forces(state.layers, positions, velocities, state.time, dt, loads))
     ledger.book(model.straps.add_forces(state.straps, positions, velocities, dt, loads))
     contact = state.bodies.contact
     twice = gather_and_kick(

@@ -115,9 +115,12 @@ class Fabric(Strict):
     curves: FabricCurves = FabricCurves()
     liner: Liner = Liner()
     coating: Coating = Coating()
-    self_contact: bool | Literal["auto"] = "auto"
-    """Whether layers of fabric are kept apart. auto: only with the corpuscular gas; uniform pressure blows the layers
-    of an unfolded bag apart by itself."""
+    self_contact: bool | Literal["auto", "layers"] = "auto"
+    """Whether layers of fabric are kept apart: true by springs, for bags that start flat; "layers" by impulses, for
+    folded stacks, through which nothing passes. auto: "layers" for a bag with folds, springs with the corpuscular gas;
+    uniform pressure blows the layers of an unfolded bag apart by itself."""
+    friction: quantity("-", 0.0, 2.0) = 0.0
+    """Coefficient of friction between layers of fabric, with self_contact = "layers"."""
 
     @model_validator(mode="before")
     @classmethod

@@ -18,6 +18,7 @@ from billow.parts.bodies.contact import ContactState, Nodes, ShapeMotion, ShapeT
 from billow.parts.bodies.meeting import Meetings, MeetingState
 from billow.parts.bodies.penalty import A_REFERENCE
 from billow.parts.bodies.rigid_body import RigidState
+from billow.parts.bodies.rows import BodyRows
 from billow.parts.part import (
     FRICTION,
     GRAVITY_WORK,
@@ -153,8 +154,21 @@ class Bodies(Part):
     def kick_touch_drift(self, state: BodiesState, nodes: Nodes, dt: float) -> list[Booking]:
         """Half a kick of the nodes, their contact with the bodies over the drift, and the drift: half of each contact
         impulse on the nodes, all of it on the bodies."""
+        reaction = kick_touch_drift(self.table, self._motion(state), self.area, nodes, dt, state.contact)
+        return self._receive(state, reaction)
+
+    def rows(self, state: BodiesState, nodes: Nodes, dt: float) -> BodyRows:
+        """Half a kick of the nodes and their contact with the bodies, to be solved together with other contacts; then
+        `drift`."""
+        return BodyRows(self.table, self._motion(state), self.area, nodes, dt, state.contact)
+
+    def drift(self, state: BodiesState, rows: BodyRows) -> list[Booking]:
+        """The drift of the nodes: half of each contact impulse is on them, all of it on the bodies."""
+        return self._receive(state, rows.drift())
+
+    def _receive(self, state: BodiesState, reaction: np.ndarray) -> list[Booking]:
+        """Forces [N] and torques [N m] on the bodies, (shapes, 6), and what the contact springs hold and took."""
         contact = state.contact
-        reaction = kick_touch_drift(self.table, self._motion(state), self.area, nodes, dt, contact)
         if not self.bodies:
             return []
         if len(self.owner) > len(self.bodies):

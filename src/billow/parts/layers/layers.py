@@ -1,0 +1,298 @@
+"""Fabric against fabric: layers lie on each other, slide and part, and never pass through each other (docs/theory.md,
+Layers)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numba import prange
+
+from billow.base.compiled import CHUNK, kernel
+from billow.base.quality import SMALLER_STEPS, Criterion, criterion
+from billow.geometry.surface import Surface
+from billow.parts.layers.carry import carry_over
+from billow.parts.layers.cushion import STIFFNESS, press
+from billow.parts.layers.mesh import TouchMesh
+from billow.parts.layers.pairs import NEW, Pairs
+from billow.parts.layers.parting import Limits, Parting, Rows, Step, measure_awake
+from billow.parts.layers.search import Paths, find_pairs
+from billow.parts.layers.velocity_filter import APPROACH
+from billow.parts.part import FRICTION, LOST, RECEIVED, STORED, Account, Booking, Loads, Moment, Part
+
+SELF_CONTACT = Account("self_contact", STORED, renewed=True)
+"""Energy in the cushion between layers of fabric."""
+LAYER_IMPACT = Account("layer_impact", LOST, renewed=False)
+"""Heat of layers that meet: their impulses are inelastic."""
+GAP_WORK = Account("gap_work", RECEIVED, renewed=False)
+"""Work that parts layers which start nearer than their gap, while the reference moves in."""
+
+FLOOR, FLOOR_OF_OWN = 1.0 / 3.0, 0.33
+"""Distance that the filter keeps: in full gaps at most, and the part of a pair's own gap that it is."""
+
+LEAST_FLOOR = 1e-8
+"""Of pairs that start in one place [m]."""
+
+TOLERANCE = 1.0 / 150.0
+"""Largest error of position that the filter leaves, in gaps."""
+
+SKIN, MOST_SKIN, WIDER = 0.5, 0.1, 1.4
+"""How far a node may stray from its path before the list is spent: in gaps at least, in mean edges at most; and the
+factor by which it changes from list to list. More where impulses throw nodes off."""
+
+WORK_OF_PAIR, WORK_IN_STEP = 3.0, 0.2
+"""Of each pair in a search and in a step, in looks at two triangles whose boxes meet. The skin is widened as long as
+pairs are the smaller part of the work."""
+
+USUAL, UNUSUAL = 1.5, 4.0
+"""Stray of a node, in means of all, from which on its skin is wider, and the most times by which it is."""
+
+CALMING = 0.7
+"""Factor by which the skin of a node that was thrown off narrows from list to list."""
+
+READY = 0.1
+"""Change of a node's way in a step, by impulses, that sleeping pairs are ready for, in gaps."""
+
+PATIENCE, LEAST_PATIENCE, MOST_PATIENCE, EAGER = 10.0, 2.0, 40.0, 1.3
+"""Steps for which a list is made: at first, at least, at most, and the factor by which it grows after a list that
+served its time."""
+
+FARTHEST_WAY = 0.2
+"""Way at the usual speed, beyond the mean, for which a list is made at most, in mean edges."""
+
+GROWTH = 0.15
+"""Speed [m/s] at which own gaps are let out while the reference moves in."""
+
+FARTHEST, FASTEST = 1e3, 1e4
+"""Distance of a node from the origin [m], and speed [m/s], from which on there is no bag any more."""
+
+SECONDS_PER_NODE = 180e-9
+"""Rough cost of a node in a step, searches included."""
+
+
+@dataclass(frozen=True)
+class Layers(Part):
+    """What never changes.
+
+    surface: of the whole bag; its vents and openings cannot be touched. mass, inverse_mass: of the nodes [kg], [1/kg],
+    (nodes,); the latter zero for those that are fixed. edge: mean length of the edges [m]. gap: thickness of the fabric
+    [m]. stable_dt: of the fabric at rest [s]. ramp: time until which own gaps grow, without friction [s]. friction:
+    coefficient between layers.
+    """
+
+    surface: Surface
+    mass: np.ndarray
+    inverse_mass: np.ndarray
+    edge: float
+    gap: float
+    stable_dt: float
+    ramp: float = 0.0
+    friction: float = 0.0
+
+    @property
+    def accounts(self) -> tuple[Account, ...]:
+        ramp, rub = [GAP_WORK] if self.ramp else [], [FRICTION] if self.friction else []
+        return (SELF_CONTACT, LAYER_IMPACT, *ramp, *rub)
+
+    @cached_property
+    def _mesh(self) -> TouchMesh:
+        return TouchMesh.of(self.surface, self.inverse_mass > 0.0)
+
+    @cached_property
+    def _limits(self) -> Limits:
+        floor = self.gap, FLOOR_OF_OWN, FLOOR * self.gap, LEAST_FLOOR
+        return Limits(
+            self.friction, STIFFNESS / self.stable_dt**2, self.gap, floor, TOLERANCE * self.gap, READY * self.gap
+        )
+
+    def start(self, bag) -> Pairs:
+        return Pairs.none(self.surface.node_count, len(self._mesh.triangles), PATIENCE, SKIN * self.gap)
+
+    # --- in a step -------------------------------------------------------------------------------------------------
+
+    def part_layers(
+        self, pairs: Pairs, positions: np.ndarray, velocities: np.ndarray, rows: Rows, time: float, dt: float
+    ) -> list[Booking]:
+        """Change velocities [m/s] (nodes, 3) before a drift from `time` over dt [s], so that layers stay apart; books
+        the heat.
+
+        rows: of the bodies, which push on the same nodes and are solved in the same sweeps.
+        """
+        if len(pairs.distance) != len(pairs):
+            pairs.make_room()
+        (stray, way), ahead = np.empty((2, len(positions))), dt / APPROACH
+        used = float(
+            _way_used(
+                len(positions), positions, velocities, pairs.path_start, pairs.path_velocity, pairs.skin, pairs.age,
+                ahead, stray, way,
+            )
+        )  # fmt: skip
+        if not used < np.inf:
+            return [Booking(LAYER_IMPACT, math.nan)]  # the guards say what became of the bag
+        if used > 1.0 or pairs.age + ahead > pairs.horizon:
+            self._search(pairs, positions, velocities, dt, way)
+            stray[:] = 0.0
+        before = velocities.copy()
+        thrown, pull, limits = np.zeros(len(positions)), rows.pull(), self._limits
+        if time < self.ramp:
+            limits = limits._replace(friction=0.0)
+        while True:
+            step = Step(positions, velocities, before, self.mass, self.inverse_mass, stray, dt)
+            parting = Parting(pairs, step, rows, limits)
+            if parting.run():
+                break
+            thrown = np.maximum(thrown, 2.0 * parting.thrown())
+            rows.restart()
+            self._search(pairs, positions, velocities, dt, way, thrown)
+            stray[:] = 0.0
+        pairs.age += dt
+        pairs.moment += 1
+        if not len(pairs.awake):
+            return []
+        heat = self._heat(rows.before_others(), velocities, rows.pull(), dt)
+        if parting.rubbed is None:
+            return [Booking(LAYER_IMPACT, heat)]
+        rubbed = self._heat(before, parting.rubbed, pull, dt)
+        return [Booking(LAYER_IMPACT, heat - rubbed), Booking(FRICTION, rubbed)]
+
+    def _heat(self, before: np.ndarray, after: np.ndarray, pull: np.ndarray, dt: float) -> float:
+        """Of the impulses that changed velocities [m/s] (nodes, 3) from `before` to `after` [J]."""
+        heat = np.empty(-(-len(before) // CHUNK))
+        _heat(len(before), self.inverse_mass, before, after, pull, dt, heat)
+        return float(heat.sum())
+
+    def add_forces(
+        self, pairs: Pairs, positions: np.ndarray, velocities: np.ndarray, time: float, dt: float,
+        loads: Loads,
+    ) -> list[Booking]:  # fmt: skip
+        """Add the forces of the cushion to the nodes after a step of dt [s] from `time`; books what it holds."""
+        if pairs.horizon < 0.0:
+            if not _sound(positions, velocities):
+                return [Booking(SELF_CONTACT, math.nan)]
+            self._search(pairs, positions, velocities, self.stable_dt, np.zeros(len(positions)))
+            pairs.awake = np.arange(len(pairs))
+        if not len(pairs.awake):
+            return []
+        measure_awake(pairs, positions)
+        force, sums = np.zeros_like(positions), np.empty(2)
+        press.serial(
+            len(pairs.awake), pairs.awake, pairs.nodes, pairs.weight, pairs.normal, pairs.distance, self.gap,
+            GROWTH if time < self.ramp else 0.0, self.mass, self.inverse_mass, self._limits.spring, dt,
+            pairs.gap, force, sums,
+        )  # fmt: skip
+        loads.node_force[...] += force
+        work = [Booking(GAP_WORK, float(sums[1]))] if self.ramp else []
+        return [Booking(SELF_CONTACT, float(sums[0])), *work]
+
+    def _search(
+        self, pairs: Pairs, positions: np.ndarray, velocities: np.ndarray, dt: float, way: np.ndarray,
+        thrown: np.ndarray | None = None,
+    ) -> None:  # fmt: skip
+        """A new list for the coming steps of about dt [s]. way: that each node used of its skin in the last list
+        [m]; thrown: how far impulses may throw nodes off their paths in the first step [m]; both (nodes,)."""
+        served = max(1.0, pairs.age / dt)
+        if pairs.age + dt / APPROACH > pairs.horizon:
+            pairs.patience = min(MOST_PATIENCE, EAGER * pairs.patience)
+        elif 2.0 * served < pairs.patience:
+            pairs.patience = max(LEAST_PATIENCE, EAGER * served)
+        of_pairs = (WORK_OF_PAIR + WORK_IN_STEP * served) * len(pairs)
+        wider = WIDER * pairs.width if of_pairs < pairs.looked_at else pairs.width / WIDER
+        pairs.width = max(SKIN * self.gap, min(MOST_SKIN * self.edge, wider))
+        speed = math.sqrt(3.0 * float(velocities.var(axis=0).mean()))
+        time = max(1.01 * dt, min(pairs.patience * dt, FARTHEST_WAY * self.edge / max(speed, 1e-9))) + dt / APPROACH
+        # Who strayed far will do so again: with a wider skin it does not spend the list for all others.
+        skin = pairs.width * np.clip(way / max(USUAL * float(way.mean()), 1e-12), 1.0, UNUSUAL)
+        np.maximum(skin, CALMING * pairs.skin, out=skin)
+        if thrown is not None:
+            np.maximum(skin, thrown, out=skin)
+        found = find_pairs(self._mesh, Paths(positions, velocities, skin, self.gap, time), pairs.crowd)
+        gap, impulse = np.full(len(found.key), NEW), np.zeros(len(found.key))
+        carry_over(
+            len(found.begin) - 1, found.begin, found.key, pairs.begin, pairs.key, pairs.gap, pairs.impulse,
+            pairs.normal, gap, impulse, found.normal,
+        )  # fmt: skip
+        pairs.key, pairs.nodes, pairs.normal, pairs.begin = found.key, found.nodes, found.normal, found.begin
+        pairs.gap, pairs.impulse = gap, impulse
+        pairs.path_start, pairs.path_velocity, pairs.skin = positions.copy(), velocities.copy(), skin
+        pairs.age, pairs.horizon = 0.0, time
+        pairs.looked_at, pairs.crowd = found.looked_at, found.crowd
+        pairs.make_room()
+        pairs.awake = np.flatnonzero(gap == NEW)
+        measure_awake(pairs, positions)
+        gap[pairs.awake] = np.minimum(self.gap, pairs.distance[pairs.awake])
+
+    # --- what a run says of it -------------------------------------------------------------------------------------
+
+    def books(self, pairs: Pairs, moment: Moment, history) -> dict[str, float]:
+        heat = history.energy(LAYER_IMPACT.name)
+        return {
+            "self_contact_energy_joule": float(history.energy("self_contact").max()),
+            "layer_impact_joule": float(heat[-1]),
+            "layer_impact_of_gas_work": float(heat[-1]) / max(float(history.energy("gas_work").max()), 1e-300),
+            "layer_impact_created_joule": float((np.maximum.accumulate(heat) - heat).max()),
+        }
+
+    def verdicts(self, books: Mapping[str, float], history) -> Iterator[Criterion]:
+        share = books["self_contact_energy_joule"] / max(books["largest_internal_energy_joule"], 1e-300)
+        finer = "a smaller bag.element_size or run.dt_scale"
+        yield criterion("penalty energy of self-contact, of peak internal", 100.0 * share, 5, 20, "%", finer)
+        largest = max(books["largest_internal_energy_joule"], 1e-300)
+        created = books["layer_impact_created_joule"] / largest
+        yield criterion(
+            "energy created by layers that meet, of peak internal", 100.0 * created, 0.1, 1, "%", SMALLER_STEPS
+        )
+
+    def remarks(self, pairs: Pairs) -> list[str]:
+        if not pairs.last_resorts:
+            return []
+        return [f"layers: nodes had to move together in {pairs.last_resorts} steps, where impulses did not part them"]
+
+    def seconds_per_step(self, pairs: Pairs, dt: float, end: float) -> float:
+        return SECONDS_PER_NODE * len(self.mass)
+
+
+def _sound(positions: np.ndarray, velocities: np.ndarray) -> bool:
+    return bool(np.abs(positions).max() < FARTHEST and np.abs(velocities).max() < FASTEST)
+
+
+@kernel
+def _way_used(n, positions, velocities, path_start, path_velocity, skin, age, ahead, stray_out, way_out):
+    """How much of its skin the node used that used most, `ahead` [s] looked ahead [-]; infinite for a bag that has
+    left. stray_out: how far each node is off its path, and way_out: what it used [m], (nodes,)."""
+    largest = np.empty((n + CHUNK - 1) // CHUNK)
+    for chunk in prange(len(largest)):
+        worst = 0.0
+        for i in range(chunk * CHUNK, min(n, (chunk + 1) * CHUNK)):
+            stray, off = 0.0, 0.0
+            for k in range(3):
+                if not (abs(positions[i, k]) < FARTHEST and abs(velocities[i, k]) < FASTEST):
+                    worst = np.inf
+                stray += (positions[i, k] - path_start[i, k] - age * path_velocity[i, k]) ** 2
+                off += (velocities[i, k] - path_velocity[i, k]) ** 2
+            stray_out[i] = math.sqrt(stray)
+            way_out[i] = stray_out[i] + ahead * math.sqrt(off)
+            worst = max(worst, way_out[i] / skin[i])
+        largest[chunk] = worst
+    worst = 0.0
+    for chunk in range(len(largest)):
+        worst = max(worst, largest[chunk])
+    return worst
+
+
+@kernel
+def _heat(n, inverse_mass, before, after, pull, dt, heat_out):
+    """Heat of impulses, by chunks [J]: impulse times the mean of the velocities of two successive half steps, without
+    which layers at rest under pressure would seem to burn energy."""
+    for chunk in prange((n + CHUNK - 1) // CHUNK):
+        total = 0.0
+        for i in range(chunk * CHUNK, min(n, (chunk + 1) * CHUNK)):
+            if inverse_mass[i] <= 0.0:
+                continue
+            done = 0.0
+            for k in range(3):
+                done += (after[i, k] - before[i, k]) * (before[i, k] + after[i, k] - dt * pull[i, k])
+            total -= 0.5 * done / inverse_mass[i]
+        heat_out[chunk] = total

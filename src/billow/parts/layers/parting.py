@@ -1,0 +1,195 @@
+"""One step of the filter: who is awake, sweeps until no pair comes too near, and the last resort."""
+
+from __future__ import annotations
+
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from billow.base.compiled import CHUNK
+from billow.parts.layers.clusters import join_short, move_together
+from billow.parts.layers.distance import gather, measure, wake, wake_struck
+from billow.parts.layers.friction import rub
+from billow.parts.layers.pairs import Pairs
+from billow.parts.layers.velocity_filter import APPROACH, SCANS, SWEEPS, admit, allowance, scan, sweep, warm_start
+
+MOST_PASSES = 30
+"""Of the last resort."""
+
+
+CONVERGED = 0.5
+"""Largest change in a sweep, in tolerances, at which it has converged."""
+
+
+class Limits(NamedTuple):
+    """friction: coefficient. spring: stiffness of the cushion for each mass [1/s^2]. gap: the full one [m]. floor: the
+    full gap [m], the part of a pair's own gap that is its floor, the highest and the least floor [m]. tolerance: error
+    of position that may be left [m]. ready: change of a node's way in a step that sleepers are ready for [m]."""
+
+    friction: float
+    spring: float
+    gap: float
+    floor: tuple[float, float, float, float]
+    tolerance: float
+    ready: float
+
+
+class Step(NamedTuple):
+    """Nodes over a drift of dt [s]: positions [m], velocities [m/s] now and before any impulse, (nodes, 3);
+    mass [kg], inverse_mass [1/kg], stray from their paths so far [m]: (nodes,)."""
+
+    positions: np.ndarray
+    velocities: np.ndarray
+    before: np.ndarray
+    mass: np.ndarray
+    inverse_mass: np.ndarray
+    stray: np.ndarray
+    dt: float
+
+
+class Rows(Protocol):
+    """What else pushes on the nodes, and is solved in the same sweeps: rigid bodies."""
+
+    def settle(self) -> float:
+        """Solve anew for nodes that something else has changed; the largest change of a velocity [m/s]."""
+
+    def restart(self) -> None:
+        """Take back whatever changed velocities, and solve for these rows alone."""
+
+    def before_others(self) -> np.ndarray:
+        """Velocities [m/s] with these pushes as they are and nothing else, (nodes, 3)."""
+
+    def pull(self) -> np.ndarray:
+        """Accelerations of the half kick and of these pushes [m/s^2], (nodes, 3)."""
+
+
+class Parting:
+    """A try to part layers with the list at hand. rubbed: velocities after friction [m/s], (nodes, 3), None without."""
+
+    def __init__(self, pairs: Pairs, step: Step, rows: Rows, limits: Limits):
+        self.pairs, self.step, self.rows, self.limits = pairs, step, rows, limits
+        m, n = len(pairs), len(step.positions)
+        self.ahead = step.dt / APPROACH
+        self.reach = limits.gap + 2.0 * limits.ready
+        self.found, self.counts = np.empty(m, np.int64), np.empty(-(-m // CHUNK), np.int64)
+        wake(
+            m, pairs.key, pairs.nodes, pairs.normal, step.positions, step.velocities, self.reach, self.ahead,
+            limits.gap, pairs.gap, pairs.impulse, self.found, self.counts,
+        )  # fmt: skip
+        pairs.awake = self._gathered()
+        self.struck, self.is_awake = np.zeros(n, np.bool_), None
+        self.rubbed = None
+
+    def run(self) -> bool:
+        """Whether the list is wide enough for what the impulses did; if it is not, nothing of the pairs has changed."""
+        pairs, step, limits = self.pairs, self.step, self.limits
+        if not len(pairs.awake):
+            return True
+        self._measure()
+        if limits.friction:
+            rub.serial(
+                len(pairs.awake), pairs.awake, pairs.nodes, pairs.weight, pairs.normal, pairs.distance, pairs.gap,
+                limits.gap, pairs.impulse, limits.friction, step.mass, step.inverse_mass, limits.spring, step.dt,
+                step.velocities,
+            )  # fmt: skip
+            self.rubbed = step.velocities.copy()
+        slot = np.full(len(pairs), -1, np.int32)
+        index, (aim, per, total) = np.empty(len(pairs), np.int64), np.empty((3, len(pairs)))
+        constraints = index, aim, per, total
+        m = warm_start.serial(
+            len(pairs.awake), pairs.awake, pairs.nodes, pairs.weight, pairs.normal, pairs.distance, pairs.gap,
+            limits.floor, pairs.impulse, step.inverse_mass, step.dt, step.velocities, slot, *constraints,
+        )  # fmt: skip
+        short = 0.0
+        for looks in range(SCANS):
+            if not self._allow():
+                return False
+            goal, chunks = np.empty(len(pairs.awake)), np.empty((-(-len(pairs.awake) // CHUNK), 3))
+            scan(
+                len(pairs.awake), pairs.awake, pairs.key, pairs.nodes, pairs.weight, pairs.normal,
+                pairs.distance, pairs.gap, limits.floor, limits.tolerance, step.positions, step.velocities, step.dt,
+                slot, aim, goal, chunks,
+            )  # fmt: skip
+            short = chunks[:, 2].sum()
+            if chunks[:, 1].max() == 0.0 and short == 0.0 and (looks > 0 or (m == 0 and self.rubbed is None)):
+                break
+            m = admit.serial(
+                len(pairs.awake), pairs.awake, goal, chunks, pairs.nodes, pairs.weight, step.inverse_mass, m, slot,
+                *constraints,
+            )  # fmt: skip
+            for _ in range(SWEEPS):
+                moved = sweep.serial(
+                    m, index, aim, per, pairs.nodes, pairs.weight, pairs.normal, pairs.gap, limits.floor,
+                    limits.tolerance, step.inverse_mass, step.dt, step.velocities, total,
+                )  # fmt: skip
+                # Last, so that the springs of bodies are solved for the motion that comes.
+                moved = max(moved, self.rows.settle() * step.dt / limits.tolerance)
+                if moved < CONVERGED:
+                    break
+        if not self._allow() or (short and not self._join()):
+            return False
+        pairs.impulse[pairs.awake] = 0.0
+        pairs.impulse[index[:m]] = total[:m]
+        return True
+
+    def thrown(self) -> np.ndarray:
+        """How far impulses throw each node off its way, twice as far ahead as a pair may come in a step [m]."""
+        return self.ahead * np.linalg.norm(self.step.velocities - self.step.before, axis=1)
+
+    def _allow(self) -> bool:
+        """Wake whoever was struck; whether the list is wide enough for the velocities as they are."""
+        pairs, step = self.pairs, self.step
+        most, any_struck = allowance.serial(
+            len(step.positions), step.before, step.velocities, pairs.path_velocity, step.stray, pairs.skin, self.ahead,
+            self.limits.ready / self.ahead, self.struck,
+        )  # fmt: skip
+        if most > 1.0:
+            return False
+        if any_struck:
+            if self.is_awake is None:
+                self.is_awake = np.zeros(len(pairs), np.bool_)
+                self.is_awake[pairs.awake] = True
+            wake_struck(
+                len(pairs), pairs.key, pairs.nodes, pairs.normal, step.positions, step.velocities, self.struck,
+                self.is_awake, self.reach, self.ahead, self.found, self.counts,
+            )  # fmt: skip
+            more = self._gathered()
+            if len(more):
+                self.is_awake[more] = True
+                pairs.awake = np.flatnonzero(self.is_awake)
+                self._measure()
+        return True
+
+    def _join(self) -> bool:
+        """The last resort; whether the list is wide enough for it."""
+        pairs, step = self.pairs, self.step
+        pairs.last_resorts += 1
+        parent, before = np.arange(len(step.positions)), step.velocities.copy()
+        for _ in range(MOST_PASSES):
+            short = join_short.serial(
+                len(pairs.awake), pairs.awake, pairs.key, pairs.nodes, pairs.normal, pairs.distance, pairs.gap,
+                self.limits.floor, step.positions, step.velocities, step.dt, parent,
+            )  # fmt: skip
+            if not short:
+                break
+            move_together.serial(len(step.positions), parent, step.inverse_mass, before, step.velocities)
+            if not self._allow():
+                return False
+        return True
+
+    def _gathered(self) -> np.ndarray:
+        """Indices that chunks found."""
+        indices = np.empty(int(self.counts.sum()), np.int64)
+        gather.serial(len(self.counts), self.found, self.counts, indices)
+        return indices
+
+    def _measure(self) -> None:
+        measure_awake(self.pairs, self.step.positions)
+
+
+def measure_awake(pairs: Pairs, positions: np.ndarray) -> None:
+    """Distances of the pairs awake, where they are not known yet."""
+    measure(
+        len(pairs.awake), pairs.awake, pairs.key, pairs.nodes, positions, pairs.moment, pairs.normal,
+        pairs.weight, pairs.distance, pairs.measured,
+    )  # fmt: skip

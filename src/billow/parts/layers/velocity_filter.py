@@ -1,0 +1,176 @@
+"""The filter: impulses between layers, after which no pair ends a step nearer than it may (docs/theory.md, Layers).
+
+Between the half kick and the drift, the velocities of nodes are changed by inelastic impulses along the normals of
+pairs, found by projected Gauss-Seidel sweeps. Whether a pair comes too near is decided by its true closest distance at
+the end of the drift, not by one that is linear in the motion. Layers then never cross, so that the side on which one
+lies of another is simply where it is.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import prange
+
+from billow.base.compiled import CHUNK, inlined, kernel
+from billow.parts.layers.distance import fastest, nearest_after, paths_meet, speed_along
+
+APPROACH = 0.5
+"""Part of the way to its floor that a pair may go in a step."""
+
+SCANS, SWEEPS = 20, 6
+"""Most scans of all pairs in a step, and sweeps over those found between two of them."""
+
+WARM = 0.9
+"""Part of its last impulse that a pair begins a step with."""
+
+ENOUGH = 0.7
+"""Of the distance that a pair has to keep at least; below it the true distance has fallen short."""
+
+TOLERANCE = 0.2
+"""Of a pair's floor: error of position at which a sweep has converged; at most Filter.tolerance."""
+
+
+@inlined
+def speed_wanted(distance, floor, dt):
+    """Least speed [m/s] at which a pair has to part."""
+    return -APPROACH * (distance - floor) / dt if distance > floor else 0.0
+
+
+@inlined
+def inverse_inertia(k, nodes, weight, inverse_mass):
+    """Change of the speed of pair k by a unit impulse [1/kg]."""
+    total = 0.0
+    for i in range(4):
+        total += weight[k, i] * weight[k, i] * inverse_mass[nodes[k, i]]
+    return total
+
+
+@inlined
+def push(k, impulse, nodes, weight, normal, inverse_mass, velocities):
+    """An impulse [N s] between the sides of pair k."""
+    for i in range(4):
+        j = nodes[k, i]
+        change = impulse * weight[k, i] * inverse_mass[j]
+        velocities[j, 0] += change * normal[k, 0]
+        velocities[j, 1] += change * normal[k, 1]
+        velocities[j, 2] += change * normal[k, 2]
+
+
+@kernel
+def warm_start(
+    n, awake, nodes, weight, normal, distance, gap, floor_of, impulse, inverse_mass, dt, velocities, slot_out,
+    index_out, aim_out, per_out, total_out,
+):  # fmt: skip
+    """Begin with part of the last impulses of pairs within the full gap; returns the number of constraints."""
+    full_gap, share, highest, least = floor_of
+    m = 0
+    for i in range(n):
+        k = awake[i]
+        if impulse[k] <= 0.0 or distance[k] >= full_gap:
+            continue
+        inverse = inverse_inertia(k, nodes, weight, inverse_mass)
+        if inverse <= 0.0:
+            continue
+        floor = max(least, min(highest, share * gap[k]))
+        start = WARM * impulse[k]
+        slot_out[k] = m
+        index_out[m], aim_out[m] = k, speed_wanted(distance[k], floor, dt)
+        per_out[m], total_out[m] = 1.0 / inverse, start
+        push(k, start, nodes, weight, normal, inverse_mass, velocities)
+        m += 1
+    return m
+
+
+@kernel
+def scan(
+    n, awake, key, nodes, weight, normal, distance, gap, floor_of, tolerance, positions, velocities, dt, slot,
+    aim, goal_out, chunk_out,
+):  # fmt: skip
+    """The speed at which each pair awake has to part, NaN where it is fast enough. chunk_out, (chunks, 3): pairs that
+    are too slow, the largest lack [m] beyond the tolerance, and the number whose true distance falls short."""
+    full_gap, share, highest, least = floor_of
+    for chunk in prange((n + CHUNK - 1) // CHUNK):
+        slow, worst, short = 0.0, 0.0, 0.0
+        for i in range(chunk * CHUNK, min(n, (chunk + 1) * CHUNK)):
+            k = awake[i]
+            goal_out[i] = np.nan
+            d = distance[k]
+            floor = max(least, min(highest, share * gap[k]))
+            speed = speed_along(k, nodes, weight, normal, velocities)
+            goal = aim[slot[k]] if slot[k] >= 0 else speed_wanted(d, floor, dt)
+            lack = goal - speed
+            if d - dt * fastest(k, key, nodes, velocities) < 0.5 * floor:
+                wanted = min(d, 0.5 * floor)
+                after = nearest_after(k, key, nodes, normal, positions, velocities, dt)
+                if after < ENOUGH * wanted:
+                    short += 1.0
+                    goal = max(goal, speed + (wanted - after) / dt)
+                    lack = goal - speed
+            if lack > 0.0 and (
+                slot[k] >= 0 or paths_meet(k, key, nodes, positions, velocities, dt / APPROACH, full_gap)
+            ):
+                goal_out[i] = goal
+                slow += 1.0
+                if lack * dt > min(tolerance, TOLERANCE * floor):
+                    worst = max(worst, lack * dt)
+        chunk_out[chunk, 0], chunk_out[chunk, 1], chunk_out[chunk, 2] = slow, worst, short
+
+
+@kernel
+def admit(n, awake, goal, chunks, nodes, weight, inverse_mass, m, slot_out, index_out, aim_out, per_out, total_out):
+    """Pairs that are too slow become constraints, in the order of their keys; returns how many there are now."""
+    for chunk in range((n + CHUNK - 1) // CHUNK):
+        if chunks[chunk, 0] == 0.0:
+            continue
+        for i in range(chunk * CHUNK, min(n, (chunk + 1) * CHUNK)):
+            if math.isnan(goal[i]):
+                continue
+            k = awake[i]
+            if slot_out[k] >= 0:
+                aim_out[slot_out[k]] = goal[i]
+                continue
+            inverse = inverse_inertia(k, nodes, weight, inverse_mass)
+            if inverse > 0.0:
+                slot_out[k] = m
+                index_out[m], aim_out[m], per_out[m], total_out[m] = k, goal[i], 1.0 / inverse, 0.0
+                m += 1
+    return m
+
+
+@kernel
+def sweep(n, index, aim, per, nodes, weight, normal, gap, floor_of, tolerance, inverse_mass, dt, velocities, total):
+    """One Gauss-Seidel sweep over n constraints; returns the largest change, in tolerances."""
+    _, share, highest, least = floor_of
+    moved = 0.0
+    for q in range(n):
+        k = index[q]
+        change = max(-total[q], (aim[q] - speed_along(k, nodes, weight, normal, velocities)) * per[q])
+        if change == 0.0:
+            continue
+        total[q] += change
+        floor = max(least, min(highest, share * gap[k]))
+        moved = max(moved, abs(change) / per[q] * dt / min(tolerance, TOLERANCE * floor))
+        push(k, change, nodes, weight, normal, inverse_mass, velocities)
+    return moved
+
+
+@kernel
+def allowance(n, before, velocities, start_velocity, stray, skin, ahead, ready, struck_out):
+    """How much of its allowance the node used that used most [-], for the list; and which nodes were struck: changed by
+    more than `ready` [m/s] since `before`. stray: of each node from its path so far [m], (nodes,)."""
+    largest, any_struck = 0.0, False
+    for i in range(n):
+        dx, dy, dz = velocities[i, 0] - before[i, 0], velocities[i, 1] - before[i, 1], velocities[i, 2] - before[i, 2]
+        if dx == 0.0 and dy == 0.0 and dz == 0.0:
+            struck_out[i] = False
+            continue
+        struck_out[i] = dx * dx + dy * dy + dz * dz > ready * ready
+        any_struck = any_struck or struck_out[i]
+        vx, vy, vz = (
+            velocities[i, 0] - start_velocity[i, 0], velocities[i, 1] - start_velocity[i, 1],
+            velocities[i, 2] - start_velocity[i, 2],
+        )  # fmt: skip
+        largest = max(largest, (stray[i] + ahead * math.sqrt(vx * vx + vy * vy + vz * vz)) / skin[i])
+    return largest, any_struck
