@@ -209,3 +209,9 @@ def test_folds_are_varied_by_their_number():
     assert [fold.panel for fold in folded.bag.folds] == [0.06, 0.08]
     with pytest.raises(InputError, match="E-CASE-006"):
         folded.vary({"bag.folds.3.panel": 0.08})
+
+
+def test_a_study_can_vary_a_panel_within_one_topology():
+    narrow, wide = (built(SQUARE, {**LEPORELLO, "panel": panel}, element_size=0.01)[1] for panel in (0.058, 0.062))
+    np.testing.assert_array_equal(narrow.surface.triangles, wide.surface.triangles)
+    assert np.abs(narrow.positions - wide.positions).max() > 0.001
