@@ -210,3 +210,38 @@ def test_folds_are_varied_by_their_number():
     assert [fold.panel for fold in folded.bag.folds] == [0.06, 0.08]
     with pytest.raises(InputError, match="E-CASE-006"):
         folded.vary({"bag.folds.3.panel": 0.08})
+
+
+def test_a_study_can_vary_a_panel_within_one_topology():
+    narrow, wide = (built(SQUARE, {**LEPORELLO, "panel": panel}, element_size=0.01)[1] for panel in (0.058, 0.062))
+    np.testing.assert_array_equal(narrow.surface.triangles, wide.surface.triangles)
+    assert np.abs(narrow.positions - wide.positions).max() > 0.001
+
+
+def test_elements_beside_a_wide_turn_end_beyond_it():
+    """Three half folds of 4 mm elements: the outer turns are longer than an element to either side of their rows."""
+    plan, _, flat = built(TUBE, HALF, HALF, {**HALF, "line": 0.09}, element_size=0.004)
+    wide = [row for row in plan.rows(0) if row.beside > 0.004]
+    assert len(wide) >= 2
+    for row in wide:
+        away = np.abs(flat[:, 0] - row.place)
+        assert away[away > 1e-9].min() > row.beside - 1e-9
+
+
+def test_both_panels_have_the_same_nodes_around_the_mouth():
+    """A thick stack folded close to the mouth: other elements beside the crease in the rear panel would cut the
+    front."""
+    bag = {**TUBE, "length": 0.85, "width": 0.243, "element_size": 0.0133, "mouth_offset": [-0.085, 0.0]}
+    along = {"kind": "leporello", "lines": [0.05], "sides": "high", "layer_gap": 0.0018}
+    _, shape, flat = built(bag, along, {**LEPORELLO, "across": "y", "lines": [0.049, 0.088], "layer_gap": 0.001})
+    assert crossings(shape) == 0
+    front, rear = (flat[np.abs(flat[:, 2] - z) < 1e-9][:, :2] for z in (flat[:, 2].max(), 0.0))
+    np.testing.assert_allclose(front[np.lexsort(front.T.round(9))], rear[np.lexsort(rear.T.round(9))], atol=1e-12)
+
+
+def test_a_turn_does_not_close_around_a_crease():
+    """The elements of the outer turn would cut through the crease that ends inside it."""
+    lines = {"kind": "leporello", "lines": [0.08, 0.148, 0.192, 0.258], "sides": "high", "layer_gap": 0.00067}
+    bag = {**TUBE, "length": 0.684, "width": 0.377, "element_size": 0.0136, "mouth_offset": [-0.049, 0.0]}
+    with pytest.raises(InputError, match="E-GEO-043"):
+        built(bag, lines, {**HALF, "line": 0.061, "layer_gap": 0.00067})

@@ -55,7 +55,8 @@ def placed(obstacles: Iterable[dict], histories: History, time: float) -> list[d
 def obstacles_at(result, time: float) -> list[dict]:
     """The obstacles of a `Result` at a time [s], as `placed`."""
     obstacles = result.record.get("obstacles", [])
-    return placed(obstacles, result.histories, time) if obstacles else []
+    stay = all(obstacle.get("locked", True) for obstacle in obstacles)  # runs made elsewhere may have no histories
+    return list(obstacles) if stay else placed(obstacles, result.histories, time)
 
 
 def surface(obstacle: dict, fineness: int = FINENESS) -> tuple[np.ndarray, np.ndarray]:
