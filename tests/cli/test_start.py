@@ -75,7 +75,7 @@ def test_a_run_by_uniform_pressure_loads_its_own_kernels_only(case):
     assert not modules & {"scipy.spatial", "scipy.sparse", "scipy.linalg", "numba.np.linalg"}
     kernels = set(loaded["kernels"])
     assert "billow.parts.gas.uniform.chamber_step.advance_chambers" in kernels
-    others = ("corpuscular", "self_contact", "curve_fabric", "search_grid", "_parallel", "meeting")
+    others = ("corpuscular", "self_contact", "layers", "curve_fabric", "_parallel", "meeting")
     assert not {name for name in kernels if any(other in name for other in others)}
 
 
