@@ -18,7 +18,7 @@ FOLDED = {
 }
 MOTION = ("kinetic", "body_kinetic")
 STORED = ("strain", "strap", "contact", "self_contact")
-LOST = ("damping", "hysteresis", "friction", "layer_impact")
+LOST = ("damping", "hysteresis", "friction")
 RECEIVED = ("gas_work", "gravity_work")
 
 
