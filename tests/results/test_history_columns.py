@@ -65,11 +65,12 @@ def test_a_run_with_bodies_and_straps(gas, tmp_path):
 
 def test_a_run_with_layers_in_stacks(tmp_path):
     case = {
-        "bag": {"element_size": 0.06, "vents": {"count": 0}},
-        "fabric": {"self_contact": "layers", "permeability": 0.0},
+        "bag": {"element_size": 0.06, "vents": {"count": 0}, "straps": {"count": 0}},
+        "fabric": {"self_contact": "layers"},
         "obstacles": [],
     }
-    assert columns(case, tmp_path / "run") == documented(self_contact=[""], layers_in_stacks=[""])
+    named = {"part": ["front", "rear"], "self_contact": [""], "layers_in_stacks": [""]}
+    assert columns(case, tmp_path / "run") == documented(**named)
 
 
 def test_a_run_with_chambers(tmp_path):
