@@ -23,7 +23,7 @@ FOREIGN = (
 )
 """How the names of variables begin that our libraries listen to; numba's are looked after by `billow` itself."""
 
-KEPT = ("HDF5_USE_FILE_LOCKING", "OMP_WAIT_POLICY")
+KEPT = ("HDF5_USE_FILE_LOCKING", "OMP_WAIT_POLICY", "GOMP_SPINCOUNT")
 """Of these, what a file system may need and no result depends on, and what `billow` itself has set."""
 
 SETTINGS_FILES = {".numba_config.yaml": "numba", "matplotlibrc": "matplotlib"}

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from billow.solver.guards import LARGEST_GAIN, check_state, check_step_size
 from billow.solver.model import Model, State, start_state
 from billow.solver.step import advance, first_forces, stable_dt
+from billow.solver.team import Team
 
 
 @dataclass(frozen=True)
@@ -49,6 +50,13 @@ def run(model: Model, schedule: Schedule, recorder: Recorder = SILENT, state: St
         state = begin(model, schedule)
         recorder.history(model, state)
         recorder.frame(model, state)
+    with Team() as team:
+        _go_on(model, schedule, recorder, state, team)
+    return state
+
+
+def _go_on(model: Model, schedule: Schedule, recorder: Recorder, state: State, team: Team) -> None:
+    """From a state between two steps to the end."""
     intervals = schedule.frames * schedule.histories_per_frame
     while state.interval < intervals:
         target = schedule.end * (state.interval + 1) / intervals
@@ -58,7 +66,7 @@ def run(model: Model, schedule: Schedule, recorder: Recorder = SILENT, state: St
             state.steps_left = math.ceil((target - state.time) / limit)
             state.dt = (target - state.time) / state.steps_left
         while state.steps_left > 0:
-            advance(model, state, state.dt)
+            team.take(lambda: advance(model, state, state.dt))
             state.steps_left -= 1
             check_state(model, state, schedule.largest_gain)
             if state.steps_left > 0:
@@ -69,7 +77,6 @@ def run(model: Model, schedule: Schedule, recorder: Recorder = SILENT, state: St
         if state.interval % schedule.histories_per_frame == 0:
             recorder.frame(model, state)
         recorder.step(model, state)
-    return state
 
 
 def begin(model: Model, schedule: Schedule) -> State:
