@@ -38,5 +38,7 @@ TRIGGERS: dict[str, Callable[[Here], object]] = {
     "E-GEO-047": lambda here: fold_case(case()(here), here.place / "folded"),
     "E-GEO-048": bag(element_size=0.02, folds=[TWO_LINES, {**TWO_LINES, "lines": [0.12, 0.287], "across": "y"}]),
     "W-MESH-008": warned("W-MESH-008", case(LEPORELLO, vents={"count": 1, "diameter": 0.04, "distance": 0.175})),
+    "W-FAB-006": warned("W-FAB-006", case(LEPORELLO, fabric={"self_contact": True})),
+    "W-FAB-007": warned("W-FAB-007", case(fabric={"friction": 0.2})),
     "W-MESH-009": warned("W-MESH-009", case({**LEPORELLO, "layer_gap": 0.0005})),
 }

@@ -98,6 +98,21 @@ TIGHT = Concern.declare(
     cause="a thick fabric, or a bag.folds.layer_gap for a thinner one",
     remedy="raise bag.folds.layer_gap to at least twice the thickness",
 )
+NO_LAYERS = Concern.declare(
+    "W-FAB-006",
+    "layers of the folded bag may pass through each other",
+    where="fabric.self_contact",
+    why="springs are made for bags that start flat, and without self-contact nothing keeps folded layers apart: the "
+    "run may complete with fabric that has crossed",
+    remedy='leave fabric.self_contact away, or set it to "layers"',
+)
+NO_FRICTION = Concern.declare(
+    "W-FAB-007",
+    "the friction between layers of fabric has no effect",
+    where="fabric.friction",
+    why='only fabric.self_contact = "layers" knows it',
+    remedy='set fabric.self_contact = "layers", or remove fabric.friction',
+)
 FEW = 0.01
 """Share of the triangles, but at least four, that is compared with the others."""
 COSTLY = 5.0
@@ -110,7 +125,7 @@ def concerns_of(case: Case, model: Model) -> list[Concern]:
     of_parts = [concern for _, part in model.parts for concern in part.concerns(setting)]
     of_mesh = [
         concern
-        for ask in (_units, _size, _slivers, _panels, _straps, _folds, _crossings)
+        for ask in (_units, _size, _slivers, _panels, _straps, _folds, _layers, _crossings)
         for concern in ask(case, model)
     ]
     return [*of_mesh, *of_parts]
@@ -165,6 +180,15 @@ def _folds(case: Case, model: Model) -> Iterator[Concern]:
     crossed = {vent for line in lines for vent in plan.vents_on(model.surface, flat, *line)}
     for vent in sorted(crossed):
         yield FOLDED_VENT(vent=vent)
+
+
+def _layers(case: Case, model: Model) -> Iterator[Concern]:
+    if model.layers is not None:
+        return
+    if getattr(case.bag, "folds", ()):
+        yield NO_LAYERS()
+    if case.fabric.friction:
+        yield NO_FRICTION()
 
 
 def _crossings(case: Case, model: Model) -> Iterator[Concern]:

@@ -261,12 +261,11 @@ class Fabric(Part):
 
 @scalar
 def _add_chunks(partial, totals_out):
-    """Add what a law summed up per chunk to the totals."""
+    """Add what a law summed up per chunk to the totals. What is not finite shows in the energy."""
     for chunk in range(len(partial)):
         for k in range(partial.shape[1]):
             if k in (STRETCH, SQUARED_RATE):
-                # A number that is not finite must not be lost.
-                totals_out[k] = totals_out[k] if totals_out[k] > partial[chunk, k] else partial[chunk, k]
+                totals_out[k] = max(totals_out[k], partial[chunk, k])
             else:
                 totals_out[k] += partial[chunk, k]
 
