@@ -172,7 +172,7 @@ def sort_out(triangles, walls, turned_round, positions, holes, frames, ring, dia
                 gx, gy, gz = block[GX + j], block[GY + j], block[GZ + j]
                 along = gx * ring[1, 0] + gy * ring[1, 1] + gz * ring[1, 2]
                 azimuth = math.atan2(gx * ring[2, 0] + gy * ring[2, 1] + gz * ring[2, 2], along)
-                k = int(math.floor(azimuth / pitch + 0.5))  # footprints of neighbouring jets hardly overlap
+                k = math.floor(azimuth / pitch + 0.5)  # footprints of neighbouring jets hardly overlap
                 k = k + jets if k < 0 else k - jets if k >= jets else k
                 jet_of[j] = k
                 block[HX + j], block[HY + j], block[HZ + j] = holes[k, 0] - cx, holes[k, 1] - cy, holes[k, 2] - cz
