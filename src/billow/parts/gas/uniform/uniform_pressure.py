@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 
@@ -86,6 +87,7 @@ class UniformPressure(GasModel):
     """Parameters of the gas: what it is supplied with."""
 
     supply: Supply
+    looks_back: ClassVar[bool] = False
 
     @cached_property
     def _table(self) -> tuple:
