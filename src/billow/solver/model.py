@@ -98,7 +98,8 @@ class Model:
 @dataclass(frozen=True)
 class Work:
     """Arrays a step works in; nothing in them outlives it. before: positions at its start [m], (nodes, 3), or
-    (0, 3) where nobody asks for them. gathering, corners: what `gather_and_kick` reads of the assembly and of the surface."""
+    (0, 3) where nobody asks for them. gathering, corners: what `gather_and_kick` reads of the assembly and of the
+    surface."""
 
     loads: Loads
     gathering: tuple[np.ndarray, ...]

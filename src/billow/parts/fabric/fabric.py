@@ -216,10 +216,8 @@ class Fabric(Part):
     def shooting_nodes(self, moment: Moment) -> int:
         """Number of nodes that travel more than half the smallest altitude in one step."""
         farthest = SHOOTING * min(membrane.altitude.min() for membrane in self.membranes)
-        speed = np.sqrt(np.max(np.sum(moment.velocities**2, axis=1)))
-        if speed * moment.dt <= farthest:
-            return 0
-        return int(np.count_nonzero(np.linalg.norm(moment.velocities, axis=1) * moment.dt > farthest))
+        travel = moment.dt * np.sqrt(np.einsum("ij,ij->i", moment.velocities, moment.velocities))
+        return int(np.count_nonzero(travel > farthest))
 
     def inverted_elements(self, positions: np.ndarray) -> int:
         """Number of fabric triangles that face against every one of their neighbours; positions: [m], (nodes, 3).
