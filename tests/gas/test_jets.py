@@ -50,7 +50,8 @@ def dome(rings=14, sectors=60, radius=0.3):
 
 TRIANGLES, POSITIONS = dome()
 UP, X = np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0])
-JETS = Jets(RING, np.array([0]), UP, X)
+MOUTH = np.array([0])
+JETS = Jets(RING, MOUTH, UP, X)
 
 
 @cache
@@ -67,7 +68,7 @@ def forces(pattern, triangles, positions, velocities=None, thrust=100.0):
     """Forces on the corners of all triangles [N], which are those on the nodes, and their power [W]."""
     node_force = np.zeros_like(positions)
     velocities = np.zeros_like(positions) if velocities is None else velocities
-    _, power = add_jet_force(pattern, thrust, triangles, positions, velocities, velocities[0], node_force)
+    _, power = add_jet_force(pattern, thrust, triangles, positions, velocities, MOUTH, node_force)
     corner_force = on_corners(pattern, triangles)
     gathered = np.zeros_like(positions)
     np.add.at(gathered, np.asarray(triangles, np.int64), corner_force)
@@ -249,9 +250,9 @@ def test_jets_turn_with_their_mouth(angle, time):
 def test_the_last_force_is_weighed_with_the_velocities_of_now():
     """Work is the mean of two powers, so the force of the step before meets the velocities of this one."""
     pattern, outwards = aim(JETS, TRIANGLES, POSITIONS), 3.0 * POSITIONS
-    args = TRIANGLES, POSITIONS, outwards, outwards[0], np.zeros_like(POSITIONS)
+    args = TRIANGLES, POSITIONS, outwards, MOUTH, np.zeros_like(POSITIONS)
     assert add_jet_force(pattern, 100.0, *args)[0] == 0.0
-    before = power_of_last_force(pattern, TRIANGLES, outwards, outwards[0])
+    before = power_of_last_force(pattern.triangles, pattern.force, TRIANGLES, outwards, MOUTH)
     last, power = add_jet_force(pattern, 250.0, *args)
     assert last == pytest.approx(before, rel=1e-14)
     assert last > 0.0
@@ -291,7 +292,7 @@ def test_a_wall_whose_normal_points_into_the_chamber_is_pushed_out_of_it():
     pattern = aim(jets, triangles, POSITIONS)
     force, same = np.zeros_like(POSITIONS), np.zeros_like(POSITIONS)
     still = np.zeros_like(POSITIONS)
-    add_jet_force(pattern, 100.0, triangles, POSITIONS, still, np.zeros(3), force)
-    add_jet_force(aim(JETS, TRIANGLES, POSITIONS), 100.0, TRIANGLES, POSITIONS, still, np.zeros(3), same)
+    add_jet_force(pattern, 100.0, triangles, POSITIONS, still, MOUTH, force)
+    add_jet_force(aim(JETS, TRIANGLES, POSITIONS), 100.0, TRIANGLES, POSITIONS, still, MOUTH, same)
     assert pattern.seen == COUNT
     assert force == pytest.approx(same, rel=1e-12, abs=1e-12)

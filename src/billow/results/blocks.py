@@ -124,8 +124,9 @@ def write_obstacles(folder: Path, obstacles: Sequence[dict], histories: History)
     names = [obstacle["name"] for obstacle in known]
     with ObstaclesWriter(folder / OBSTACLES, cells, owner, names, "obstacle") as block:
         for time in fabric.times.tolist():
-            there = placed(known, histories, time)
-            block.append(time, np.concatenate([_mesh(obstacle, middle, wide)[0] for obstacle in there]))
+            there = zip(placed(known, histories, time), meshes, strict=True)
+            points = [start if o["locked"] else _mesh(o, middle, wide)[0] for o, (start, _) in there]
+            block.append(time, np.concatenate(points))
 
 
 def write_scene(folder: Path) -> None:
@@ -152,8 +153,8 @@ def write_scene(folder: Path) -> None:
 
 def _seen(fabric: FabricFile) -> tuple[np.ndarray, float]:
     """Middle of the bag over all frames [m], (3,), and its largest side [m]."""
-    points = [fabric.points(k) for k in range(len(fabric.times))]
-    low, high = np.min([p.min(axis=0) for p in points], axis=0), np.max([p.max(axis=0) for p in points], axis=0)
+    extremes = np.array([(points.min(axis=0), points.max(axis=0)) for points in fabric.each_points()])
+    low, high = extremes[:, 0].min(axis=0), extremes[:, 1].max(axis=0)
     return 0.5 * (low + high).astype(float), float((high - low).max())
 
 

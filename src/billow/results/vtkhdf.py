@@ -250,6 +250,13 @@ class FabricFile:
         with self.opened(self.path) as file:
             return take(file["VTKHDF/Points"], start, nodes, (3,))
 
+    def each_points(self) -> Iterator[np.ndarray]:
+        """Where the nodes are in each frame, as `points`, one after the other."""
+        nodes = len(self.reference)
+        with self.opened(self.path) as file:
+            for k in range(self._frames):
+                yield take(file["VTKHDF/Points"], k * nodes, nodes, (3,))
+
     def point_data(self, name: str) -> np.ndarray:
         """(times, nodes) or (times, nodes, 3) float32."""
         return self._field(f"PointData/{name}", len(self.reference))

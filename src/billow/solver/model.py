@@ -86,7 +86,9 @@ class Model:
         assembly = self.fabric.assembly
         gathering = (assembly.start, assembly.entry, assembly.behind, assembly.ahead)
         corners = surface.corner_start, surface.corners
-        return Work(Loads(len(assembly.entry), surface), gathering, corners, np.zeros_like(self.start))
+        looks_back = self.gas.model.looks_back or self.layers is not None
+        before = np.zeros_like(self.start) if looks_back else np.empty((0, 3))
+        return Work(Loads(len(assembly.entry), surface), gathering, corners, before)
 
     def setting(self, end_time: float) -> Setting:
         """What parts see when they look for what is probably not meant."""
@@ -95,8 +97,9 @@ class Model:
 
 @dataclass(frozen=True)
 class Work:
-    """Arrays a step works in; nothing in them outlives it. before: positions at its start [m], (nodes, 3). gathering,
-    corners: what `gather_and_kick` reads of the assembly and of the surface."""
+    """Arrays a step works in; nothing in them outlives it. before: positions at its start [m], (nodes, 3), or
+    (0, 3) where nobody asks for them. gathering, corners: what `gather_and_kick` reads of the assembly and of the
+    surface."""
 
     loads: Loads
     gathering: tuple[np.ndarray, ...]

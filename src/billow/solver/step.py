@@ -68,7 +68,7 @@ def evaluate_forces(model: Model, state: State, dt: float) -> None:
 
 def first_forces(model: Model, state: State) -> None:
     """Forces and energies at time zero."""
-    model.work.before[...] = state.positions
+    model.work.before[...] = state.positions[: len(model.work.before)]
     state.ledger.open()
     evaluate_forces(model, state, 0.0)
     state.ledger.book(model.bodies.kinetic_energy(state.bodies))

@@ -83,7 +83,7 @@ class ShapeTable(NamedTuple):
 
 class Nodes(NamedTuple):
     """inverse_mass [1/kg], (nodes,); force [N] at the start of a step, positions [m], velocities [m/s], and room for
-    the positions before the drift: (nodes, 3)."""
+    the positions before the drift: (nodes, 3). No room, (0, 3), where nobody asks for them."""
 
     inverse_mass: np.ndarray
     force: np.ndarray
@@ -133,7 +133,8 @@ def _kick(block, first, count, dt, nodes):
         i = np.uint64(first + j)
         half = 0.5 * dt * inverse_mass[i]
         x, y, z = positions[i, 0], positions[i, 1], positions[i, 2]
-        before[i, 0], before[i, 1], before[i, 2] = x, y, z
+        if len(before) > 0:
+            before[i, 0], before[i, 1], before[i, 2] = x, y, z
         block[PX + j], block[PY + j], block[PZ + j] = x, y, z
         block[VX + j] = velocities[i, 0] + half * nodal_force[i, 0]
         block[VY + j] = velocities[i, 1] + half * nodal_force[i, 1]

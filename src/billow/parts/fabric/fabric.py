@@ -6,10 +6,11 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import accumulate
 
 import numpy as np
 
-from billow.base.compiled import scalar
+from billow.base.compiled import CHUNK, scalar
 from billow.base.errors import Concern, NumericalStop
 from billow.base.plausible import is_usual
 from billow.base.quality import SMALLER_STEPS, Criterion, criterion
@@ -20,7 +21,15 @@ from billow.geometry.triangulation import sorted_edges
 from billow.parts.fabric.birth import Birth
 from billow.parts.fabric.block import VOLUMES
 from billow.parts.fabric.frame_fields import fabric_fields
-from billow.parts.fabric.membrane import SQUARED_RATE, STRETCH, Membrane, odd_speed
+from billow.parts.fabric.membrane import (
+    ENERGY,
+    HYSTERESIS,
+    POWER,
+    SQUARED_RATE,
+    STRETCH,
+    Membrane,
+    odd_speed,
+)  # fmt: skip
 from billow.parts.part import (
     DAMPING,
     RECEIVED,
@@ -131,18 +140,22 @@ class Fabric(Part):
             membranes = self._reference(state, positions, time, dt, bookings)
         chambers = self.surface.chambers
         *of_membranes, of_holes = self.assembly.corners
-        totals = np.zeros(VOLUMES + 1 + chambers.count)
-        for membrane, history, corners in zip(membranes, state.history, of_membranes, strict=True):
-            sums = membrane.sums(chambers.count)
-            membrane.fabric.add_forces(membrane, corners, positions, velocities, history, loads.entries, sums)
-            _add_chunks(sums, totals)
-        _measure_holes(
-            self._bare, positions, chambers.behind, chambers.ahead, *of_holes, loads.entries, totals
+        sums = np.empty((self._chunks[-1], VOLUMES + 1 + len(loads.volumes)))
+        for k, membrane in enumerate(membranes):
+            own = sums[self._chunks[k] : self._chunks[k + 1]]
+            membrane.fabric.add_forces(
+                membrane, of_membranes[k], positions, velocities, state.history[k], loads.entries, own
+            )  # fmt: skip
+        strain, power, largest, heat, state.squared_rate = _sum_up(
+            sums, self._bare, positions, chambers.behind, chambers.ahead, *of_holes, loads.entries, loads.volumes
         )  # fmt: skip
-        strain, power, largest, heat, state.squared_rate = totals[:VOLUMES].tolist()
-        loads.volumes[:] = totals[VOLUMES + 1 :]
         state.largest_stretch = math.sqrt(largest)
         return [*bookings, Booking(DAMPING, power * dt), Booking(STRAIN, strain), Booking(HEAT_OF_HYSTERESIS, heat)]
+
+    @cached_property
+    def _chunks(self) -> list[int]:
+        """Of each membrane, and after the last one: where its chunks begin in the sums of all."""
+        return [0, *accumulate(-(-len(membrane.elements) // CHUNK) for membrane in self.membranes)]
 
     @cached_property
     def assembly(self) -> Assembly:
@@ -203,10 +216,8 @@ class Fabric(Part):
     def shooting_nodes(self, moment: Moment) -> int:
         """Number of nodes that travel more than half the smallest altitude in one step."""
         farthest = SHOOTING * min(membrane.altitude.min() for membrane in self.membranes)
-        speed = np.sqrt(np.max(np.sum(moment.velocities**2, axis=1)))
-        if speed * moment.dt <= farthest:
-            return 0
-        return int(np.count_nonzero(np.linalg.norm(moment.velocities, axis=1) * moment.dt > farthest))
+        travel = moment.dt * np.sqrt(np.einsum("ij,ij->i", moment.velocities, moment.velocities))
+        return int(np.count_nonzero(travel > farthest))
 
     def inverted_elements(self, positions: np.ndarray) -> int:
         """Number of fabric triangles that face against every one of their neighbours; positions: [m], (nodes, 3).
@@ -260,18 +271,16 @@ class Fabric(Part):
 
 
 @scalar
-def _add_chunks(partial, totals_out):
-    """Add what a law summed up per chunk to the totals. What is not finite shows in the energy."""
+def _sum_up(partial, which, positions, behind, ahead, node, corner, first, loads_out, volumes_out):
+    """Sums of what laws summed up per chunk, and of the triangles without fabric: the columns of `partial` but for the
+    volumes, which are set. What is not finite shows in the energy."""
+    totals = np.zeros(partial.shape[1])
     for chunk in range(len(partial)):
-        for k in range(partial.shape[1]):
+        for k in range(len(totals)):
             if k in (STRETCH, SQUARED_RATE):
-                totals_out[k] = max(totals_out[k], partial[chunk, k])
+                totals[k] = max(totals[k], partial[chunk, k])
             else:
-                totals_out[k] += partial[chunk, k]
-
-
-@scalar
-def _measure_holes(which, positions, behind, ahead, node, corner, first, loads_out, totals_out):
+                totals[k] += partial[chunk, k]
     loads_out[first[0] : first[-1]] = 0.0
     x, y, z = positions[0, 0], positions[0, 1], positions[0, 2]
     for i in range(len(which)):
@@ -280,13 +289,15 @@ def _measure_holes(which, positions, behind, ahead, node, corner, first, loads_o
         nx, ny, nz = double_area_vector(positions, a, b, c)
         nx, ny, nz = nx / 6.0, ny / 6.0, nz / 6.0
         volume = (positions[a, 0] - x) * nx + (positions[a, 1] - y) * ny + (positions[a, 2] - z) * nz
-        totals_out[VOLUMES + 1 + behind[t]] += volume  # OUTSIDE, -1, is the first
-        totals_out[VOLUMES + 1 + ahead[t]] -= volume
+        totals[VOLUMES + 1 + behind[t]] += volume  # OUTSIDE, -1, is the first
+        totals[VOLUMES + 1 + ahead[t]] -= volume
         for k in range(3):
             entry = corner[i, k]
             loads_out[entry, 3] += nx
             loads_out[entry, 4] += ny
             loads_out[entry, 5] += nz
+    volumes_out[:] = totals[VOLUMES + 1 :]
+    return totals[ENERGY], totals[POWER], totals[STRETCH], totals[HYSTERESIS], totals[SQUARED_RATE]
 
 
 def worst_stretch(membrane: Membrane, triangles: np.ndarray, positions: np.ndarray) -> tuple[int, float]:

@@ -22,7 +22,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 
@@ -36,9 +36,9 @@ class Bag:
     """All a gas may see.
 
     positions: [m] at the end of the step, before: at its start, velocities: [m/s] at its middle, all (nodes, 3). before
-    is positions where no step was made. touched: (shapes, nodes) bool, nodes in contact with each shape of a body;
-    None where nothing can be touched. measured: volumes of the chambers [m^3], (chambers,), None where nobody has
-    measured them.
+    is positions where no step was made, and (0, 3) for a gas that does not look back. touched: (shapes, nodes) bool,
+    nodes in contact with each shape of a body; None where nothing can be touched. measured: volumes of the chambers
+    [m^3], (chambers,), None where nobody has measured them.
     """
 
     surface: Surface
@@ -136,7 +136,12 @@ class Vitals(NamedTuple):
 
 
 class GasModel(ABC):
-    """A gas: parameters only; everything that changes is in the state it hands out."""
+    """A gas: parameters only; everything that changes is in the state it hands out.
+
+    looks_back: whether it reads `Bag.before`, which a run keeps only for those who do.
+    """
+
+    looks_back: ClassVar[bool] = True
 
     @abstractmethod
     def start(self, bag: Bag) -> object:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -22,6 +23,7 @@ class EmptyState:
 class NoGas(GasModel):
     """ambient_pressure [Pa] and ambient_temperature [K] are only reported."""
 
+    looks_back: ClassVar[bool] = False
     ambient_pressure: float = 101325.0
     ambient_temperature: float = 295.0
 

@@ -7,10 +7,12 @@ from functools import cached_property
 
 import numpy as np
 
-from billow.base.compiled import kernel, scalar
+from billow.base.compiled import scalar
 from billow.geometry.triangle import double_area_vector
+from billow.parts.gas.supply.curve import interpolate
 from billow.parts.gas.supply.inflator import JetRing
 from billow.parts.gas.supply.line_of_sight import NO_WALLS, lit_triangles
+from billow.parts.gas.supply.outflow import jet_speed
 
 UPDATE_INTERVAL = 1e-4
 """Time [s] between two searches for what the jets hit."""
@@ -34,12 +36,6 @@ class Jets:
     walls: np.ndarray | None = None
     reversed: np.ndarray | None = None
     mouth_start: np.ndarray | None = None
-
-    def mouth_velocity(self, velocities: np.ndarray) -> np.ndarray:
-        """Mean velocity of the mouth [m/s], (3,); velocities: (nodes, 3)."""
-        mean = np.empty(3)
-        _mean(self.mouth_nodes, velocities, mean)
-        return mean
 
     def turn(self, positions: np.ndarray) -> np.ndarray:
         """Rotation of the mouth since the start, (3, 3): the one that fits its nodes best to their present positions
@@ -115,46 +111,41 @@ def aim(jets: Jets, triangles: np.ndarray, positions: np.ndarray, time: float = 
     return JetPattern(lit, share, seen, np.zeros((len(lit), 3)))
 
 
+@scalar
+def jet_thrust(table, mass_fractions, flow_time, mass_flow, temperature_time, temperature, count, time):
+    """Thrust [N] of each of `count` jets of an inflator at a time [s]; zero when it does not blow.
+
+    table: thermo table (species, 16); mass_fractions to temperature: as in `Inflator`.
+    """
+    if not flow_time[0] < time < flow_time[-1]:
+        return 0.0
+    flow = interpolate(flow_time, mass_flow, time)
+    if flow <= 0.0:
+        return 0.0
+    return flow / count * jet_speed(table, mass_fractions, interpolate(temperature_time, temperature, time))
+
+
 def add_jet_force(
     pattern: JetPattern, thrust: float, triangles: np.ndarray, positions: np.ndarray, velocities: np.ndarray,
-    mouth_velocity: np.ndarray, node_force: np.ndarray,
+    mouth_nodes: np.ndarray, node_force: np.ndarray,
 ) -> tuple[float, float]:  # fmt: skip
     """Add the force of jets of `thrust` [N] each to node_force [N] (nodes, 3); returns the power [W] of the
     last force on this pattern, zero at first, and of the new one.
 
     Power refers to the motion of the fabric relative to the mouth, so it does not depend on the observer.
     """
-    return _add_jet_force.serial(
-        len(pattern.triangles), pattern.triangles, pattern.share, thrust, triangles, positions, velocities,
-        mouth_velocity, pattern.force, node_force,
+    return _add_jet_force(
+        pattern.triangles, pattern.share, thrust, triangles, positions, velocities, mouth_nodes, pattern.force,
+        node_force,
     )  # fmt: skip
 
 
-def power_of_last_force(
-    pattern: JetPattern, triangles: np.ndarray, velocities: np.ndarray, mouth_velocity: np.ndarray
-) -> float:
-    """Power [W] of the last force with the present velocities [m/s] (nodes, 3)."""
-    return _power.serial(
-        len(pattern.triangles), pattern.triangles, pattern.force, triangles, velocities, mouth_velocity
-    )
-
-
 @scalar
-def _mean(nodes, vectors, mean_out):
-    mean_out[:] = 0.0
-    for node in nodes:
-        for k in range(3):
-            mean_out[k] += vectors[node, k]
-    for k in range(3):
-        mean_out[k] /= len(nodes)
-
-
-@kernel
-def _add_jet_force(n, lit, share, thrust, triangles, positions, velocities, mouth_velocity, force_out, node_force):
-    last, power = 0.0, 0.0
-    for m in range(n):
+def _add_jet_force(lit, share, thrust, triangles, positions, velocities, mouth_nodes, force_out, node_force):
+    last, power, mouth = 0.0, 0.0, _mean(mouth_nodes, velocities)
+    for m in range(len(lit)):
         i = lit[m]
-        sx, sy, sz = _corner_speeds(triangles, i, velocities, mouth_velocity)
+        sx, sy, sz = _corner_speeds(triangles, i, velocities, mouth)
         last += force_out[m, 0] * sx + force_out[m, 1] * sy + force_out[m, 2] * sz
         nx, ny, nz = double_area_vector(positions, triangles[i, 0], triangles[i, 1], triangles[i, 2])
         third = thrust * share[m] / 6.0
@@ -169,13 +160,23 @@ def _add_jet_force(n, lit, share, thrust, triangles, positions, velocities, mout
     return last, power
 
 
-@kernel
-def _power(n, lit, force, triangles, velocities, mouth_velocity):
-    power = 0.0
-    for m in range(n):
-        sx, sy, sz = _corner_speeds(triangles, lit[m], velocities, mouth_velocity)
+@scalar
+def power_of_last_force(lit, force, triangles, velocities, mouth_nodes):
+    """Power [W] of the last force [N] (n, 3) on the corners of the lit triangles with the present velocities [m/s]."""
+    power, mouth = 0.0, _mean(mouth_nodes, velocities)
+    for m in range(len(lit)):
+        sx, sy, sz = _corner_speeds(triangles, lit[m], velocities, mouth)
         power += force[m, 0] * sx + force[m, 1] * sy + force[m, 2] * sz
     return power
+
+
+@scalar
+def _mean(nodes, vectors):
+    """Mean (3) of the vectors (n, 3) at some nodes."""
+    x, y, z = 0.0, 0.0, 0.0
+    for node in nodes:
+        x, y, z = x + vectors[node, 0], y + vectors[node, 1], z + vectors[node, 2]
+    return x / len(nodes), y / len(nodes), z / len(nodes)
 
 
 @scalar

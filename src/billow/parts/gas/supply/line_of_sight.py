@@ -11,8 +11,7 @@ import math
 
 import numpy as np
 
-from billow.base.compiled import scalar
-from billow.geometry.triangle import cross, double_area_vector
+from billow.base.compiled import inlined, scalar
 
 REACH = 1.5
 """Radius of the footprint in radii of the Gaussian; 99 % of the momentum flux lies within (1 - e^-4.5)."""
@@ -71,6 +70,78 @@ def _doubled(rows):
     return more
 
 
+BLOCK = 32
+"""Triangles that are looked at together, in loops without branches."""
+# fmt: off
+(
+    AX, AY, AZ, BX, BY, BZ, DX, DY, DZ, GX, GY, GZ,  # corners and middle from the middle of the ring [m]
+    NX, NY, NZ, AREA2,  # twice the area vector, and its size [m^2]
+    NEAR,  # below zero where the triangle is too far from the cone of all jets
+    HX, HY, HZ, JX, JY, JZ,  # hole of its jet from the middle of the ring [m], and direction of the jet
+    ALONG, OFF, COSINE,  # distance along the jet [m]; squared distance from its axis over squared width; angle to it
+    KIND,  # above zero where it may be lit, below zero where it may hide what is
+) = (BLOCK * row for row in range(27))
+ROWS = 27
+# fmt: on
+
+
+@inlined
+def _gather_corners(block, first, count, triangles, walls, turned_round, positions, cx, cy, cz):
+    """Fill the rows AX to DZ with `count` walls from `first` on."""
+    for j in range(count):
+        w = first + j
+        i = walls[w] if len(walls) > 0 else w
+        a, b, c = np.uint64(triangles[i, 0]), np.uint64(triangles[i, 1]), np.uint64(triangles[i, 2])
+        if len(walls) > 0 and turned_round[w]:
+            a, c = c, a
+        block[AX + j], block[AY + j], block[AZ + j] = positions[a, 0] - cx, positions[a, 1] - cy, positions[a, 2] - cz
+        block[BX + j], block[BY + j], block[BZ + j] = positions[b, 0] - cx, positions[b, 1] - cy, positions[b, 2] - cz
+        block[DX + j], block[DY + j], block[DZ + j] = positions[c, 0] - cx, positions[c, 1] - cy, positions[c, 2] - cz
+
+
+@inlined
+def _ask_cone(block, ring, radius_of_ring, lean, rise, diameter):
+    """Fill the rows GX to NEAR. All jets lie on one cone; most fabric is too far from it for the nearest jet to
+    matter."""
+    upx, upy, upz = ring[0, 0], ring[0, 1], ring[0, 2]
+    for j in range(BLOCK):
+        ax, ay, az = block[AX + j], block[AY + j], block[AZ + j]
+        bx, by, bz = block[BX + j], block[BY + j], block[BZ + j]
+        dx, dy, dz = block[DX + j], block[DY + j], block[DZ + j]
+        gx, gy, gz = (ax + bx + dx) / 3.0, (ay + by + dy) / 3.0, (az + bz + dz) / 3.0
+        ux, uy, uz, vx, vy, vz = bx - ax, by - ay, bz - az, dx - ax, dy - ay, dz - az
+        nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+        area2 = math.sqrt(nx * nx + ny * ny + nz * nz)
+        height = gx * upx + gy * upy + gz * upz
+        out2 = gx * gx + gy * gy + gz * gz - height * height
+        beyond = math.sqrt(out2 if out2 > 0.0 else 0.0) - radius_of_ring
+        axial, off = beyond * lean + height * rise, beyond * rise - height * lean
+        core2 = 0.11 * axial * (0.11 * axial) + 0.25 * diameter * diameter
+        near = REACH * REACH * (core2 + 0.25 * area2) + 2.0 * area2 - off * off
+        block[GX + j], block[GY + j], block[GZ + j] = gx, gy, gz
+        block[NX + j], block[NY + j], block[NZ + j], block[AREA2 + j] = nx, ny, nz, area2
+        block[NEAR + j] = near if (axial > 0.0) & (area2 > 0.0) else -1.0
+
+
+@inlined
+def _ask_jet(block, diameter):
+    """Fill the rows ALONG to KIND; they mean nothing where NEAR is below zero."""
+    for j in range(BLOCK):
+        rx, ry, rz = block[GX + j] - block[HX + j], block[GY + j] - block[HY + j], block[GZ + j] - block[HZ + j]
+        nx, ny, nz, area2 = block[NX + j], block[NY + j], block[NZ + j], block[AREA2 + j]
+        jx, jy, jz = block[JX + j], block[JY + j], block[JZ + j]
+        s, distance2 = rx * jx + ry * jy + rz * jz, rx * rx + ry * ry + rz * rz
+        spread2 = 0.11 * s * (0.11 * s) + 0.25 * diameter * diameter + 0.25 * area2
+        across2 = distance2 - s * s
+        across2 = across2 if across2 > 0.0 else 0.0
+        facing = (nx * rx + ny * ry + nz * rz) / (area2 * math.sqrt(distance2))
+        cosine = (nx * jx + ny * jy + nz * jz) / area2
+        lit = (facing > 1e-6) & (cosine > 0.0) & (across2 <= REACH * REACH * spread2)
+        hides = (facing < 0.0) & (across2 <= REACH * REACH * spread2 + 2.0 * area2)
+        block[ALONG + j], block[OFF + j], block[COSINE + j] = s, across2 / spread2, cosine
+        block[KIND + j] = 0.0 if s <= 0.0 else 1.0 if lit else -1.0 if hides else 0.0
+
+
 @scalar
 def sort_out(triangles, walls, turned_round, positions, holes, frames, ring, diameter):
     """What may be lit and what may hide it.
@@ -89,73 +160,59 @@ def sort_out(triangles, walls, turned_round, positions, holes, frames, ring, dia
     radius_of_ring = math.sqrt(ox * ox + oy * oy + oz * oz)
     rise = frames[0, 0, 0] * ring[0, 0] + frames[0, 0, 1] * ring[0, 1] + frames[0, 0, 2] * ring[0, 2]
     lean = math.sqrt(max(0.0, 1.0 - rise * rise))
-    upx, upy, upz = ring[0, 0], ring[0, 1], ring[0, 2]
     lit, of_lit, lights = np.empty((256, 2), np.int64), np.empty((256, 5)), 0
     screens, jet_of_screen, hides = np.empty((256, 9)), np.empty((256, 1), np.int64), 0
-    for w in range(n):
-        i = walls[w] if len(walls) > 0 else w
-        a, b, c = triangles[i, 0], triangles[i, 1], triangles[i, 2]
-        if len(walls) > 0 and turned_round[w]:
-            a, c = c, a
-        ax, ay, az = positions[a, 0] - cx, positions[a, 1] - cy, positions[a, 2] - cz
-        bx, by, bz = positions[b, 0] - cx, positions[b, 1] - cy, positions[b, 2] - cz
-        dx, dy, dz = positions[c, 0] - cx, positions[c, 1] - cy, positions[c, 2] - cz
-        gx, gy, gz = (ax + bx + dx) / 3.0, (ay + by + dy) / 3.0, (az + bz + dz) / 3.0
-        # All jets lie on one cone; most fabric is too far from it for the nearest jet to matter.
-        height = gx * upx + gy * upy + gz * upz
-        beyond = math.sqrt(max(0.0, gx * gx + gy * gy + gz * gz - height * height)) - radius_of_ring
-        axial = beyond * lean + height * rise
-        ux, uy, uz, vx, vy, vz = bx - ax, by - ay, bz - az, dx - ax, dy - ay, dz - az
-        off2, core2 = (beyond * rise - height * lean) ** 2, (0.11 * axial) ** 2 + 0.25 * diameter * diameter
-        # A bound of twice the area, with room for rounding: most need not know it better.
-        largest = 0.500001 * (ux * ux + uy * uy + uz * uz + vx * vx + vy * vy + vz * vz)
-        if (axial <= 0.0) | (off2 > REACH * REACH * (core2 + 0.25 * largest) + 2.0 * largest):
-            continue
-        nx, ny, nz = cross(ux, uy, uz, vx, vy, vz)
-        double_area = math.sqrt(nx * nx + ny * ny + nz * nz)
-        if double_area == 0.0 or off2 > REACH * REACH * (core2 + 0.25 * double_area) + 2.0 * double_area:
-            continue
-        azimuth = math.atan2(
-            gx * ring[2, 0] + gy * ring[2, 1] + gz * ring[2, 2], gx * ring[1, 0] + gy * ring[1, 1] + gz * ring[1, 2]
-        )
-        k = math.floor(azimuth / pitch + 0.5) % jets  # the footprints of neighbouring jets hardly overlap
-        hx, hy, hz = holes[k, 0], holes[k, 1], holes[k, 2]
-        rx, ry, rz = gx + cx - hx, gy + cy - hy, gz + cz - hz
-        s = rx * frames[k, 0, 0] + ry * frames[k, 0, 1] + rz * frames[k, 0, 2]
-        if s <= 0.0:
-            continue
-        distance2 = rx * rx + ry * ry + rz * rz
-        spread2 = (0.11 * s) ** 2 + 0.25 * diameter * diameter + 0.25 * double_area
-        across2 = max(0.0, distance2 - s * s)
-        facing = (nx * rx + ny * ry + nz * rz) / (double_area * math.sqrt(distance2))
-        if facing < 0.0 and across2 <= REACH * REACH * spread2 + 2.0 * double_area:
-            if hides == len(screens):
-                screens, jet_of_screen = _doubled(screens), _doubled(jet_of_screen)
-            jet_of_screen[hides, 0] = k
-            behind = False
-            for m, (px, py, pz) in enumerate(((ax, ay, az), (bx, by, bz), (dx, dy, dz))):
-                px, py, pz = px + cx - hx, py + cy - hy, pz + cz - hz
-                along_axis = px * frames[k, 0, 0] + py * frames[k, 0, 1] + pz * frames[k, 0, 2]
-                behind = behind or along_axis <= 0.0
-                near = 1.0 / along_axis
-                screens[hides, 3 * m] = near * (px * frames[k, 1, 0] + py * frames[k, 1, 1] + pz * frames[k, 1, 2])
-                screens[hides, 3 * m + 1] = near * (px * frames[k, 2, 0] + py * frames[k, 2, 1] + pz * frames[k, 2, 2])
-                screens[hides, 3 * m + 2] = near
-            if not behind:
-                hides += 1
-        elif facing > 1e-6 and across2 <= REACH * REACH * spread2:
-            cosine = (nx * frames[k, 0, 0] + ny * frames[k, 0, 1] + nz * frames[k, 0, 2]) / double_area
-            if cosine > 0.0:
+    block, jet_of = np.zeros(ROWS * BLOCK), np.zeros(BLOCK, np.int64)
+    for first in range(0, n, BLOCK):
+        count = min(BLOCK, n - first)
+        _gather_corners(block, first, count, triangles, walls, turned_round, positions, cx, cy, cz)
+        _ask_cone(block, ring, radius_of_ring, lean, rise, diameter)
+        for j in range(count):
+            if block[NEAR + j] >= 0.0:
+                gx, gy, gz = block[GX + j], block[GY + j], block[GZ + j]
+                along = gx * ring[1, 0] + gy * ring[1, 1] + gz * ring[1, 2]
+                azimuth = math.atan2(gx * ring[2, 0] + gy * ring[2, 1] + gz * ring[2, 2], along)
+                k = math.floor(azimuth / pitch + 0.5)  # footprints of neighbouring jets hardly overlap
+                k = k + jets if k < 0 else k - jets if k >= jets else k
+                jet_of[j] = k
+                block[HX + j], block[HY + j], block[HZ + j] = holes[k, 0] - cx, holes[k, 1] - cy, holes[k, 2] - cz
+                block[JX + j], block[JY + j], block[JZ + j] = frames[k, 0, 0], frames[k, 0, 1], frames[k, 0, 2]
+        _ask_jet(block, diameter)
+        for j in range(count):
+            if block[NEAR + j] < 0.0 or block[KIND + j] == 0.0:
+                continue
+            w, k = first + j, jet_of[j]
+            if block[KIND + j] < 0.0:
+                if hides == len(screens):
+                    screens, jet_of_screen = _doubled(screens), _doubled(jet_of_screen)
+                jet_of_screen[hides, 0] = k
+                behind = False
+                for m in range(3):
+                    px = block[AX + 3 * BLOCK * m + j] - block[HX + j]
+                    py = block[AY + 3 * BLOCK * m + j] - block[HY + j]
+                    pz = block[AZ + 3 * BLOCK * m + j] - block[HZ + j]
+                    along_axis = px * frames[k, 0, 0] + py * frames[k, 0, 1] + pz * frames[k, 0, 2]
+                    behind = behind or along_axis <= 0.0
+                    near = 1.0 / along_axis
+                    screens[hides, 3 * m] = near * (px * frames[k, 1, 0] + py * frames[k, 1, 1] + pz * frames[k, 1, 2])
+                    screens[hides, 3 * m + 1] = near * (
+                        px * frames[k, 2, 0] + py * frames[k, 2, 1] + pz * frames[k, 2, 2]
+                    )
+                    screens[hides, 3 * m + 2] = near
+                if not behind:
+                    hides += 1
+            else:
                 if lights == len(lit):
                     lit, of_lit = _doubled(lit), _doubled(of_lit)
+                s, area2, cosine = block[ALONG + j], block[AREA2 + j], block[COSINE + j]
+                rx, ry, rz = block[GX + j] - block[HX + j], block[GY + j] - block[HY + j], block[GZ + j] - block[HZ + j]
                 speed = min(1.0, 6.0 * diameter / s)
-                nx, ny, nz = double_area_vector(positions, a, b, c)
                 lit[lights, 0], lit[lights, 1] = w, k
                 of_lit[lights, WIDTH] = (rx * frames[k, 1, 0] + ry * frames[k, 1, 1] + rz * frames[k, 1, 2]) / s
                 of_lit[lights, HEIGHT] = (rx * frames[k, 2, 0] + ry * frames[k, 2, 1] + rz * frames[k, 2, 2]) / s
                 of_lit[lights, NEARNESS] = 1.0 / s
-                of_lit[lights, WEIGHT] = speed * speed * cosine * cosine * math.exp(-2.0 * across2 / spread2)
-                of_lit[lights, THRUST] = nx * frames[k, 0, 0] + ny * frames[k, 0, 1] + nz * frames[k, 0, 2]
+                of_lit[lights, WEIGHT] = speed * speed * cosine * cosine * math.exp(-2.0 * block[OFF + j])
+                of_lit[lights, THRUST] = cosine * area2
                 lights += 1
     return lit[:lights, 0], of_lit[:lights], lit[:lights, 1], screens[:hides], jet_of_screen[:hides, 0]
 

@@ -4,15 +4,21 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 
 from billow.parts.gas.gas_model import Bag, ChamberTotals, GasModel, GasTotals, Vitals
-from billow.parts.gas.supply.curve import interpolate
 from billow.parts.gas.supply.inflator import InflowTable
-from billow.parts.gas.supply.jets import UPDATE_INTERVAL, JetPattern, add_jet_force, aim, power_of_last_force
+from billow.parts.gas.supply.jets import (
+    UPDATE_INTERVAL,
+    JetPattern,
+    add_jet_force,
+    aim,
+    jet_thrust,
+    power_of_last_force,
+)  # fmt: skip
 from billow.parts.gas.supply.mixture import mixture_enthalpy, mixture_gas_constant
-from billow.parts.gas.supply.outflow import jet_speed
 from billow.parts.gas.supply.supply import Source, Supply
 from billow.parts.gas.uniform.chamber_step import (
     ALL_JET_WORK,
@@ -81,6 +87,7 @@ class UniformPressure(GasModel):
     """Parameters of the gas: what it is supplied with."""
 
     supply: Supply
+    looks_back: ClassVar[bool] = False
 
     @cached_property
     def _table(self) -> tuple:
@@ -134,7 +141,7 @@ class UniformPressure(GasModel):
 
     def press(self, gas: UniformState, loads: Loads) -> None:
         """Let the pressure act."""
-        loads.gauge[:-1] = gas.pressure - self.supply.ambient.pressure
+        np.subtract(gas.pressure, self.supply.ambient.pressure, out=loads.gauge[:-1])
 
     def _blow(self, gas: UniformState, bag: Bag, time: float, dt: float, node_force: np.ndarray) -> np.ndarray:
         """Add the jets' force; returns their work in this step [J], (chambers,): the mean force over the motion."""
@@ -147,29 +154,27 @@ class UniformPressure(GasModel):
     def _blow_one(
         self, gas: UniformState, k: int, source: Source, bag: Bag, time: float, dt: float, node_force: np.ndarray
     ) -> float:
-        inflator, jets = source.inflator, source.jets
-        after = time + dt
-        flow = interpolate(inflator.flow_time, inflator.mass_flow, after)
-        blows = inflator.flow_time[0] < after < inflator.flow_time[-1] and flow > 0.0
+        inflator, jets, table = source.inflator, source.jets, self.supply.table
+        curves = inflator.flow_time, inflator.mass_flow, inflator.temperature_time, inflator.temperature
+        after, count, before = time + dt, jets.ring.count, 0.0
+        thrust = jet_thrust(table, inflator.mass_fractions, *curves, count, after)
         pattern = gas.pattern[k]
-        if not blows and not len(pattern.force):
+        if not thrust and not len(pattern.force):
             return 0.0
         triangles = bag.surface.triangles
-        mouth_velocity = jets.mouth_velocity(bag.velocities)
-        before = 0.0
-        if not blows or after >= gas.next_aim[k]:  # what they fell on so far is about to be forgotten
-            before = power_of_last_force(pattern, triangles, bag.velocities, mouth_velocity)
-        if not blows:
+        if not thrust or after >= gas.next_aim[k]:  # what they fell on so far is about to be forgotten
+            before = power_of_last_force(
+                pattern.triangles, pattern.force, triangles, bag.velocities, jets.mouth_nodes
+            )  # fmt: skip
+        if not thrust:
             vars(pattern).update(vars(JetPattern.nothing()))
             return 0.5 * before * dt
         if after >= gas.next_aim[k]:
             vars(pattern).update(vars(aim(jets, triangles, bag.positions, after)))
             gas.next_aim[k] = after + UPDATE_INTERVAL
-        temperature = interpolate(inflator.temperature_time, inflator.temperature, after)
-        count = jets.ring.count
-        thrust = flow / count * jet_speed(self.supply.table, inflator.mass_fractions, temperature)
-        moved = bag.positions, bag.velocities, mouth_velocity
-        last, power = add_jet_force(pattern, thrust, triangles, *moved, node_force)
+        last, power = add_jet_force(
+            pattern, thrust, triangles, bag.positions, bag.velocities, jets.mouth_nodes, node_force
+        )  # fmt: skip
         gas.jet_impulse_in += count * thrust * dt
         gas.jet_impulse_out += pattern.seen * thrust * dt
         return 0.5 * (before + last + power) * dt
