@@ -24,7 +24,8 @@ class Pairs:
     that cannot touch change nothing, so that no result depends on when and how widely was searched.
 
     key: (pairs,) int64, node times FIRST plus triangle, or EDGES plus lower edge times FIRST plus higher edge. begin:
-    (triangles + 1,) int64, of the pairs of each triangle, which are in the order of their keys. nodes:
+    (2 triangles + 1,) int64, of the pairs of nodes with triangles that belong to each triangle, then of the pairs of
+    edges, each in the order of their keys. nodes:
     (pairs, 4) int32, the node and the triangle's corners, or the ends of both edges. normal: from the second to the
     first at the last look, (pairs, 3). gap: at which the cushion begins [m], (pairs,). impulse: of the last step [N s],
     (pairs,).
@@ -65,7 +66,7 @@ class Pairs:
     def none(cls, nodes: int, triangles: int, patience: float, width: float) -> Pairs:
         """No pairs yet, and a list that is spent."""
         return cls(
-            np.zeros(0, np.int64), np.zeros(triangles + 1, np.int64), np.zeros((0, 4), np.int32), np.zeros((0, 3)),
+            np.zeros(0, np.int64), np.zeros(2 * triangles + 1, np.int64), np.zeros((0, 4), np.int32), np.zeros((0, 3)),
             np.zeros(0), np.zeros(0), np.zeros((nodes, 3)), np.zeros((nodes, 3)), np.zeros(nodes), 0.0, -1.0, patience,
             width, 0, 0, 0,
             np.zeros(0, np.int64), np.zeros((0, 4)), np.zeros(0), np.zeros(0, np.int64),
@@ -73,6 +74,11 @@ class Pairs:
 
     def __len__(self) -> int:
         return len(self.key)
+
+    @property
+    def edges_from(self) -> int:
+        """Number of the first pair of edges."""
+        return int(self.begin[len(self.begin) // 2])
 
     def make_room(self) -> None:
         """Room for what is known of the present positions, with nothing in it; after a search or a restart."""

@@ -73,7 +73,7 @@ class Parting:
         self.reach = limits.gap + 2.0 * limits.ready
         self.found, self.counts = np.empty(m, np.int64), np.empty(-(-m // CHUNK), np.int64)
         wake(
-            m, pairs.key, pairs.nodes, pairs.normal, step.positions, step.velocities, self.reach, self.ahead,
+            m, pairs.edges_from, pairs.nodes, pairs.normal, step.positions, step.velocities, self.reach, self.ahead,
             limits.gap, pairs.gap, pairs.impulse, self.found, self.counts,
         )  # fmt: skip
         pairs.awake = self._gathered()
@@ -106,7 +106,7 @@ class Parting:
                 return False
             goal, chunks = np.empty(len(pairs.awake)), np.empty((-(-len(pairs.awake) // CHUNK), 3))
             scan(
-                len(pairs.awake), pairs.awake, pairs.key, pairs.nodes, pairs.weight, pairs.normal,
+                len(pairs.awake), pairs.awake, pairs.edges_from, pairs.nodes, pairs.weight, pairs.normal,
                 pairs.distance, pairs.gap, limits.floor, limits.tolerance, step.positions, step.velocities, step.dt,
                 slot, aim, goal, chunks,
             )  # fmt: skip
@@ -150,7 +150,7 @@ class Parting:
                 self.is_awake = np.zeros(len(pairs), np.bool_)
                 self.is_awake[pairs.awake] = True
             wake_struck(
-                len(pairs), pairs.key, pairs.nodes, pairs.normal, step.positions, step.velocities, self.struck,
+                len(pairs), pairs.edges_from, pairs.nodes, pairs.normal, step.positions, step.velocities, self.struck,
                 self.is_awake, self.reach, self.ahead, self.found, self.counts,
             )  # fmt: skip
             more = self._gathered()
@@ -167,7 +167,7 @@ class Parting:
         parent, before = np.arange(len(step.positions)), step.velocities.copy()
         for _ in range(MOST_PASSES):
             short = join_short.serial(
-                len(pairs.awake), pairs.awake, pairs.key, pairs.nodes, pairs.normal, pairs.distance, pairs.gap,
+                len(pairs.awake), pairs.awake, pairs.edges_from, pairs.nodes, pairs.normal, pairs.distance, pairs.gap,
                 self.limits.floor, step.positions, step.velocities, step.dt, parent,
             )  # fmt: skip
             if not short:
@@ -190,6 +190,6 @@ class Parting:
 def measure_awake(pairs: Pairs, positions: np.ndarray) -> None:
     """Distances of the pairs awake, where they are not known yet."""
     measure(
-        len(pairs.awake), pairs.awake, pairs.key, pairs.nodes, positions, pairs.moment, pairs.normal,
+        len(pairs.awake), pairs.awake, pairs.edges_from, pairs.nodes, positions, pairs.moment, pairs.normal,
         pairs.weight, pairs.distance, pairs.measured,
     )  # fmt: skip
