@@ -19,6 +19,21 @@ NEW = -1.0
 
 
 @dataclass
+class Room:
+    """For what slices find, of both kinds, kept from search to search: one and other, (2, slices, room) int32, the two
+    nodes, triangles or edges of each; normal: (2, slices, room, 3)."""
+
+    one: np.ndarray
+    other: np.ndarray
+    normal: np.ndarray
+
+    @classmethod
+    def of(cls, slices: int, room: int) -> Room:
+        one, other = np.empty((2, 2, slices, room), np.int32)
+        return cls(one, other, np.empty((2, slices, room, 3)))
+
+
+@dataclass
 class Pairs:
     """Candidates, and how long they serve. A list may hold more than it must: pairs
     that cannot touch change nothing, so that no result depends on when and how widely was searched.
@@ -32,12 +47,12 @@ class Pairs:
 
     path_start [m], path_velocity [m/s]: (nodes, 3), of all nodes when the list was made; skin: how far each may stray
     from this path [m], (nodes,). age: of the list; horizon: age at which it is spent [s]; patience: steps that a list
-    is made for; width: of the skin where nothing is thrown off [m]. looked_at, crowd: of the search, as in
+    is made for; width: of the skin where nothing is thrown off [m]. looked_at: of the search, as in
     `search.Found`. last_resorts: steps so far in which nodes had to move together.
 
     What follows is known of the present positions only, and measured again where it is missing. awake: indices of
     pairs that can matter in a step, ascending. weight: of their nodes, (pairs, 4); distance: [m], (pairs,); measured:
-    number of the moment at which, (pairs,) int64; moment: number of the present positions.
+    number of the moment at which, (pairs,) int64; moment: number of the present positions. room: for searches.
     """
 
     key: np.ndarray = field(metadata=VARYING)
@@ -54,13 +69,13 @@ class Pairs:
     patience: float
     width: float
     looked_at: int
-    crowd: int
     last_resorts: int
     awake: np.ndarray = field(metadata={"constant": True})
     weight: np.ndarray = field(metadata={"constant": True})
     distance: np.ndarray = field(metadata={"constant": True})
     measured: np.ndarray = field(metadata={"constant": True})
     moment: int = field(default=0, metadata={"constant": True})
+    room: Room | None = field(default=None, metadata={"constant": True})
 
     @classmethod
     def none(cls, nodes: int, triangles: int, patience: float, width: float) -> Pairs:
@@ -68,7 +83,7 @@ class Pairs:
         return cls(
             np.zeros(0, np.int64), np.zeros(2 * triangles + 1, np.int64), np.zeros((0, 4), np.int32), np.zeros((0, 3)),
             np.zeros(0), np.zeros(0), np.zeros((nodes, 3)), np.zeros((nodes, 3)), np.zeros(nodes), 0.0, -1.0, patience,
-            width, 0, 0, 0,
+            width, 0, 0,
             np.zeros(0, np.int64), np.zeros((0, 4)), np.zeros(0), np.zeros(0, np.int64),
         )  # fmt: skip
 

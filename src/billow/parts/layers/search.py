@@ -25,16 +25,19 @@ from billow.geometry.closest_blocks import BLOCK, ROWS, SQUARE, X, Y, Z, fill, n
 from billow.geometry.search_grid import MOST_CELLS, cell_lists, clipped_cell
 from billow.parts.layers.distance import along, between
 from billow.parts.layers.mesh import TouchMesh
-from billow.parts.layers.pairs import EDGES, FIRST
+from billow.parts.layers.pairs import EDGES, FIRST, Room
 
 SLICE = 64
 """Triangles that one thread looks at together."""
 
-LEAST_ROOM = 256
-"""Of a slice, in pairs, in a first try."""
+LEAST_ROOM, SPARE = 256, 1.5
+"""Of a slice, in pairs, in a first try; and the factor by which room is more than what was missing."""
 
 LEAST_CELL, CELL_IN_BOXES = 1e-4, 1.5
 """Edge of a cell: at least [m], and in mean sizes of the boxes."""
+
+NOWHERE = (math.inf, math.inf, math.inf, -math.inf, -math.inf, -math.inf)
+"""A box that meets no other."""
 
 PARALLEL_FROM = 1000
 """Fewest triangles for which a search with all threads pays: it takes about a millisecond."""
@@ -52,21 +55,21 @@ class Paths(NamedTuple):
 
 
 class Found(NamedTuple):
-    """Pairs in their order: key, nodes, normal and begin as in `Pairs`. looked_at: pairs of triangles whose boxes meet.
-    crowd: the most candidates that a slice has, of either kind."""
+    """Pairs in their order: key, nodes, normal and begin as in `Pairs`. looked_at: pairs of triangles whose boxes
+    meet."""
 
     key: np.ndarray
     nodes: np.ndarray
     normal: np.ndarray
     begin: np.ndarray
     looked_at: int
-    crowd: int
 
 
-def find_pairs(mesh: TouchMesh, paths: Paths, crowd: int = 0) -> Found:
-    """All pairs of which at least one node can move. crowd: about the most that a slice has."""
+def find_pairs(mesh: TouchMesh, paths: Paths, room: Room | None = None) -> tuple[Found, Room]:
+    """All pairs of which at least one node can move, and the room that they took, for the next search."""
     n, slices = len(mesh.triangles), -(-len(mesh.triangles) // SLICE)
-    box, edge_box, node_box = np.empty((n, 6)), np.empty((len(mesh.edges), 6)), np.empty((len(paths.skin), 6))
+    box, edge_box, node_box = np.empty((n, 6)), np.empty((len(mesh.edges) + 1, 6)), np.empty((len(paths.skin) + 1, 6))
+    edge_box[-1], node_box[-1] = NOWHERE, NOWHERE
     drift = paths.velocities[mesh.edges[:, 0]].mean(axis=0)
     run = "parallel" if n >= PARALLEL_FROM and numba.get_num_threads() > 1 else "serial"
     getattr(_boxes, run)(n, len(mesh.edges), tuple(mesh), tuple(paths), drift, box, edge_box, node_box)
@@ -80,26 +83,22 @@ def find_pairs(mesh: TouchMesh, paths: Paths, crowd: int = 0) -> Found:
     spans = np.empty((n, 6), np.int32)
     _find_spans(n, box, low, cell, counts, spans)
     first, listed = cell_lists(spans, counts)
-    begin, room = np.zeros(2 * n + 1, np.int64), max(LEAST_ROOM, int(1.25 * crowd))
+    begin, room = np.zeros(2 * n + 1, np.int64), room or Room.of(slices, LEAST_ROOM)
     found, met, rooms = begin[1:].reshape(2, n), np.empty(slices, np.int64), np.empty(slices, np.int64)
     while True:
-        key, nodes = np.empty((2, slices, room), np.int64), np.empty((2, slices, room, 4), np.int32)
-        normal = np.empty((2, slices, room, 3))
         getattr(_find, run)(
-            n, tuple(mesh), tuple(paths), box, edge_box, node_box, spans, counts, first, listed, key, nodes, normal,
-            found, met, rooms,
+            n, tuple(mesh), tuple(paths), box, edge_box, node_box, spans, counts, first, listed, room.one, room.other,
+            room.normal, found, met, rooms,
         )  # fmt: skip
         most = int(rooms.max(initial=0))
-        if most <= room:
+        if most < room.one.shape[2]:  # one place is left over, for what does not count
             break
-        room = most
+        room = Room.of(slices, int(SPARE * most) + 1)
     np.cumsum(begin, out=begin)
     total = int(begin[-1])
-    found = Found(
-        np.empty(total, np.int64), np.empty((total, 4), np.int32), np.empty((total, 3)), begin, int(met.sum()), most
-    )
-    getattr(_pack, run)(n, key, nodes, normal, tuple(found[:4]))
-    return found
+    pairs = Found(np.empty(total, np.int64), np.empty((total, 4), np.int32), np.empty((total, 3)), begin, int(met.sum()))
+    getattr(_pack, run)(n, tuple(mesh), room.one, room.other, room.normal, tuple(pairs[:4]))
+    return pairs, room
 
 
 @kernel
@@ -145,68 +144,65 @@ def _meet(one, i, other, j):
 
 
 @inlined
-def _write(kind, s, count, key, a, b, c, d, key_out, nodes_out):
-    """Write a candidate, if there is room."""
-    if count < key_out.shape[2]:
-        key_out[kind, s, count] = key
-        nodes_out[kind, s, count, 0], nodes_out[kind, s, count, 1] = a, b
-        nodes_out[kind, s, count, 2], nodes_out[kind, s, count, 3] = c, d
-
-
-@inlined
-def _nodes_on(one, other, mesh, box, node_box, key_out, nodes_out, s, count):
+def _nodes_on(one, other, own_node, box, node_box, first_out, second_out, s, count):
     """Candidates: the nodes for which triangle `one` speaks, and triangle `other`; returns how many a slice has."""
-    triangles, own_node_start, own_node, free = mesh[0], mesh[2], mesh[3], mesh[6]
-    for i in range(own_node_start[one], own_node_start[one + np.uint64(1)]):
-        p = np.uint64(own_node[np.uint64(i)])
-        if not _meet(node_box, p, box, other):
-            continue
-        a, b, c = np.uint64(triangles[other, 0]), np.uint64(triangles[other, 1]), np.uint64(triangles[other, 2])
-        if (p != a) & (p != b) & (p != c) & (free[p] | free[a] | free[b] | free[c]):
-            _write(0, s, count, np.int64(p) * FIRST + np.int64(other), p, a, b, c, key_out, nodes_out)
-            count += 1
+    for i in range(own_node.shape[1]):
+        p, slot = np.uint64(own_node[one, i]), min(count, first_out.shape[2] - 1)
+        first_out[0, s, slot], second_out[0, s, slot] = p, other
+        count += _meet(node_box, p, box, other)
     return count
 
 
 @inlined
-def _edges_on(one, other, mesh, edge_box, key_out, nodes_out, s, count):
+def _edges_on(one, other, own_edge, edge_box, first_out, second_out, s, count):
     """Likewise, of the edges for which two triangles speak."""
-    edges, own_edge_start, own_edge, free = mesh[1], mesh[4], mesh[5], mesh[6]
-    for i in range(own_edge_start[one], own_edge_start[one + np.uint64(1)]):
-        for j in range(own_edge_start[other], own_edge_start[other + np.uint64(1)]):
-            e, g = np.uint64(own_edge[np.uint64(i)]), np.uint64(own_edge[np.uint64(j)])
-            if not _meet(edge_box, e, edge_box, g):
-                continue
-            e, g = min(e, g), max(e, g)
-            a, b, c, d = np.uint64(edges[e, 0]), np.uint64(edges[e, 1]), np.uint64(edges[g, 0]), np.uint64(edges[g, 1])
-            if (a != c) & (a != d) & (b != c) & (b != d) & (free[a] | free[b] | free[c] | free[d]):
-                _write(1, s, count, EDGES + np.int64(e) * FIRST + np.int64(g), a, b, c, d, key_out, nodes_out)
-                count += 1
+    for i in range(own_edge.shape[1]):
+        for j in range(own_edge.shape[1]):
+            e, g = np.uint64(own_edge[one, i]), np.uint64(own_edge[other, j])
+            slot = min(count, first_out.shape[2] - 1)
+            first_out[1, s, slot], second_out[1, s, slot] = e, g
+            count += _meet(edge_box, e, edge_box, g)
     return count
 
 
 @inlined
-def _keep_near(kind, s, first_triangle, end, paths, ends, key, nodes, normal, block):
-    """Of a slice's candidates of one kind keep those that may come near; ends: of those of each triangle, which become
-    the numbers of those that are kept."""
+def _members(kind, one, other, triangles, edges):
+    """Nodes of a pair."""
+    if kind == 0:
+        return one, triangles[other, 0], triangles[other, 1], triangles[other, 2]
+    return edges[one, 0], edges[one, 1], edges[other, 0], edges[other, 1]
+
+
+@inlined
+def _keep_near(kind, s, triangle, end, mesh, paths, ends, one, other, normal, block):
+    """Of a slice's candidates of one kind keep those that may come near; ends: of those of each triangle, from
+    `triangle` on, which become the numbers of those that are kept."""
+    triangles, edges, free = mesh[0], mesh[1], mesh[4]
     positions, velocities, skin, near, time = paths
-    t, before, into = first_triangle, 0, 0
-    for first in range(0, end, BLOCK):
-        count = min(BLOCK, end - first)
+    t, before, into, members = triangle, 0, 0, np.empty((BLOCK, 4), np.int32)
+    for begin in range(0, end, BLOCK):
+        count = min(BLOCK, end - begin)
         for j in range(count):
-            a, b = np.uint64(nodes[kind, s, first + j, 0]), np.uint64(nodes[kind, s, first + j, 1])
-            c, d = np.uint64(nodes[kind, s, first + j, 2]), np.uint64(nodes[kind, s, first + j, 3])
-            fill(block, j, positions, a, b, c, d)
+            first, second = one[kind, s, begin + j], other[kind, s, begin + j]
+            if kind == 1:
+                first, second = min(first, second), max(first, second)
+                one[kind, s, begin + j], other[kind, s, begin + j] = first, second
+            a, b, c, d = _members(kind, first, second, triangles, edges)
+            members[j, 0], members[j, 1], members[j, 2], members[j, 3] = a, b, c, d
+            fill(block, j, positions, np.uint64(a), np.uint64(b), np.uint64(c), np.uint64(d))
         if kind == 0:
             nodes_on_triangles(block)
         else:
             segments_on_segments(block)
         for j in range(count):
-            while first + j >= ends[kind, t]:
+            while begin + j >= ends[kind, t]:
                 ends[kind, t], before = into - before, into
                 t += 1
-            a, b = np.uint64(nodes[kind, s, first + j, 0]), np.uint64(nodes[kind, s, first + j, 1])
-            c, d = np.uint64(nodes[kind, s, first + j, 2]), np.uint64(nodes[kind, s, first + j, 3])
+            a, b = np.uint64(members[j, 0]), np.uint64(members[j, 1])
+            c, d = np.uint64(members[j, 2]), np.uint64(members[j, 3])
+            shared = (a == c) | (a == d) | ((a == b) if kind == 0 else ((b == c) | (b == d)))
+            if shared | (not (free[a] | free[b] | free[c] | free[d])):
+                continue
             square = block[SQUARE + j]
             per = 1.0 / math.sqrt(square) if square > 0.0 else 0.0
             x, y, z = per * block[X + j], per * block[Y + j], per * block[Z + j]
@@ -221,9 +217,7 @@ def _keep_near(kind, s, first_triangle, end, paths, ends, key, nodes, normal, bl
                 at_d = along(positions, d, x, y, z) + time * along(velocities, d, x, y, z)
                 if between(kind == 0, at_a, at_b, at_c, at_d) > reach:
                     continue
-            key[kind, s, into] = key[kind, s, first + j]
-            nodes[kind, s, into, 0], nodes[kind, s, into, 1] = a, b
-            nodes[kind, s, into, 2], nodes[kind, s, into, 3] = c, d
+            one[kind, s, into], other[kind, s, into] = one[kind, s, begin + j], other[kind, s, begin + j]
             normal[kind, s, into, 0], normal[kind, s, into, 1], normal[kind, s, into, 2] = x, y, z
             into += 1
     return t, before, into
@@ -231,7 +225,7 @@ def _keep_near(kind, s, first_triangle, end, paths, ends, key, nodes, normal, bl
 
 @kernel
 def _find(
-    n, mesh, paths, box, edge_box, node_box, spans, counts, first, listed, key_out, nodes_out, normal_out, found_out,
+    n, mesh, paths, box, edge_box, node_box, spans, counts, first, listed, one, other, normal_out, found_out,
     met_out, room_out,
 ):  # fmt: skip
     """Pairs of each triangle with higher ones, (2, triangles) in found_out, as many of them as a slice has room for;
@@ -258,43 +252,43 @@ def _find(
                             if x != max(x0, spans[u, 0]) or y != max(y0, spans[u, 2]) or z != max(z0, spans[u, 4]):
                                 continue
                             met += 1
-                            on = _nodes_on(t, u, mesh, box, node_box, key_out, nodes_out, s, on)
-                            on = _nodes_on(u, t, mesh, box, node_box, key_out, nodes_out, s, on)
-                            across = _edges_on(t, u, mesh, edge_box, key_out, nodes_out, s, across)
+                            on = _nodes_on(t, u, mesh[2], box, node_box, one, other, s, on)
+                            on = _nodes_on(u, t, mesh[2], box, node_box, one, other, s, on)
+                            across = _edges_on(t, u, mesh[3], edge_box, one, other, s, across)
             found_out[0, item], found_out[1, item] = on, across
         met_out[s], room_out[s] = met, max(on, across)
-        if room_out[s] > key_out.shape[2]:
+        if room_out[s] >= one.shape[2]:
             continue
         block = np.zeros(ROWS * BLOCK)
         for kind in range(2):
             end = on if kind == 0 else across
             t, before, into = _keep_near(
-                kind, s, s * SLICE, end, paths, found_out, key_out, nodes_out, normal_out, block
+                kind, s, s * SLICE, end, mesh, paths, found_out, one, other, normal_out, block
             )
             for rest in range(t, last_triangle):
                 found_out[kind, rest], before = into - before, into
 
 
 @kernel
-def _pack(n, key, nodes, normal, found):
+def _pack(n, mesh, one, other, normal, pairs):
     """What slices found, one after the other; the pairs of a triangle in the order of their keys."""
-    key_out, nodes_out, normal_out, begin = found
+    key_out, nodes_out, normal_out, begin = pairs
     for s in prange((n + SLICE - 1) // SLICE):
-        order = np.empty(key.shape[2], np.int64)
+        order, key = np.empty(one.shape[2], np.int64), np.empty(one.shape[2], np.int64)
         for kind in range(2):
             into = begin[kind * n + s * SLICE]
             for t in range(kind * n + s * SLICE, kind * n + min(n, (s + 1) * SLICE)):
-                low, high = begin[t] - into, begin[t + 1] - into
-                for i in range(low, high):
+                for i in range(begin[t] - into, begin[t + 1] - into):
+                    key[i] = kind * EDGES + np.int64(one[kind, s, i]) * FIRST + np.int64(other[kind, s, i])
                     j = i
-                    while j > low and key[kind, s, order[j - 1]] > key[kind, s, i]:
+                    while j > begin[t] - into and key[order[j - 1]] > key[i]:
                         order[j] = order[j - 1]
                         j -= 1
                     order[j] = i
-                for i in range(low, high):
-                    at = order[i]
-                    key_out[into + i] = key[kind, s, at]
-                    for k in range(4):
-                        nodes_out[into + i, k] = nodes[kind, s, at, k]
+                for i in range(begin[t] - into, begin[t + 1] - into):
+                    at, to = order[i], into + i
+                    a, b, c, d = _members(kind, one[kind, s, at], other[kind, s, at], mesh[0], mesh[1])
+                    key_out[to] = key[at]
+                    nodes_out[to, 0], nodes_out[to, 1], nodes_out[to, 2], nodes_out[to, 3] = a, b, c, d
                     for k in range(3):
-                        normal_out[into + i, k] = normal[kind, s, at, k]
+                        normal_out[to, k] = normal[kind, s, at, k]
