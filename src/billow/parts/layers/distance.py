@@ -14,7 +14,17 @@ from numba import prange
 
 from billow.base.compiled import CHUNK, inlined, kernel, scalar
 from billow.geometry.closest_blocks import (
-    BLOCK, ROWS, SQUARE, S, T, X, Y, Z, fill, nodes_on_triangles, segments_on_segments,
+    BLOCK,
+    ROWS,
+    SQUARE,
+    S,
+    T,
+    X,
+    Y,
+    Z,
+    fill,
+    nodes_on_triangles,
+    segments_on_segments,
 )  # fmt: skip
 from billow.geometry.closest_points import of_segments, on_triangle
 
@@ -175,7 +185,12 @@ def measure(n, awake, edges_from, nodes, positions, moment, normal_out, weight_o
                     k, s, t = np.uint64(todo[first + j]), block[S + j], block[T + j]
                     size = math.sqrt(block[SQUARE + j])
                     if kind == 0:
-                        weight_out[k, 0], weight_out[k, 1], weight_out[k, 2], weight_out[k, 3] = 1.0, s + t - 1.0, -s, -t
+                        weight_out[k, 0], weight_out[k, 1], weight_out[k, 2], weight_out[k, 3] = (
+                            1.0,
+                            s + t - 1.0,
+                            -s,
+                            -t,
+                        )
                     else:
                         weight_out[k, 0], weight_out[k, 1], weight_out[k, 2], weight_out[k, 3] = 1.0 - s, s, t - 1.0, -t
                     distance_out[k], measured_out[k] = size, moment

@@ -10,7 +10,6 @@ from billow.base.compiled import scalar
 from billow.geometry.crossings import edges_of
 from billow.geometry.surface import Surface
 
-
 PASSES = 10
 """Over all members, when they are shared out; more would hardly even them out further."""
 

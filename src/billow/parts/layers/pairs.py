@@ -52,7 +52,8 @@ class Pairs:
 
     What follows is known of the present positions only, and measured again where it is missing. awake: indices of
     pairs that can matter in a step, ascending. weight: of their nodes, (pairs, 4); distance: [m], (pairs,); measured:
-    number of the moment at which, (pairs,) int64; moment: number of the present positions. room: for searches.
+    number of the moment at which, (pairs,) int64; moment: number of the present positions. slot: (pairs,) int32, number of the
+    constraint that a pair is in a step, -1 if none. room: for searches.
     """
 
     key: np.ndarray = field(metadata=VARYING)
@@ -74,6 +75,7 @@ class Pairs:
     weight: np.ndarray = field(metadata={"constant": True})
     distance: np.ndarray = field(metadata={"constant": True})
     measured: np.ndarray = field(metadata={"constant": True})
+    slot: np.ndarray = field(metadata={"constant": True})
     moment: int = field(default=0, metadata={"constant": True})
     room: Room | None = field(default=None, metadata={"constant": True})
 
@@ -84,7 +86,7 @@ class Pairs:
             np.zeros(0, np.int64), np.zeros(2 * triangles + 1, np.int64), np.zeros((0, 4), np.int32), np.zeros((0, 3)),
             np.zeros(0), np.zeros(0), np.zeros((nodes, 3)), np.zeros((nodes, 3)), np.zeros(nodes), 0.0, -1.0, patience,
             width, 0, 0,
-            np.zeros(0, np.int64), np.zeros((0, 4)), np.zeros(0), np.zeros(0, np.int64),
+            np.zeros(0, np.int64), np.zeros((0, 4)), np.zeros(0), np.zeros(0, np.int64), np.zeros(0, np.int32),
         )  # fmt: skip
 
     def __len__(self) -> int:
@@ -101,3 +103,4 @@ class Pairs:
         self.awake = np.zeros(0, np.int64)
         self.weight, self.distance = np.empty((m, 4)), np.empty(m)
         self.measured, self.moment = np.full(m, -1, np.int64), 0
+        self.slot = np.full(m, -1, np.int32)

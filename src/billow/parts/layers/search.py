@@ -96,7 +96,9 @@ def find_pairs(mesh: TouchMesh, paths: Paths, room: Room | None = None) -> tuple
         room = Room.of(slices, int(SPARE * most) + 1)
     np.cumsum(begin, out=begin)
     total = int(begin[-1])
-    pairs = Found(np.empty(total, np.int64), np.empty((total, 4), np.int32), np.empty((total, 3)), begin, int(met.sum()))
+    pairs = Found(
+        np.empty(total, np.int64), np.empty((total, 4), np.int32), np.empty((total, 3)), begin, int(met.sum())
+    )
     getattr(_pack, run)(n, tuple(mesh), room.one, room.other, room.normal, tuple(pairs[:4]))
     return pairs, room
 
@@ -262,9 +264,7 @@ def _find(
         block = np.zeros(ROWS * BLOCK)
         for kind in range(2):
             end = on if kind == 0 else across
-            t, before, into = _keep_near(
-                kind, s, s * SLICE, end, mesh, paths, found_out, one, other, normal_out, block
-            )
+            t, before, into = _keep_near(kind, s, s * SLICE, end, mesh, paths, found_out, one, other, normal_out, block)
             for rest in range(t, last_triangle):
                 found_out[kind, rest], before = into - before, into
 
