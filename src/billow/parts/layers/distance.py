@@ -1,8 +1,9 @@
 """Which pairs can matter in a step, and how far apart they are.
 
-Along any direction, the least place of the nodes of one side less the most of the other is a lower bound of the distance
-of a pair; while nodes move straight it is concave in time, and so no less than at both ends. Along the last normal this
-bound is close. Most pairs of a list sleep through a step: they are farther apart now, and where their nodes will be.
+Along any direction, the least place of the nodes of one side less the most of the other is a lower bound of the
+distance of a pair; while nodes move straight it is concave in time, and so no less than at both ends. Along the last
+normal this bound is close. Most pairs of a list sleep through a step: they are farther apart now, and where their nodes
+will be.
 """
 
 from __future__ import annotations

@@ -1,9 +1,8 @@
 """Search for pairs: whatever can come near within a time, if every node keeps to a straight path but for a skin.
 
 A pair is kept if boxes around the paths of its sides meet, and if along the way between its closest points the sides
-come nearer than what is near, plus the skins of both, now or at the end: in between they are no nearer, as that is least
-of the first side less most of the second, each linear in time. A stack that flies together therefore needs no new list,
-however fast it flies, nor do layers that slide.
+come nearer than what is near, plus the skins of both, now or at the end (`distance`). A stack that flies together
+therefore needs no new list, however fast it flies, nor do layers that slide.
 
 Boxes around the paths of triangles are sorted into the cells of a grid; of two triangles whose boxes meet, nodes are
 held against triangles and edges against edges. A pair belongs to the lower of the two triangles. Pairs of nodes and
