@@ -9,7 +9,7 @@ from billow.base.compiled import kernel
 
 @kernel
 def carry_over(n, begin, key, old_begin, old_key, old_gap, old_impulse, old_normal, gap_out, impulse_out, normal_out):
-    """Gap, impulse and normal of the pairs of n triangles that the old list has too; the keys of a triangle ascend."""
+    """Gap, impulse and normal of the pairs that the old list has too, in n groups of which the keys ascend."""
     for t in prange(n):
         j, last = old_begin[t], old_begin[t + 1]
         for i in range(begin[t], begin[t + 1]):

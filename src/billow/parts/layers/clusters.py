@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 
 from billow.base.compiled import kernel, scalar
-from billow.parts.layers.distance import fastest, nearest_after
+from billow.parts.layers.distance import least_apart, nearest_after
 
 LEFT = 0.5
 """Of the distance that a pair has to keep at least: below it its nodes are joined."""
@@ -21,7 +21,7 @@ def _root(parent, i):
 
 
 @kernel
-def join_short(n, awake, key, nodes, normal, distance, gap, floor_of, positions, velocities, dt, parent):
+def join_short(n, awake, edges_from, nodes, normal, distance, gap, floor_of, positions, velocities, dt, parent):
     """Join the clusters of the nodes of pairs that are short; returns how many were. parent: (nodes,) int64, the tree
     of clusters, each node its own at first."""
     _, share, highest, least = floor_of
@@ -30,9 +30,9 @@ def join_short(n, awake, key, nodes, normal, distance, gap, floor_of, positions,
         k = awake[i]
         floor = max(least, min(highest, share * gap[k]))
         wanted = LEFT * min(distance[k], 0.5 * floor)
-        if distance[k] - dt * fastest(k, key, nodes, velocities) >= wanted:
+        if least_apart(k, edges_from, nodes, normal, positions, velocities, dt) >= wanted:
             continue
-        if nearest_after(k, key, nodes, normal, positions, velocities, dt) >= wanted:
+        if nearest_after(k, edges_from, nodes, normal, positions, velocities, dt) >= wanted:
             continue
         short += 1
         lowest = _root(parent, nodes[k, 0])

@@ -43,7 +43,7 @@ SKIN, MOST_SKIN, WIDER = 0.5, 0.1, 1.4
 """How far a node may stray from its path before the list is spent: in gaps at least, in mean edges at most; and the
 factor by which it changes from list to list. More where impulses throw nodes off."""
 
-WORK_OF_PAIR, WORK_IN_STEP = 3.0, 0.2
+WORK_OF_PAIR, WORK_IN_STEP = 1.0, 0.2
 """Of each pair in a search and in a step, in looks at two triangles whose boxes meet. The skin is widened as long as
 pairs are the smaller part of the work."""
 
@@ -208,7 +208,8 @@ class Layers(Part):
         np.maximum(skin, CALMING * pairs.skin, out=skin)
         if thrown is not None:
             np.maximum(skin, thrown, out=skin)
-        found = find_pairs(self._mesh, Paths(positions, velocities, skin, self.gap, time), pairs.crowd)
+        paths = Paths(positions, velocities, skin, self.gap, time)
+        found, pairs.room = find_pairs(self._mesh, paths, pairs.room)
         gap, impulse = np.full(len(found.key), NEW), np.zeros(len(found.key))
         carry_over(
             len(found.begin) - 1, found.begin, found.key, pairs.begin, pairs.key, pairs.gap, pairs.impulse,
@@ -218,7 +219,7 @@ class Layers(Part):
         pairs.gap, pairs.impulse = gap, impulse
         pairs.path_start, pairs.path_velocity, pairs.skin = positions.copy(), velocities.copy(), skin
         pairs.age, pairs.horizon = 0.0, time
-        pairs.looked_at, pairs.crowd = found.looked_at, found.crowd
+        pairs.looked_at = found.looked_at
         pairs.make_room()
         pairs.awake = np.flatnonzero(gap == NEW)
         measure_awake(pairs, positions)

@@ -6,20 +6,22 @@ from typing import NamedTuple
 
 import numpy as np
 
+from billow.base.compiled import scalar
 from billow.geometry.crossings import edges_of
 from billow.geometry.surface import Surface
+
+PASSES = 10
+"""Over all members, when they are shared out; more would hardly even them out further."""
 
 
 class TouchMesh(NamedTuple):
     """triangles: (n, 3) int32. edges: (edges, 2) int32, lower node first, ascending. Each node and each edge is looked
-    at once, with the first triangle that has it: own_node_start (n + 1,) and own_node, own_edge_start (n + 1,) and
-    own_edge, int32, those of each triangle. free: whether a node can move, (nodes,) bool."""
+    at once, with one triangle that has it: own_node, own_edge: (n, most) int32, those of each triangle, filled up with
+    the number of nodes and of edges. free: whether a node can move, (nodes,) bool."""
 
     triangles: np.ndarray
     edges: np.ndarray
-    own_node_start: np.ndarray
     own_node: np.ndarray
-    own_edge_start: np.ndarray
     own_edge: np.ndarray
     free: np.ndarray
 
@@ -29,13 +31,39 @@ class TouchMesh(NamedTuple):
         edges, nodes = edges_of(triangles), surface.node_count
         ends = np.sort(np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=2), axis=2)
         edge = np.searchsorted(edges[:, 0] * nodes + edges[:, 1], ends[:, :, 0] * nodes + ends[:, :, 1])
-        return cls(
-            triangles.astype(np.int32), edges.astype(np.int32), *_first_seen(triangles), *_first_seen(edge), free
-        )
+        own_node, own_edge = shared_out(triangles, nodes), shared_out(edge, len(edges))
+        return cls(triangles.astype(np.int32), edges.astype(np.int32), own_node, own_edge, free)
 
 
-def _first_seen(numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Of (n, 3) numbers those of each row that occur there for the first time: where each row's begin, and they."""
-    first = np.sort(np.unique(numbers.ravel(), return_index=True)[1])
-    start = np.searchsorted(first, 3 * np.arange(len(numbers) + 1))
-    return start.astype(np.int32), numbers.ravel()[first].astype(np.int32)
+def shared_out(members: np.ndarray, count: int) -> np.ndarray:
+    """Give each of `count` members to one of the triangles (n, 3) that have it, about as many to each: what each
+    triangle has, (n, most) int32, filled up with `count`."""
+    n = len(members)
+    order = np.argsort(members.ravel(), kind="stable")
+    start = np.searchsorted(members.ravel()[order], np.arange(count + 1))
+    own, load = np.full((n, 3), count, np.int32), np.zeros(n, np.int64)
+    _share_out(start, order // 3, own, load)
+    return np.ascontiguousarray(own[:, : max(1, int(load.max(initial=0)))])
+
+
+@scalar
+def _share_out(start, triangle, own, load):
+    """Each member goes to the triangle that has the fewest, and again while that helps any."""
+    count = len(start) - 1
+    owner = np.full(count, -1, np.int64)
+    for _ in range(PASSES):
+        for member in range(count):
+            best = owner[member]
+            for i in range(start[member], start[member + 1]):
+                if best < 0 or load[triangle[i]] < load[best] - (best == owner[member]):
+                    best = triangle[i]
+            if best != owner[member]:
+                if owner[member] >= 0:
+                    load[owner[member]] -= 1
+                owner[member] = best
+                load[best] += 1
+    load[:] = 0
+    for member in range(count):
+        if owner[member] >= 0:
+            own[owner[member], load[owner[member]]] = member
+            load[owner[member]] += 1

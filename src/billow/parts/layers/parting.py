@@ -11,7 +11,17 @@ from billow.parts.layers.clusters import join_short, move_together
 from billow.parts.layers.distance import gather, measure, wake, wake_struck
 from billow.parts.layers.friction import rub
 from billow.parts.layers.pairs import Pairs
-from billow.parts.layers.velocity_filter import APPROACH, SCANS, SWEEPS, admit, allowance, scan, sweep, warm_start
+from billow.parts.layers.velocity_filter import (
+    APPROACH,
+    SCANS,
+    SWEEPS,
+    admit,
+    allowance,
+    note,
+    scan,
+    sweep,
+    warm_start,
+)  # fmt: skip
 
 MOST_PASSES = 30
 """Of the last resort."""
@@ -73,11 +83,12 @@ class Parting:
         self.reach = limits.gap + 2.0 * limits.ready
         self.found, self.counts = np.empty(m, np.int64), np.empty(-(-m // CHUNK), np.int64)
         wake(
-            m, pairs.key, pairs.nodes, pairs.normal, step.positions, step.velocities, self.reach, self.ahead,
+            m, pairs.edges_from, pairs.nodes, pairs.normal, step.positions, step.velocities, self.reach, self.ahead,
             limits.gap, pairs.gap, pairs.impulse, self.found, self.counts,
         )  # fmt: skip
         pairs.awake = self._gathered()
         self.struck, self.is_awake = np.zeros(n, np.bool_), None
+        self.changed, self.seen = np.empty(n, np.bool_), np.full((n, 3), np.nan)
         self.rubbed = None
 
     def run(self) -> bool:
@@ -93,7 +104,7 @@ class Parting:
                 step.velocities,
             )  # fmt: skip
             self.rubbed = step.velocities.copy()
-        slot = np.full(len(pairs), -1, np.int32)
+        slot = pairs.slot
         index, (aim, per, total) = np.empty(len(pairs), np.int64), np.empty((3, len(pairs)))
         constraints = index, aim, per, total
         m = warm_start.serial(
@@ -106,9 +117,9 @@ class Parting:
                 return False
             goal, chunks = np.empty(len(pairs.awake)), np.empty((-(-len(pairs.awake) // CHUNK), 3))
             scan(
-                len(pairs.awake), pairs.awake, pairs.key, pairs.nodes, pairs.weight, pairs.normal,
+                len(pairs.awake), pairs.awake, pairs.edges_from, pairs.nodes, pairs.weight, pairs.normal,
                 pairs.distance, pairs.gap, limits.floor, limits.tolerance, step.positions, step.velocities, step.dt,
-                slot, aim, goal, chunks,
+                self.changed, slot, aim, goal, chunks,
             )  # fmt: skip
             short = chunks[:, 2].sum()
             if chunks[:, 1].max() == 0.0 and short == 0.0 and (looks > 0 or (m == 0 and self.rubbed is None)):
@@ -128,8 +139,7 @@ class Parting:
                     break
         if not self._allow() or (short and not self._join()):
             return False
-        pairs.impulse[pairs.awake] = 0.0
-        pairs.impulse[index[:m]] = total[:m]
+        note.serial(len(pairs.awake), pairs.awake, m, index, total, pairs.impulse, slot)
         return True
 
     def thrown(self) -> np.ndarray:
@@ -141,7 +151,7 @@ class Parting:
         pairs, step = self.pairs, self.step
         most, any_struck = allowance.serial(
             len(step.positions), step.before, step.velocities, pairs.path_velocity, step.stray, pairs.skin, self.ahead,
-            self.limits.ready / self.ahead, self.struck,
+            self.limits.ready / self.ahead, self.seen, self.struck, self.changed,
         )  # fmt: skip
         if most > 1.0:
             return False
@@ -150,7 +160,7 @@ class Parting:
                 self.is_awake = np.zeros(len(pairs), np.bool_)
                 self.is_awake[pairs.awake] = True
             wake_struck(
-                len(pairs), pairs.key, pairs.nodes, pairs.normal, step.positions, step.velocities, self.struck,
+                len(pairs), pairs.edges_from, pairs.nodes, pairs.normal, step.positions, step.velocities, self.struck,
                 self.is_awake, self.reach, self.ahead, self.found, self.counts,
             )  # fmt: skip
             more = self._gathered()
@@ -167,7 +177,7 @@ class Parting:
         parent, before = np.arange(len(step.positions)), step.velocities.copy()
         for _ in range(MOST_PASSES):
             short = join_short.serial(
-                len(pairs.awake), pairs.awake, pairs.key, pairs.nodes, pairs.normal, pairs.distance, pairs.gap,
+                len(pairs.awake), pairs.awake, pairs.edges_from, pairs.nodes, pairs.normal, pairs.distance, pairs.gap,
                 self.limits.floor, step.positions, step.velocities, step.dt, parent,
             )  # fmt: skip
             if not short:
@@ -190,6 +200,6 @@ class Parting:
 def measure_awake(pairs: Pairs, positions: np.ndarray) -> None:
     """Distances of the pairs awake, where they are not known yet."""
     measure(
-        len(pairs.awake), pairs.awake, pairs.key, pairs.nodes, positions, pairs.moment, pairs.normal,
+        len(pairs.awake), pairs.awake, pairs.edges_from, pairs.nodes, positions, pairs.moment, pairs.normal,
         pairs.weight, pairs.distance, pairs.measured,
     )  # fmt: skip

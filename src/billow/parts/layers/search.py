@@ -1,12 +1,13 @@
 """Search for pairs: whatever can come near within a time, if every node keeps to a straight path but for a skin.
 
-A pair is kept if its distance is less than what is near, plus the skins of both sides, plus the time times the largest
-relative speed within it, and if boxes around the paths of its sides meet. A stack that flies together therefore needs
-no new list, however fast it flies.
+A pair is kept if boxes around the paths of its sides meet, and if along the way between its closest points the sides
+come nearer than what is near, plus the skins of both, now or at the end (`distance`). A stack that flies together
+therefore needs no new list, however fast it flies, nor do layers that slide.
 
 Boxes around the paths of triangles are sorted into the cells of a grid; of two triangles whose boxes meet, nodes are
-held against triangles and edges against edges. A pair belongs to the lower of the two triangles, and
-the pairs of a triangle are in the order of their keys, so that the order does not depend on the search.
+held against triangles and edges against edges. A pair belongs to the lower of the two triangles. Pairs of nodes and
+triangles come first, then those of edges, each by triangles, those of a triangle in the order of their keys: the order
+does not depend on the search.
 """
 
 from __future__ import annotations
@@ -19,19 +20,23 @@ import numpy as np
 from numba import prange
 
 from billow.base.compiled import inlined, kernel
-from billow.geometry.closest_points import of_segments, on_triangle
+from billow.geometry.closest_blocks import BLOCK, ROWS, SQUARE, X, Y, Z, fill, nodes_on_triangles, segments_on_segments
 from billow.geometry.search_grid import MOST_CELLS, cell_lists, clipped_cell
+from billow.parts.layers.distance import along, between
 from billow.parts.layers.mesh import TouchMesh
-from billow.parts.layers.pairs import EDGES, FIRST
+from billow.parts.layers.pairs import EDGES, FIRST, Room
 
 SLICE = 64
 """Triangles that one thread looks at together."""
 
-LEAST_ROOM = 256
-"""Of a slice, in pairs, in a first try."""
+LEAST_ROOM, SPARE = 256, 1.5
+"""Of a slice, in pairs, in a first try; and the factor by which room is more than what was missing."""
 
 LEAST_CELL, CELL_IN_BOXES = 1e-4, 1.5
 """Edge of a cell: at least [m], and in mean sizes of the boxes."""
+
+NOWHERE = (math.inf, math.inf, math.inf, -math.inf, -math.inf, -math.inf)
+"""A box that meets no other."""
 
 PARALLEL_FROM = 1000
 """Fewest triangles for which a search with all threads pays: it takes about a millisecond."""
@@ -49,22 +54,21 @@ class Paths(NamedTuple):
 
 
 class Found(NamedTuple):
-    """Pairs in their order: key, nodes and normal as in `Pairs`; begin: of the pairs of each triangle, (triangles +
-    1,) int64. looked_at: pairs of triangles whose boxes meet.
-    crowd: the most pairs that a slice has."""
+    """Pairs in their order: key, nodes, normal and begin as in `Pairs`. looked_at: pairs of triangles whose boxes
+    meet."""
 
     key: np.ndarray
     nodes: np.ndarray
     normal: np.ndarray
     begin: np.ndarray
     looked_at: int
-    crowd: int
 
 
-def find_pairs(mesh: TouchMesh, paths: Paths, crowd: int = 0) -> Found:
-    """All pairs of which at least one node can move. crowd: about the most that a slice has."""
+def find_pairs(mesh: TouchMesh, paths: Paths, room: Room | None = None) -> tuple[Found, Room]:
+    """All pairs of which at least one node can move, and the room that they took, for the next search."""
     n, slices = len(mesh.triangles), -(-len(mesh.triangles) // SLICE)
-    box, edge_box, node_box = np.empty((n, 6)), np.empty((len(mesh.edges), 6)), np.empty((len(paths.skin), 6))
+    box, edge_box, node_box = np.empty((n, 6)), np.empty((len(mesh.edges) + 1, 6)), np.empty((len(paths.skin) + 1, 6))
+    edge_box[-1], node_box[-1] = NOWHERE, NOWHERE
     drift = paths.velocities[mesh.edges[:, 0]].mean(axis=0)
     run = "parallel" if n >= PARALLEL_FROM and numba.get_num_threads() > 1 else "serial"
     getattr(_boxes, run)(n, len(mesh.edges), tuple(mesh), tuple(paths), drift, box, edge_box, node_box)
@@ -78,26 +82,24 @@ def find_pairs(mesh: TouchMesh, paths: Paths, crowd: int = 0) -> Found:
     spans = np.empty((n, 6), np.int32)
     _find_spans(n, box, low, cell, counts, spans)
     first, listed = cell_lists(spans, counts)
-    begin, room = np.zeros(n + 1, np.int64), max(LEAST_ROOM, int(1.25 * crowd))
-    met = np.empty(slices, np.int64)
+    begin, room = np.zeros(2 * n + 1, np.int64), room or Room.of(slices, LEAST_ROOM)
+    found, met, rooms = begin[1:].reshape(2, n), np.empty(slices, np.int64), np.empty(slices, np.int64)
     while True:
-        key, nodes = np.empty((slices, room), np.int64), np.empty((slices, room, 4), np.int32)
-        normal = np.empty((slices, room, 3))
         getattr(_find, run)(
-            n, tuple(mesh), tuple(paths), box, edge_box, node_box, spans, counts, first, listed, key, nodes, normal,
-            begin[1:], met,
+            n, tuple(mesh), tuple(paths), box, edge_box, node_box, spans, counts, first, listed, room.one, room.other,
+            room.normal, found, met, rooms,
         )  # fmt: skip
-        most = int(np.add.reduceat(begin[1:], np.arange(0, n, SLICE)).max(initial=0))
-        if most <= room:
+        most = int(rooms.max(initial=0))
+        if most < room.one.shape[2]:  # one place is left over, for what does not count
             break
-        room = most
+        room = Room.of(slices, int(SPARE * most) + 1)
     np.cumsum(begin, out=begin)
     total = int(begin[-1])
-    found = Found(
-        np.empty(total, np.int64), np.empty((total, 4), np.int32), np.empty((total, 3)), begin, int(met.sum()), most
+    pairs = Found(
+        np.empty(total, np.int64), np.empty((total, 4), np.int32), np.empty((total, 3)), begin, int(met.sum())
     )
-    getattr(_pack, run)(n, key, nodes, normal, tuple(found[:4]))
-    return found
+    getattr(_pack, run)(n, tuple(mesh), room.one, room.other, room.normal, tuple(pairs[:4]))
+    return pairs, room
 
 
 @kernel
@@ -134,15 +136,6 @@ def _find_spans(n, box, origin, cell, counts, spans_out):
 
 
 @inlined
-def _relative(velocities, i, j):
-    """Square of the relative speed of two nodes [m^2/s^2]."""
-    x = velocities[i, 0] - velocities[j, 0]
-    y = velocities[i, 1] - velocities[j, 1]
-    z = velocities[i, 2] - velocities[j, 2]
-    return x * x + y * y + z * z
-
-
-@inlined
 def _meet(one, i, other, j):
     """Whether two boxes meet. All is asked at once: which question decides cannot be foreseen."""
     return (
@@ -152,83 +145,97 @@ def _meet(one, i, other, j):
 
 
 @inlined
-def _keep(key, a, b, c, d, x, y, z, square, key_out, nodes_out, normal_out, s, count):
-    """Write a pair, if there is room."""
-    if count < key_out.shape[1]:
-        key_out[s, count] = key
-        nodes_out[s, count, 0], nodes_out[s, count, 1] = a, b
-        nodes_out[s, count, 2], nodes_out[s, count, 3] = c, d
-        per = 1.0 / math.sqrt(square) if square > 0.0 else 0.0
-        normal_out[s, count, 0], normal_out[s, count, 1], normal_out[s, count, 2] = per * x, per * y, per * z
-
-
-@inlined
-def _nodes_on(one, other, mesh, paths, box, node_box, key_out, nodes_out, normal_out, s, count):
-    """Pairs of the nodes for which triangle `one` speaks, and triangle `other`; returns how many a slice has then."""
-    triangles, own_node_start, own_node, free = mesh[0], mesh[2], mesh[3], mesh[6]
-    positions, velocities, skin, near, time = paths
-    for i in range(own_node_start[one], own_node_start[one + np.uint64(1)]):
-        p = np.uint64(own_node[np.uint64(i)])
-        if not _meet(node_box, p, box, other):
-            continue
-        a, b, c = np.uint64(triangles[other, 0]), np.uint64(triangles[other, 1]), np.uint64(triangles[other, 2])
-        if p in (a, b, c) or not (free[p] or free[a] or free[b] or free[c]):
-            continue
-        _, _, rx, ry, rz = on_triangle(
-            positions[p, 0], positions[p, 1], positions[p, 2], positions[a, 0], positions[a, 1], positions[a, 2],
-            positions[b, 0], positions[b, 1], positions[b, 2], positions[c, 0], positions[c, 1], positions[c, 2],
-        )  # fmt: skip
-        square = max(_relative(velocities, p, a), _relative(velocities, p, b), _relative(velocities, p, c))
-        reach = near + skin[p] + max(skin[a], skin[b], skin[c]) + time * math.sqrt(square)
-        size = rx * rx + ry * ry + rz * rz
-        if size <= reach * reach:
-            key = np.int64(p) * FIRST + np.int64(other)
-            _keep(key, p, a, b, c, rx, ry, rz, size, key_out, nodes_out, normal_out, s, count)
-            count += 1
+def _nodes_on(one, other, own_node, box, node_box, first_out, second_out, s, count):
+    """Candidates: the nodes for which triangle `one` speaks, and triangle `other`; returns how many a slice has."""
+    for i in range(own_node.shape[1]):
+        p, slot = np.uint64(own_node[one, i]), min(count, first_out.shape[2] - 1)
+        first_out[0, s, slot], second_out[0, s, slot] = p, other
+        count += _meet(node_box, p, box, other)
     return count
 
 
 @inlined
-def _edges_on(one, other, mesh, paths, edge_box, key_out, nodes_out, normal_out, s, count):
-    """Likewise, pairs of the edges for which two triangles speak."""
-    edges, own_edge_start, own_edge, free = mesh[1], mesh[4], mesh[5], mesh[6]
-    positions, velocities, skin, near, time = paths
-    for i in range(own_edge_start[one], own_edge_start[one + np.uint64(1)]):
-        for j in range(own_edge_start[other], own_edge_start[other + np.uint64(1)]):
-            e, g = np.uint64(own_edge[np.uint64(i)]), np.uint64(own_edge[np.uint64(j)])
-            if not _meet(edge_box, e, edge_box, g):
-                continue
-            e, g = min(e, g), max(e, g)
-            a, b, c, d = np.uint64(edges[e, 0]), np.uint64(edges[e, 1]), np.uint64(edges[g, 0]), np.uint64(edges[g, 1])
-            if a in (c, d) or b in (c, d) or not (free[a] or free[b] or free[c] or free[d]):
-                continue
-            _, _, rx, ry, rz = of_segments(
-                positions[a, 0], positions[a, 1], positions[a, 2], positions[b, 0], positions[b, 1], positions[b, 2],
-                positions[c, 0], positions[c, 1], positions[c, 2], positions[d, 0], positions[d, 1], positions[d, 2],
-            )  # fmt: skip
-            square = max(
-                _relative(velocities, a, c), _relative(velocities, a, d), _relative(velocities, b, c),
-                _relative(velocities, b, d),
-            )  # fmt: skip
-            reach = near + max(skin[a], skin[b]) + max(skin[c], skin[d]) + time * math.sqrt(square)
-            size = rx * rx + ry * ry + rz * rz
-            if size <= reach * reach:
-                key = EDGES + np.int64(e) * FIRST + np.int64(g)
-                _keep(key, a, b, c, d, rx, ry, rz, size, key_out, nodes_out, normal_out, s, count)
-                count += 1
+def _edges_on(one, other, own_edge, edge_box, first_out, second_out, s, count):
+    """Likewise, of the edges for which two triangles speak."""
+    for i in range(own_edge.shape[1]):
+        for j in range(own_edge.shape[1]):
+            e, g = np.uint64(own_edge[one, i]), np.uint64(own_edge[other, j])
+            slot = min(count, first_out.shape[2] - 1)
+            first_out[1, s, slot], second_out[1, s, slot] = e, g
+            count += _meet(edge_box, e, edge_box, g)
     return count
+
+
+@inlined
+def _members(kind, one, other, triangles, edges):
+    """Nodes of a pair."""
+    if kind == 0:
+        return one, triangles[other, 0], triangles[other, 1], triangles[other, 2]
+    return edges[one, 0], edges[one, 1], edges[other, 0], edges[other, 1]
+
+
+@inlined
+def _keep_near(kind, s, triangle, end, mesh, paths, ends, one, other, normal, block):
+    """Of a slice's candidates of one kind keep those that may come near; ends: of those of each triangle, from
+    `triangle` on, which become the numbers of those that are kept."""
+    triangles, edges, free = mesh[0], mesh[1], mesh[4]
+    positions, velocities, skin, near, time = paths
+    t, before, into, members = triangle, 0, 0, np.empty((BLOCK, 4), np.int32)
+    for begin in range(0, end, BLOCK):
+        count = min(BLOCK, end - begin)
+        for j in range(count):
+            first, second = one[kind, s, begin + j], other[kind, s, begin + j]
+            if kind == 1:
+                first, second = min(first, second), max(first, second)
+                one[kind, s, begin + j], other[kind, s, begin + j] = first, second
+            a, b, c, d = _members(kind, first, second, triangles, edges)
+            members[j, 0], members[j, 1], members[j, 2], members[j, 3] = a, b, c, d
+            fill(block, j, positions, np.uint64(a), np.uint64(b), np.uint64(c), np.uint64(d))
+        if kind == 0:
+            nodes_on_triangles(block)
+        else:
+            segments_on_segments(block)
+        for j in range(count):
+            while begin + j >= ends[kind, t]:
+                ends[kind, t], before = into - before, into
+                t += 1
+            a, b = np.uint64(members[j, 0]), np.uint64(members[j, 1])
+            c, d = np.uint64(members[j, 2]), np.uint64(members[j, 3])
+            shared = (a == c) | (a == d) | ((a == b) if kind == 0 else ((b == c) | (b == d)))
+            if shared | (not (free[a] | free[b] | free[c] | free[d])):
+                continue
+            square = block[SQUARE + j]
+            per = 1.0 / math.sqrt(square) if square > 0.0 else 0.0
+            x, y, z = per * block[X + j], per * block[Y + j], per * block[Z + j]
+            if kind == 0:
+                reach = near + skin[a] + max(skin[b], skin[c], skin[d])
+            else:
+                reach = near + max(skin[a], skin[b]) + max(skin[c], skin[d])
+            if square > reach * reach:
+                at_a = along(positions, a, x, y, z) + time * along(velocities, a, x, y, z)
+                at_b = along(positions, b, x, y, z) + time * along(velocities, b, x, y, z)
+                at_c = along(positions, c, x, y, z) + time * along(velocities, c, x, y, z)
+                at_d = along(positions, d, x, y, z) + time * along(velocities, d, x, y, z)
+                if between(kind == 0, at_a, at_b, at_c, at_d) > reach:
+                    continue
+            one[kind, s, into], other[kind, s, into] = one[kind, s, begin + j], other[kind, s, begin + j]
+            normal[kind, s, into, 0], normal[kind, s, into, 1], normal[kind, s, into, 2] = x, y, z
+            into += 1
+    return t, before, into
 
 
 @kernel
 def _find(
-    n, mesh, paths, box, edge_box, node_box, spans, counts, first, listed, key_out, nodes_out, normal_out, count_out,
-    met_out,
+    n, mesh, paths, box, edge_box, node_box, spans, counts, first, listed, one, other, normal_out, found_out,
+    met_out, room_out,
 ):  # fmt: skip
-    """Pairs of each triangle with higher ones: how many, and as many of them as a slice has room for."""
+    """Pairs of each triangle with higher ones, (2, triangles) in found_out, as many of them as a slice has room for;
+    what room it should have."""
     for s in prange((n + SLICE - 1) // SLICE):
-        count, met = 0, 0
-        for item in range(s * SLICE, min(n, (s + 1) * SLICE)):
-            t, begin = np.uint64(item), count
+        on, across, met = 0, 0, 0
+        last_triangle = min(n, (s + 1) * SLICE)
+        for item in range(s * SLICE, last_triangle):
+            t = np.uint64(item)
             x0, y0, z0 = spans[t, 0], spans[t, 2], spans[t, 4]
             for x in range(x0, spans[t, 1] + 1):
                 for y in range(y0, spans[t, 3] + 1):
@@ -246,36 +253,41 @@ def _find(
                             if x != max(x0, spans[u, 0]) or y != max(y0, spans[u, 2]) or z != max(z0, spans[u, 4]):
                                 continue
                             met += 1
-                            count = _nodes_on(
-                                t, u, mesh, paths, box, node_box, key_out, nodes_out, normal_out, s, count
-                            )
-                            count = _nodes_on(
-                                u, t, mesh, paths, box, node_box, key_out, nodes_out, normal_out, s, count
-                            )
-                            count = _edges_on(t, u, mesh, paths, edge_box, key_out, nodes_out, normal_out, s, count)
-            count_out[item] = count - begin
-        met_out[s] = met
+                            on = _nodes_on(t, u, mesh[2], box, node_box, one, other, s, on)
+                            on = _nodes_on(u, t, mesh[2], box, node_box, one, other, s, on)
+                            across = _edges_on(t, u, mesh[3], edge_box, one, other, s, across)
+            found_out[0, item], found_out[1, item] = on, across
+        met_out[s], room_out[s] = met, max(on, across)
+        if room_out[s] >= one.shape[2]:
+            continue
+        block = np.zeros(ROWS * BLOCK)
+        for kind in range(2):
+            end = on if kind == 0 else across
+            t, before, into = _keep_near(kind, s, s * SLICE, end, mesh, paths, found_out, one, other, normal_out, block)
+            for rest in range(t, last_triangle):
+                found_out[kind, rest], before = into - before, into
 
 
 @kernel
-def _pack(n, key, nodes, normal, found):
+def _pack(n, mesh, one, other, normal, pairs):
     """What slices found, one after the other; the pairs of a triangle in the order of their keys."""
-    key_out, nodes_out, normal_out, begin = found
+    key_out, nodes_out, normal_out, begin = pairs
     for s in prange((n + SLICE - 1) // SLICE):
-        order = np.empty(key.shape[1], np.int64)
-        into = begin[s * SLICE]
-        for t in range(s * SLICE, min(n, (s + 1) * SLICE)):
-            low, high = begin[t] - into, begin[t + 1] - into
-            for i in range(low, high):
-                j = i
-                while j > low and key[s, order[j - 1]] > key[s, i]:
-                    order[j] = order[j - 1]
-                    j -= 1
-                order[j] = i
-            for i in range(low, high):
-                at = order[i]
-                key_out[into + i] = key[s, at]
-                for k in range(4):
-                    nodes_out[into + i, k] = nodes[s, at, k]
-                for k in range(3):
-                    normal_out[into + i, k] = normal[s, at, k]
+        order, key = np.empty(one.shape[2], np.int64), np.empty(one.shape[2], np.int64)
+        for kind in range(2):
+            into = begin[kind * n + s * SLICE]
+            for t in range(kind * n + s * SLICE, kind * n + min(n, (s + 1) * SLICE)):
+                for i in range(begin[t] - into, begin[t + 1] - into):
+                    key[i] = kind * EDGES + np.int64(one[kind, s, i]) * FIRST + np.int64(other[kind, s, i])
+                    j = i
+                    while j > begin[t] - into and key[order[j - 1]] > key[i]:
+                        order[j] = order[j - 1]
+                        j -= 1
+                    order[j] = i
+                for i in range(begin[t] - into, begin[t + 1] - into):
+                    at, to = order[i], into + i
+                    a, b, c, d = _members(kind, one[kind, s, at], other[kind, s, at], mesh[0], mesh[1])
+                    key_out[to] = key[at]
+                    nodes_out[to, 0], nodes_out[to, 1], nodes_out[to, 2], nodes_out[to, 3] = a, b, c, d
+                    for k in range(3):
+                        normal_out[to, k] = normal[kind, s, at, k]

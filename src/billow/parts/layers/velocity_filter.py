@@ -14,7 +14,7 @@ import numpy as np
 from numba import prange
 
 from billow.base.compiled import CHUNK, inlined, kernel
-from billow.parts.layers.distance import fastest, nearest_after, paths_meet, speed_along
+from billow.parts.layers.distance import along, between, comes_near, nearest_after, speed_along
 
 APPROACH = 0.5
 """Part of the way to its floor that a pair may go in a step."""
@@ -85,31 +85,42 @@ def warm_start(
 
 @kernel
 def scan(
-    n, awake, key, nodes, weight, normal, distance, gap, floor_of, tolerance, positions, velocities, dt, slot,
-    aim, goal_out, chunk_out,
+    n, awake, edges_from, nodes, weight, normal, distance, gap, floor_of, tolerance, positions, velocities, dt, changed,
+    slot, aim, goal_out, chunk_out,
 ):  # fmt: skip
-    """The speed at which each pair awake has to part, NaN where it is fast enough. chunk_out, (chunks, 3): pairs that
-    are too slow, the largest lack [m] beyond the tolerance, and the number whose true distance falls short."""
+    """The speed at which each pair awake has to part, NaN where it is fast enough, or where none of its nodes has
+    changed since the last scan: (nodes,) bool. chunk_out, (chunks, 3): pairs that are too slow, the largest lack [m]
+    beyond the tolerance, and the number whose true distance falls short."""
     full_gap, share, highest, least = floor_of
     for chunk in prange((n + CHUNK - 1) // CHUNK):
         slow, worst, short = 0.0, 0.0, 0.0
         for i in range(chunk * CHUNK, min(n, (chunk + 1) * CHUNK)):
-            k = awake[i]
+            k = np.uint64(awake[i])
             goal_out[i] = np.nan
+            a, b, c, e = np.uint64(nodes[k, 0]), np.uint64(nodes[k, 1]), np.uint64(nodes[k, 2]), np.uint64(nodes[k, 3])
+            if not (changed[a] | changed[b] | changed[c] | changed[e]):
+                continue
             d = distance[k]
             floor = max(least, min(highest, share * gap[k]))
-            speed = speed_along(k, nodes, weight, normal, velocities)
+            x, y, z = normal[k, 0], normal[k, 1], normal[k, 2]
+            of_a, of_b = along(velocities, a, x, y, z), along(velocities, b, x, y, z)
+            of_c, of_e = along(velocities, c, x, y, z), along(velocities, e, x, y, z)
+            speed = weight[k, 0] * of_a + weight[k, 1] * of_b + weight[k, 2] * of_c + weight[k, 3] * of_e
             goal = aim[slot[k]] if slot[k] >= 0 else speed_wanted(d, floor, dt)
-            lack = goal - speed
-            if d - dt * fastest(k, key, nodes, velocities) < 0.5 * floor:
-                wanted = min(d, 0.5 * floor)
-                after = nearest_after(k, key, nodes, normal, positions, velocities, dt)
+            lack, wanted = goal - speed, min(d, 0.5 * floor)
+            after = between(
+                k < edges_from, along(positions, a, x, y, z) + dt * of_a, along(positions, b, x, y, z) + dt * of_b,
+                along(positions, c, x, y, z) + dt * of_c, along(positions, e, x, y, z) + dt * of_e,
+            )  # fmt: skip
+            if after < ENOUGH * wanted:  # a lower bound
+                after = nearest_after(k, edges_from, nodes, normal, positions, velocities, dt)
                 if after < ENOUGH * wanted:
                     short += 1.0
                     goal = max(goal, speed + (wanted - after) / dt)
                     lack = goal - speed
             if lack > 0.0 and (
-                slot[k] >= 0 or paths_meet(k, key, nodes, positions, velocities, dt / APPROACH, full_gap)
+                slot[k] >= 0
+                or comes_near(k, edges_from, nodes, normal, d, positions, velocities, dt / APPROACH, full_gap)
             ):
                 goal_out[i] = goal
                 slow += 1.0
@@ -157,12 +168,27 @@ def sweep(n, index, aim, per, nodes, weight, normal, gap, floor_of, tolerance, i
 
 
 @kernel
-def allowance(n, before, velocities, start_velocity, stray, skin, ahead, ready, struck_out):
+def note(n, awake, m, index, total, impulse_out, slot_out):
+    """Keep the impulses of m constraints for the next step; of other pairs awake there are none."""
+    for i in range(n):
+        impulse_out[awake[i]] = 0.0
+    for q in range(m):
+        impulse_out[index[q]] = total[q]
+        slot_out[index[q]] = -1
+
+
+@kernel
+def allowance(n, before, velocities, start_velocity, stray, skin, ahead, ready, seen, struck_out, changed_out):
     """How much of its allowance the node used that used most [-], for the list; and which nodes were struck: changed by
-    more than `ready` [m/s] since `before`. stray: of each node from its path so far [m], (nodes,)."""
+    more than `ready` [m/s] since `before`; which have changed at all since they were `seen`, as they are from now on.
+    stray: of each node from its path so far [m], (nodes,)."""
     largest, any_struck = 0.0, False
     for i in range(n):
         dx, dy, dz = velocities[i, 0] - before[i, 0], velocities[i, 1] - before[i, 1], velocities[i, 2] - before[i, 2]
+        changed_out[i] = (
+            (velocities[i, 0] != seen[i, 0]) | (velocities[i, 1] != seen[i, 1]) | (velocities[i, 2] != seen[i, 2])
+        )
+        seen[i, 0], seen[i, 1], seen[i, 2] = velocities[i, 0], velocities[i, 1], velocities[i, 2]
         if dx == 0.0 and dy == 0.0 and dz == 0.0:
             struck_out[i] = False
             continue
