@@ -23,6 +23,7 @@ def advance(model: Model, state: State, dt: float) -> None:
 
     if model.driven is not None:  # nodes that no kick moves
         model.driven.drive(state.driven, positions, velocities, state.nodal_force, state.time, dt)
+    model.bodies.drive(state.bodies, state.time, dt)
     nodes = Nodes(model.inverse_mass, state.nodal_force, positions, velocities, model.work.before)
     if model.layers is None:
         ledger.book(model.bodies.kick_touch_drift(state.bodies, nodes, dt))

@@ -6,8 +6,9 @@ from abc import abstractmethod
 from typing import Literal
 
 import numpy as np
-from pydantic import field_validator
+from pydantic import field_validator, model_validator
 
+from billow.case.obstacles.motion import AtRest, Component, Motion, points_somewhere, unit_vector
 from billow.case.quantity import Name, Strict, chosen_by, quantity, refused
 from billow.geometry.shapes import super_ellipsoid as shapes
 from billow.geometry.shapes.half_space import HalfSpace
@@ -15,9 +16,9 @@ from billow.geometry.shapes.pose import above_bag, of_plane
 from billow.geometry.shapes.shape import Shape
 from billow.parts.bodies.body import Body
 from billow.parts.bodies.contact import SurfaceLaw
+from billow.parts.bodies.drive import Guided
 from billow.parts.bodies.rigid_body import RigidBody, RigidState, moving
 
-Component = quantity("-", -1e3, 1e3)
 Radius = quantity("m", 5e-3, 5.0)
 Speed = quantity("m/s", -100.0, 100.0)
 Spin = quantity("rad/s", -1e3, 1e3)
@@ -32,6 +33,7 @@ class ObstacleTable(Strict):
     """Coulomb friction coefficient."""
     damping: quantity("-", 0.0, 1.0) = 0.1
     """Contact damping, fraction of critical."""
+    motion: Motion = AtRest()
 
     @abstractmethod
     def build(self) -> tuple[Shape, RigidBody, RigidState]:
@@ -39,7 +41,7 @@ class ObstacleTable(Strict):
 
 
 class Plate(ObstacleTable):
-    """Rigid plate at rest: everything below a plane."""
+    """Rigid plate: everything below a plane."""
 
     shape: Literal["plate"]
     """plate"""
@@ -50,21 +52,15 @@ class Plate(ObstacleTable):
     normal: tuple[Component, Component, Component] = (0.0, 0.0, 1.0)
     """Direction its surface faces; its length does not count."""
 
-    @field_validator("normal")
-    @classmethod
-    def _points_somewhere(cls, value):
-        if not any(value):
-            raise refused("it has no direction", "write [0, 0, 1]")
-        return value
+    _points_somewhere = field_validator("normal")(points_somewhere)
 
     def build(self) -> tuple[HalfSpace, RigidBody, RigidState]:
-        normal = np.array(self.normal) / np.abs(self.normal).max()  # so that no square is lost
-        pose = of_plane(self.height, normal / np.linalg.norm(normal))
+        pose = of_plane(self.height, unit_vector(self.normal))
         return HalfSpace(), RigidBody(1.0, np.ones(3), locked=True), RigidState(pose.centre, pose.quaternion)
 
 
 class SuperEllipsoid(ObstacleTable):
-    """Rigid super-ellipsoid |x/a|^n + |y/b|^n + |z/c|^n = 1 above the bag, locked or free."""
+    """Rigid super-ellipsoid |x/a|^n + |y/b|^n + |z/c|^n = 1 above the bag: locked, free or moved."""
 
     shape: Literal["super-ellipsoid"]
     """super-ellipsoid"""
@@ -89,6 +85,13 @@ class SuperEllipsoid(ObstacleTable):
     spin: tuple[Spin, Spin, Spin] = (0.0, 0.0, 0.0)
     """Angular velocity at the start about the axes of space, if free."""
 
+    @model_validator(mode="after")
+    def _one_or_the_other(self):
+        if not self.locked and self.motion.kind != "none":
+            reason = f"it is free to move, and motion.kind is {self.motion.kind!r} beside that"
+            raise refused(reason, 'remove locked = false, or motion; motion.kind = "guided" has a mass and yields')
+        return self
+
     def build(self) -> tuple[shapes.SuperEllipsoid, RigidBody, RigidState]:
         radii = np.array([self.radii] * 3 if isinstance(self.radii, float) else self.radii)
         shape = shapes.SuperEllipsoid(radii, self.degree)
@@ -106,4 +109,7 @@ Obstacle = chosen_by("shape", OBSTACLES)
 def build_body(obstacle: ObstacleTable) -> Body:
     """The body of an `[[obstacles]]` table."""
     shape, rigid, start = obstacle.build()
-    return Body.of(obstacle.name, shape, SurfaceLaw(obstacle.slope, obstacle.friction, obstacle.damping), rigid, start)
+    law, drive = SurfaceLaw(obstacle.slope, obstacle.friction, obstacle.damping), obstacle.motion.build()
+    if isinstance(drive, Guided):
+        start.velocity = drive.speed * drive.direction
+    return Body.of(obstacle.name, shape, law, rigid, start, drive)
