@@ -126,5 +126,6 @@ def require_start_clear(model: Model) -> None:
     for body, deepest in model.bodies.touching_at_start(model.start, model.inverse_mass):
         raise PENETRATES(body=body.name, depth=1e3 * deepest)
     for body in model.bodies.bodies:
-        if body.is_bounded and encloses(model.surface.triangles, model.start, body.start.centre):
+        middles = [body.start.centre + body.start.rotation @ carried.centre for carried in body.shapes]
+        if body.is_bounded and any(encloses(model.surface.triangles, model.start, middle) for middle in middles):
             raise INSIDE(body=body.name)
