@@ -58,6 +58,8 @@ def evaluate_forces(model: Model, state: State, dt: float) -> None:
     if model.layers is not None:
         ledger.book(model.layers.add_forces(state.layers, positions, velocities, state.time, dt, loads))
     ledger.book(model.straps.add_forces(state.straps, positions, velocities, dt, loads))
+    if model.tear_seams is not None:
+        ledger.book(model.tear_seams.add_forces(state.tear_seams, positions, velocities, state.time + dt, dt, loads))
     contact = state.bodies.contact
     twice = gather_and_kick(
         len(model.mass), work.gathering, loads.entries, loads.gauge, loads.node_force, work.corners,
