@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from billow.geometry.shapes.box import Box
 from billow.geometry.shapes.half_space import HalfSpace
 from billow.geometry.shapes.pose import of_plane, quaternion_about, rotation_matrix
 from billow.geometry.shapes.super_ellipsoid import SuperEllipsoid, closest_point, radial_measure
@@ -87,11 +88,11 @@ def press(shape, law, area, inverse_mass, body, positions, velocities, dt, conta
 
 
 STILL = (np.zeros(3), np.zeros(3), np.zeros(3), np.eye(3))
-SHAPES = [HalfSpace(), SuperEllipsoid(np.array([0.1, 0.08, 0.09]), 3.0)]
+SHAPES = [HalfSpace(), SuperEllipsoid(np.array([0.1, 0.08, 0.09]), 3.0), Box(np.array([0.1, 0.07, 0.09]), 0.02)]
 ROTATION = rotation_matrix(quaternion_about(np.array([0.6, 0.8, 0.0]), 0.7))
 
 
-@pytest.mark.parametrize("shape", SHAPES, ids=["plate", "super-ellipsoid"])
+@pytest.mark.parametrize("shape", SHAPES, ids=lambda shape: shape.kind)
 def test_what_the_nodes_get_the_body_loses(shape):
     for seed in range(5):
         positions, velocities, area, inverse_mass = crowd(seed)

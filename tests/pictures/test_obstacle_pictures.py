@@ -59,7 +59,7 @@ def test_a_free_obstacle_is_where_its_histories_say():
     }
     described = SuperEllipsoid(np.ones(3), 2.0).describe() | {
         "name": "head",
-        "center": [9, 9, 9],
+        "center": [0, 0, 0],
         "rotation": np.eye(3).tolist(),
     }
     history = History({name: np.array(values) for name, values in columns.items()})
@@ -69,4 +69,4 @@ def test_a_free_obstacle_is_where_its_histories_say():
     assert end["center"] == [1.0, 2.0, 3.0]
     np.testing.assert_allclose(np.array(end["rotation"]) @ [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], atol=1e-12)
     result.record["obstacles"][0]["locked"] = True
-    assert obstacles_at(result, 0.02)[0]["center"] == [9, 9, 9]
+    assert obstacles_at(result, 0.02)[0]["center"] == [0, 0, 0]

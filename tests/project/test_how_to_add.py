@@ -138,7 +138,7 @@ TABLE = '''class Ball(ObstacleTable):
     def build(self):
         shape = BallShape(self.radius)
         start = RigidState(np.array([0.0, 0.0, self.radius + 0.02]), velocity=np.array([0.0, 0.0, -5.0]))
-        return shape, RigidBody(1.0, shape.inertia(1.0), locked=False), start
+        return (Carried(shape),), RigidBody(1.0, shape.inertia(1.0), locked=False), start
 
 
 '''
@@ -228,25 +228,23 @@ ENTRIES = {
         ("GAS_MODELS = {", 'GAS_MODELS = {\n    "pump": Kind(lambda case, shape, supply: Pump(), has_supply=False),'),
     ],
     "geometry/shapes/kinds.py": [
-        imports(
-            "billow.geometry.shapes.ball", "Ball, farthest_of_ball, near_ball", "billow.geometry.shapes.half_space"
-        ),
-        ("SHAPES = (HalfSpace, SuperEllipsoid)", "SHAPES = (HalfSpace, SuperEllipsoid, Ball)"),
+        imports("billow.geometry.shapes.ball", "Ball, farthest_of_ball, near_ball", "billow.geometry.shapes.box"),
+        ("SHAPES = (HalfSpace, SuperEllipsoid, Box)", "SHAPES = (HalfSpace, SuperEllipsoid, Box, Ball)"),
         (
             "    return near_super_ellipsoid(",
-            "    if number == 2:\n        return near_ball(numbers, pose, rx, ry, rz, tx, ty, tz)\n"
+            "    if number == 3:\n        return near_ball(numbers, pose, rx, ry, rz, tx, ty, tz)\n"
             "    return near_super_ellipsoid(",
         ),
         (
             "    return farthest_of_super_ellipsoid(",
-            "    if number == 2:\n        return farthest_of_ball(numbers, dx, dy, dz)\n"
+            "    if number == 3:\n        return farthest_of_ball(numbers, dx, dy, dz)\n"
             "    return farthest_of_super_ellipsoid(",
         ),
     ],
     "case/obstacles/obstacles.py": [
         imports("billow.geometry.shapes.ball", "Ball as BallShape", "billow.geometry.shapes.half_space"),
         ("OBSTACLES: dict", TABLE + "OBSTACLES: dict"),
-        ('{"plate": Plate,', '{"ball": Ball, "plate": Plate,'),
+        ('    "plate": Plate,', '    "ball": Ball,\n    "plate": Plate,'),
     ],
     "case/fabric/schema_fabric.py": [("LAWS = {", 'LAWS = {"rubber": "moduli", ')],
     "case/fabric/build_fabric.py": [

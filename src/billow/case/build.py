@@ -8,7 +8,7 @@ import numpy as np
 
 from billow.base.errors import InputError
 from billow.case import schema
-from billow.case.bag.build_bag import build_shape, build_straps
+from billow.case.bag.build_bag import build_shape, build_straps, build_tear_seams
 from billow.case.fabric.build_fabric import build_fabric
 from billow.case.gas.build_gas import build_gas
 from billow.case.gas.models import GAS_MODELS
@@ -89,6 +89,7 @@ def build_model(case: schema.Case) -> Model:
         straps=straps,
         bodies=Bodies(tuple(build_body(obstacle) for obstacle in case.obstacles), contact_area, gravity),
         self_contact=springs,
+        tear_seams=build_tear_seams(shape, law),
     )
     return replace(model, layers=keep_apart(model, case.fabric.friction)) if apart == "layers" else model
 
@@ -126,5 +127,6 @@ def require_start_clear(model: Model) -> None:
     for body, deepest in model.bodies.touching_at_start(model.start, model.inverse_mass):
         raise PENETRATES(body=body.name, depth=1e3 * deepest)
     for body in model.bodies.bodies:
-        if body.is_bounded and encloses(model.surface.triangles, model.start, body.start.centre):
+        middles = [body.start.centre + body.start.rotation @ carried.centre for carried in body.shapes]
+        if body.is_bounded and any(encloses(model.surface.triangles, model.start, middle) for middle in middles):
             raise INSIDE(body=body.name)

@@ -146,7 +146,12 @@ def unit_of(field) -> Documented | None:
 
 
 _pressure = ("Pa", quantity("Pa", -1e6, 1e7))
-AXES = {"time": ("s", quantity("s", 0.0, 10.0)), "pressure": _pressure, "gauge_pressure": _pressure}
+AXES = {
+    "time": ("s", quantity("s", 0.0, 10.0)),
+    "pressure": _pressure,
+    "gauge_pressure": _pressure,
+    "loading_rate": ("N/m/s", quantity("N/m/s", 0.0, 1e12)),
+}
 """What curves run against: its unit, and the type of its points."""
 
 

@@ -37,15 +37,32 @@ class StrapLine:
 
 
 @dataclass(frozen=True)
+class TearLine:
+    """A tear seam: (ties, 2) node pairs, and the length of seam that each stands for [m], (ties,).
+
+    rate, strength: points of its strength [N/m] against the rate of loading [N/m/s], (points,) each. stiffness: force
+    per length of seam and distance [N/m^2], None for that of a row of elements of the bag's fabric.
+    """
+
+    name: str
+    ties: np.ndarray
+    length: np.ndarray
+    rate: np.ndarray
+    strength: np.ndarray
+    stiffness: float | None = None
+
+
+@dataclass(frozen=True)
 class BagShape:
     """Geometry of a bag, without physics.
 
     surface: closed surface. positions: start shape, [m], (nodes, 3). reference: (triangles, 3, 2) [m], the flat cut
     coordinates of each triangle's corners in warp and weft direction; triangles that are not fabric may have none
-    (zeros). fixed: (nodes,) bool, held by the inflator or ring. straps: strap lines. mouth_centre (3,) [m], mouth_axis
-    (3,) unit vector into the bag: where the inflator sits. layers: fabric thickness in units of the fabric's own, [-],
-    (triangles,), 1 by default. leak: permeability in units of the fabric's own, [-], (triangles,), 1 by default.
-    seen_from_inside: parts whose flat cut is drawn as seen from inside the bag, so that its triangles run clockwise.
+    (zeros). fixed: (nodes,) bool, held by the inflator or ring. straps: strap lines; tear_lines: tear seams.
+    mouth_centre (3,) [m], mouth_axis (3,) unit vector into the bag: where the inflator sits. layers: fabric thickness
+    in units of the fabric's own, [-], (triangles,), 1 by default. leak: permeability in units of the fabric's own, [-],
+    (triangles,), 1 by default. seen_from_inside: parts whose flat cut is drawn as seen from inside the bag, so that its
+    triangles run clockwise.
     azimuths_from: direction (3,) from which angles about the mouth's axis count; None for a mesh, which lies in space
     as it likes: they count from the rim of the mouth.
     """
@@ -60,12 +77,34 @@ class BagShape:
     layers: np.ndarray | None = None
     leak: np.ndarray | None = None
     seen_from_inside: tuple[str, ...] = ()
+    tear_lines: tuple[TearLine, ...] = ()
     azimuths_from: np.ndarray | None = field(default_factory=lambda: np.array([1.0, 0.0, 0.0]))
 
     def __post_init__(self):
         for name in ("layers", "leak"):
             if getattr(self, name) is None:
                 object.__setattr__(self, name, np.ones(self.surface.triangle_count))
+
+
+def joined(shape: BagShape, one: str, other: str, line: np.ndarray, near: float) -> np.ndarray:
+    """Pairs of nodes (n, 2) of two flat parts along a line [m] (2, 2), in its order: of each node of the first part
+    within `near` [m] of the line, and the nearest of the second; none twice, and none that both parts share."""
+    first, second = (np.unique(shape.surface.triangles[shape.surface.triangles_of(part)]) for part in (one, other))
+    first, second = np.setdiff1d(first, second).astype(np.int64), np.setdiff1d(second, first).astype(np.int64)
+    way = line[1] - line[0]
+    away = shape.positions[first, :2] - line[0]
+    along = away @ way / (way @ way)
+    aside = np.linalg.norm(away - np.clip(along, 0.0, 1.0)[:, None] * way, axis=1)
+    near_it = np.flatnonzero(aside <= near * (1.0 + 1e-9))
+    near_it = near_it[np.argsort(along[near_it], kind="stable")]
+    pairs, used = [], set()
+    for node in first[near_it].tolist():
+        apart = np.linalg.norm(shape.positions[second, :2] - shape.positions[node, :2], axis=1)
+        partner = int(second[apart.argmin()])
+        if partner not in used and apart.min() <= near * (1.0 + 1e-9):
+            used.add(partner)
+            pairs.append((node, partner))
+    return np.array(pairs, dtype=np.int64).reshape(-1, 2)
 
 
 def along_warp(shape: BagShape, angles: dict[str, float]) -> BagShape:

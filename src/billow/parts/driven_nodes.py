@@ -7,10 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from billow.parts.part import RECEIVED, Account, Booking, Part
-
-DRIVE_WORK = Account("drive_work", RECEIVED, renewed=False)
-"""Work of whatever moves the driven nodes."""
+from billow.parts.part import DRIVE_WORK, Booking, Part
 
 
 @dataclass

@@ -54,6 +54,8 @@ HYSTERESIS = Account("hysteresis", LOST, renewed=True)
 FRICTION = Account("friction", LOST, renewed=False)
 """Heat of contact: friction and damping, of bodies and between layers of fabric."""
 GRAVITY_WORK = Account("gravity_work", RECEIVED, renewed=False)
+DRIVE_WORK = Account("drive_work", RECEIVED, renewed=False)
+"""Work of whatever moves driven nodes and obstacles."""
 
 WORKING_PRESSURE = 20e3
 """Gauge pressure [Pa] at which vents, fabric and obstacles are judged before a run."""

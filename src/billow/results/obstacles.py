@@ -47,8 +47,9 @@ def placed(obstacles: Iterable[dict], histories: History, time: float) -> list[d
         body = histories.of(obstacle["name"])
         if "quaternion" in body:
             row = int(np.abs(histories.time - time).argmin())
-            rotation = rotation_matrix(body.quaternion[row])
-            found.append(obstacle | {"center": body.centre[row].tolist(), "rotation": rotation.tolist()})
+            turn = rotation_matrix(body.quaternion[row]) @ rotation_matrix(body.quaternion[0]).T
+            centre = body.centre[row] + turn @ (np.asarray(obstacle["center"]) - body.centre[0])
+            found.append(obstacle | {"center": centre.tolist(), "rotation": (turn @ obstacle["rotation"]).tolist()})
     return found
 
 

@@ -22,7 +22,8 @@ SENSOR = ("gas_pressure", "gas_temperature", "gas_density", "gas_velocity")
 
 KEYS = {
     "vent": "bag", "fabric part": "bag", "opening": "bag", "chamber": "bag", "strap": "bag.straps",
-    "orifice": "gas.orifices", "obstacle": "obstacles", "free obstacle": "obstacles", "sensor": "run.sensors",
+    "orifice": "gas.orifices", "obstacle": "obstacles", "free obstacle": "obstacles", "moved obstacle": "obstacles",
+    "guided obstacle": "obstacles", "tear seam": "bag.tear_seams", "sensor": "run.sensors",
 }  # fmt: skip
 """Kind of owner -> where a case names it."""
 

@@ -21,12 +21,13 @@ from billow.parts.layers.pairs import Pairs as LayerPairs
 from billow.parts.part import DAMPING, GRAVITY_WORK, MOTION, VARYING, Account, Loads, Moment, Part, Setting
 from billow.parts.self_contact import Pairs, SelfContact
 from billow.parts.straps import Straps
+from billow.parts.tear_seams import TearSeams
 from billow.solver.ledger import Ledger
 
 KINETIC = Account("kinetic", MOTION, renewed=True)
 """Kinetic energy of the fabric's nodes."""
 
-PARTS = ("gas", "fabric", "straps", "bodies", "self_contact", "layers", "driven")
+PARTS = ("gas", "fabric", "straps", "bodies", "self_contact", "layers", "driven", "tear_seams")
 """Fields of `Model` and of `State` that hold the parts and what changes of them."""
 
 
@@ -37,7 +38,7 @@ class Model:
     start: positions at time zero, [m], (nodes, 3). mass: [kg], (nodes,). fixed: (nodes,) bool. gravity: [m/s^2], (3,).
     mass_damping: rate alpha of -2 alpha m v, [1/s], used to find equilibria and off in deployments. self_contact:
     springs between layers of fabric, and layers: impulses between them; at most one of both. driven: None if no node is
-    moved from outside.
+    moved from outside; tear_seams: None if there are none.
     """
 
     surface: Surface
@@ -52,6 +53,7 @@ class Model:
     self_contact: SelfContact | None = None
     layers: Layers | None = None
     driven: DrivenNodes | None = None
+    tear_seams: TearSeams | None = None
     mass_damping: float = 0.0
 
     @cached_property
@@ -73,8 +75,9 @@ class Model:
 
     @cached_property
     def rate_of_straps(self) -> float:
-        """1/dt^2 of the largest step that the straps allow [1/s^2]."""
-        return self.straps.squared_rate(self.inverse_mass)
+        """1/dt^2 of the largest step that straps and tear seams allow [1/s^2]; they may share nodes."""
+        seams = self.tear_seams.squared_rate(self.inverse_mass) if self.tear_seams is not None else 0.0
+        return self.straps.squared_rate(self.inverse_mass) + seams
 
     @cached_property
     def has_gravity(self) -> bool:
@@ -112,8 +115,8 @@ class State:
     """Everything that changes.
 
     positions [m], velocities [m/s], nodal_force [N]: (nodes, 3) at `time` [s]. step: number of steps taken. gas to
-    driven: of the parts. interval: history intervals that are over; steps_left of `dt` [s] to the end of the present
-    one; first_dt: the first step [s].
+    tear_seams: of the parts. interval: history intervals that are over; steps_left of `dt` [s] to the end of the
+    present one; first_dt: the first step [s].
     """
 
     time: float
@@ -128,6 +131,7 @@ class State:
     self_contact: Pairs | None = field(metadata=VARYING)
     layers: LayerPairs | None
     driven: DrivenState | None
+    tear_seams: np.ndarray | None
     ledger: Ledger
     interval: int = 0
     steps_left: int = 0

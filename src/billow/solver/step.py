@@ -23,6 +23,7 @@ def advance(model: Model, state: State, dt: float) -> None:
 
     if model.driven is not None:  # nodes that no kick moves
         model.driven.drive(state.driven, positions, velocities, state.nodal_force, state.time, dt)
+    model.bodies.drive(state.bodies, state.time, dt)
     nodes = Nodes(model.inverse_mass, state.nodal_force, positions, velocities, model.work.before)
     if model.layers is None:
         ledger.book(model.bodies.kick_touch_drift(state.bodies, nodes, dt))
@@ -57,6 +58,8 @@ def evaluate_forces(model: Model, state: State, dt: float) -> None:
     if model.layers is not None:
         ledger.book(model.layers.add_forces(state.layers, positions, velocities, state.time, dt, loads))
     ledger.book(model.straps.add_forces(state.straps, positions, velocities, dt, loads))
+    if model.tear_seams is not None:
+        ledger.book(model.tear_seams.add_forces(state.tear_seams, positions, velocities, state.time + dt, dt, loads))
     contact = state.bodies.contact
     twice = gather_and_kick(
         len(model.mass), work.gathering, loads.entries, loads.gauge, loads.node_force, work.corners,

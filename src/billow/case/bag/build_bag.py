@@ -15,7 +15,8 @@ from billow.base.units import CONVERSIONS
 from billow.case.bag import schema_bag
 from billow.case.bag.build_folds import build_plan
 from billow.case.named_files import files_digest
-from billow.geometry.bag_shapes import DOES_NOT_FIT, BagShape, StrapLine, along_warp
+from billow.geometry.bag_shapes import DOES_NOT_FIT, BagShape, StrapLine, TearLine, along_warp, joined
+from billow.geometry.cover import covered
 from billow.geometry.driver_bag import driver_bag
 from billow.geometry.folding.fold_plan import FoldPlan
 from billow.geometry.local_thickness import doubled, rim_depth, ring_depth
@@ -25,6 +26,7 @@ from billow.geometry.rectangle_mesh import NO_ROWS
 from billow.geometry.rectangular_bag import FRONT, REAR, Gap, PanelVent, Seam, mouth_centre, rectangular_bag
 from billow.parts.fabric.membrane import FabricLaw
 from billow.parts.straps import NO_STRAPS, Straps
+from billow.parts.tear_seams import TearSeams
 
 TOO_MANY_TRIANGLES = InputError.declare(
     "E-GEO-011",
@@ -57,6 +59,15 @@ ANOTHER_UNIT = InputError.declare(
     remedy="write both files in one unit, and name it in bag.unit",
 )
 
+NO_SEAM = InputError.declare(
+    "E-GEO-060",
+    "the tear seam {seam} has no length",
+    where="bag.tear_seams, seam {seam}",
+    why="force per length of seam has no meaning there; {ties} pairs of nodes were found for it",
+    cause="a line outside the bag or shorter than an element, or pairs of nodes that lie in one place",
+    remedy="make it longer than two elements, and give pairs of nodes in their order along the seam",
+)
+
 MOST_TRIANGLES = 500_000
 SHORTEST_STRAP = 1e-5
 """Length [m] below which a strap divides by next to nothing, and sets a step of nanoseconds."""
@@ -85,8 +96,16 @@ def _ready_made(bag: schema_bag.PanelBag) -> BagShape:
         leak[shape.surface.triangles_of(panel)] = 0.0
     angles = {FRONT: math.radians(bag.warp_angle.front), REAR: math.radians(bag.warp_angle.rear)}
     shape = along_warp(replace(shape, leak=leak), angles)
+    shape = replace(shape, tear_lines=_tear_lines(bag, shape))
     plan = fold_plan(bag)
-    return plan.applied(shape) if plan else shape
+    shape = plan.applied(shape) if plan else shape
+    for cover in bag.covers:
+        place = np.array(cover.place)
+        shape, ties = covered(
+            shape, cover.name, place, cover.length, cover.width, cover.element_size, cover.layers
+        )
+        shape = replace(shape, tear_lines=(*shape.tear_lines, tear_line(cover, ties, shape)))
+    return shape
 
 
 def fold_plan(bag: schema_bag.Bag) -> FoldPlan | None:
@@ -201,7 +220,11 @@ def _mesh(bag: schema_bag.MeshBag) -> BagShape:
     for k, strap in enumerate(bag.straps):
         bars = require_nodes(np.array(strap.nodes), len(start.points), f"bag.straps, strap {k + 1}")
         straps.append(strap_line(strap, bars, start.points))
-    return replace(shape, straps=tuple(straps))
+    seams = []
+    for seam in bag.tear_seams:
+        ties = require_nodes(np.array(seam.nodes), len(start.points), f"bag.tear_seams, seam {seam.name}")
+        seams.append(tear_line(seam, ties, shape))
+    return replace(shape, straps=tuple(straps), tear_lines=tuple(seams))
 
 
 def _require_one_unit(start: CellMesh, reference: CellMesh | None) -> None:
@@ -238,6 +261,57 @@ def _require_apart(vents: schema_bag.Vents) -> None:
             why=f"{vents.count} vents of {vents.diameter:g} m have their centres {apart:.3g} m apart",
             remedy="reduce bag.vents.diameter or bag.vents.count, or raise bag.vents.distance",
         )
+
+
+def _tear_lines(bag: schema_bag.PanelBag, shape: BagShape) -> tuple[TearLine, ...]:
+    """Seams between front and rear, whose nodes are found on the flat bag."""
+    return tuple(
+        tear_line(seam, joined(shape, FRONT, REAR, np.array([seam.begin, seam.end]), 0.5 * bag.element_size), shape)
+        for seam in bag.tear_seams
+    )
+
+
+def tear_line(seam: schema_bag.TearStrength, ties: np.ndarray, shape: BagShape) -> TearLine:
+    """A tear seam of ties (n, 2) in their order along it; each stands for half of the way to its neighbours on either
+    side. Raises InputError E-GEO-060 if it has no length."""
+    middle = 0.5 * (shape.positions[ties[:, 0]] + shape.positions[ties[:, 1]])
+    steps = np.linalg.norm(np.diff(middle, axis=0), axis=1)
+    length = 0.5 * (np.append(steps, 0.0) + np.append(0.0, steps))
+    if not length.all():
+        raise NO_SEAM(seam=seam.name, ties=len(ties))
+    single = isinstance(seam.strength, float)
+    rate, strength = ([0.0], [seam.strength]) if single else (seam.strength.loading_rate, seam.strength.value)
+    return TearLine(seam.name, ties, length, np.array(rate), np.array(strength), seam.stiffness or None)
+
+
+def build_tear_seams(shape: BagShape, fabric: FabricLaw) -> TearSeams | None:
+    """The ties of all tear seams; at rest up to the distance at which their nodes start."""
+    lines = shape.tear_lines
+    if not lines:
+        return None
+    counts, points = [len(line.ties) for line in lines], max(len(line.rate) for line in lines)
+    ties, length = np.concatenate([line.ties for line in lines]), np.concatenate([line.length for line in lines])
+    width = np.repeat([line.length.max() for line in lines], counts)  # of a row of elements
+    own = fabric.warp_modulus * fabric.thickness / width
+    stated = np.repeat([np.nan if line.stiffness is None else line.stiffness for line in lines], counts)
+    stiffness = np.where(np.isnan(stated), own, stated) * length
+    mass = fabric.density * fabric.thickness * width * length
+
+    def padded(values: np.ndarray, step: float) -> np.ndarray:
+        more = points - len(values)
+        return np.append(values, values[-1] + step * np.arange(1.0, more + 1.0))
+
+    return TearSeams(
+        names=tuple(line.name for line in lines),
+        ties=ties.astype(np.int64),
+        seam=np.repeat(np.arange(len(lines)), counts),
+        length=length,
+        rest=np.linalg.norm(shape.positions[ties[:, 1]] - shape.positions[ties[:, 0]], axis=1),
+        stiffness=stiffness,
+        viscosity=fabric.damping * np.sqrt(stiffness * mass),
+        rate=np.array([padded(line.rate, 1.0) for line in lines]),
+        strength=np.array([padded(line.strength, 0.0) for line in lines]),
+    )
 
 
 def strap_line(cloth: schema_bag.StrapCloth, bars: np.ndarray, positions: np.ndarray) -> StrapLine:

@@ -13,6 +13,7 @@ from billow.case.quantity import (
     Strict,
     Text,
     chosen_by,
+    curve,
     distinct,
     number_or_curve,
     quantity,
@@ -30,6 +31,13 @@ Panel = Literal["front", "rear"]
 Node = whole(-(10**7), 10**7)
 MOST_FOLDS = 20
 ONE_TABLE_EACH = "write one [[bag.parts]] table for each part of the mesh"
+
+
+def _pairs(value):
+    """A validator of pairs of nodes."""
+    if not value or any(a == b for a, b in value):
+        raise refused("two different nodes are joined", "write pairs: nodes = [[12, 340], [13, 341]]")
+    return value
 
 
 class VentFlow(Strict):
@@ -119,6 +127,53 @@ class PanelStrap(StrapCloth):
     """Its end on the rear panel."""
 
 
+class TearStrength(Strict):
+    """A tear seam: when it tears, and how stiff it is until then."""
+
+    name: Name = "tear_seam"
+    """Name in results."""
+    strength: quantity("N/m", 0.0, 1e6) | curve("N/m", 0.0, 1e6, "loading_rate")
+    """Force per length of seam at which it tears: a number, or a curve against the rate of loading, which is the mean
+    since the stitch there went taut."""
+    stiffness: quantity("N/m^2", 0.0, 1e10) = 0.0
+    """Force per length of seam and opening; 0 for that of a row of elements of the bag's fabric."""
+
+
+class PanelTearSeam(TearStrength):
+    """A straight seam that joins front and rear panel until it tears; nodes of both panels near the line are tied."""
+
+    begin: tuple[Offset, Offset]
+    """Its beginning (x, y), relative to the middle of the bag."""
+    end: tuple[Offset, Offset]
+    """Its end."""
+
+
+class MeshTearSeam(TearStrength):
+    """A seam of tied nodes of the mesh."""
+
+    nodes: tuple[tuple[Node, Node], ...]
+    """Pairs of nodes, counted from 0, in their order along the seam."""
+
+    _some = field_validator("nodes")(_pairs)
+
+
+class Cover(TearStrength):
+    """A cover of fabric over the bag: two flaps, held at their outer edges and joined by a tear seam along y."""
+
+    name: Name = "cover"
+    """Name of its fabric and of its seam in results."""
+    place: tuple[Offset, Offset, Offset]
+    """Its middle (x, y, z)."""
+    length: Length
+    """Distance of the edges that are held, along x."""
+    width: Length
+    """Length of the seam, along y."""
+    element_size: quantity("m", 5e-4, 0.2) = 0.010
+    """Approximate edge length of its triangles."""
+    layers: Layers = 2.0
+    """Layers of the bag's fabric."""
+
+
 class Seam(Strict):
     """Seams: fabric lies in several layers beside the stitching, at the rim and where panels are sewn together."""
 
@@ -164,9 +219,14 @@ class PanelBag(Strict):
     seam: Seam = Seam()
     warp_angle: WarpAngle = WarpAngle()
     folds: tuple[Fold, ...] = ()
+    tear_seams: tuple[PanelTearSeam, ...] = ()
+    covers: tuple[Cover, ...] = ()
     birth_time: quantity("s", 0.0, 0.1) = 0.0
     """Time over which the reference moves from the folded start to the flat cut; for rolls and folds in two
     directions, which stretch the outer layers."""
+
+    _distinct_seams = field_validator("tear_seams")(distinct("tear seams"))
+    _distinct_covers = field_validator("covers")(distinct("covers"))
 
     @field_validator("folds")
     @classmethod
@@ -270,12 +330,7 @@ class MeshStrap(StrapCloth):
     nodes: tuple[tuple[Node, Node], ...]
     """Pairs of nodes, counted from 0."""
 
-    @field_validator("nodes")
-    @classmethod
-    def _some(cls, value):
-        if not value or any(a == b for a, b in value):
-            raise refused("a strap joins two different nodes", "write pairs: nodes = [[12, 340], [13, 341]]")
-        return value
+    _some = field_validator("nodes")(_pairs)
 
 
 class MeshBag(Strict):
@@ -304,7 +359,9 @@ class MeshBag(Strict):
     """Nodes that are fixed, counted from 0."""
     vents: VentFlow = VentFlow()
     straps: tuple[MeshStrap, ...] = ()
+    tear_seams: tuple[MeshTearSeam, ...] = ()
 
+    _distinct_seams = field_validator("tear_seams")(distinct("tear seams"))
     _distinct = field_validator("parts")(distinct("parts", ONE_TABLE_EACH))
 
     @field_validator("parts")

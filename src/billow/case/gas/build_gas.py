@@ -80,7 +80,8 @@ def build_supply(case: schema.Case, shape: BagShape) -> Supply:
         if not volume > 0.0:
             raise NO_VOLUME(chamber=name, volume=volume)
     gas, flat = GasNames.of(case), flat_area(shape.reference)
-    outer = (chambers.ahead == OUTSIDE) & np.isin(np.arange(len(flat)), surface.triangles_of_kind("fabric"))
+    outer = (chambers.behind != OUTSIDE) & (chambers.ahead == OUTSIDE)
+    outer &= np.isin(np.arange(len(flat)), surface.triangles_of_kind("fabric"))
     at_start = Ambient(
         ambient.pressure if initial.pressure == "ambient" else initial.pressure,
         ambient.temperature if initial.temperature == "ambient" else initial.temperature,

@@ -100,6 +100,8 @@ def _parts(case: schema.Case, shape: BagShape) -> Iterator[Passage]:
             members, ends = triangles[inside], (chambers.names[end] for end in (behind, ahead) if end != OUTSIDE)
             name = part if inside.all() else "_".join((part, *ends))
             area = float(flat[members].sum())
+            if behind == ahead == OUTSIDE and kind == "fabric":
+                continue  # a cover
             if kind == "fabric":
                 leaks = shape.leak[members]
                 law = case.leakage.parts.get(part, case.leakage)

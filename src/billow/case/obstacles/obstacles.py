@@ -6,21 +6,29 @@ from abc import abstractmethod
 from typing import Literal
 
 import numpy as np
-from pydantic import field_validator
+from pydantic import field_validator, model_validator
 
+from billow.case.obstacles.motion import AtRest, Component, Motion, points_somewhere, unit_vector
 from billow.case.quantity import Name, Strict, chosen_by, quantity, refused
 from billow.geometry.shapes import super_ellipsoid as shapes
+from billow.geometry.shapes.box import Box
 from billow.geometry.shapes.half_space import HalfSpace
 from billow.geometry.shapes.pose import above_bag, of_plane
-from billow.geometry.shapes.shape import Shape
-from billow.parts.bodies.body import Body
+from billow.parts.bodies.body import Body, Carried
 from billow.parts.bodies.contact import SurfaceLaw
+from billow.parts.bodies.drive import Guided
 from billow.parts.bodies.rigid_body import RigidBody, RigidState, moving
 
-Component = quantity("-", -1e3, 1e3)
 Radius = quantity("m", 5e-3, 5.0)
 Speed = quantity("m/s", -100.0, 100.0)
 Spin = quantity("rad/s", -1e3, 1e3)
+Coordinate = quantity("m", -10.0, 10.0)
+Side = quantity("m", 1e-3, 10.0)
+FIXED = RigidBody(1.0, np.ones(3), locked=True)
+"""What neither turns nor yields to forces."""
+
+
+Parts = tuple[tuple[Carried, ...], RigidBody, RigidState]
 
 
 class ObstacleTable(Strict):
@@ -32,39 +40,36 @@ class ObstacleTable(Strict):
     """Coulomb friction coefficient."""
     damping: quantity("-", 0.0, 1.0) = 0.1
     """Contact damping, fraction of critical."""
+    motion: Motion = AtRest()
 
     @abstractmethod
-    def build(self) -> tuple[Shape, RigidBody, RigidState]:
-        """Shape, mass properties and motion at the start."""
+    def build(self) -> Parts:
+        """Shapes with their places, mass properties and motion at the start."""
 
 
 class Plate(ObstacleTable):
-    """Rigid plate at rest: everything below a plane."""
+    """Rigid plate: everything below a plane."""
 
     shape: Literal["plate"]
     """plate"""
     name: Name = "plate"
     """Name in results."""
-    height: quantity("m", -10.0, 10.0) = 0.0
-    """Height at which its surface crosses the z axis."""
+    height: Coordinate = 0.0
+    """Height at which its surface crosses the z axis, or the vertical through `offset`."""
+    offset: tuple[Coordinate, Coordinate] = (0.0, 0.0)
+    """Where it has that height (x, y); for planes that are steep."""
     normal: tuple[Component, Component, Component] = (0.0, 0.0, 1.0)
     """Direction its surface faces; its length does not count."""
 
-    @field_validator("normal")
-    @classmethod
-    def _points_somewhere(cls, value):
-        if not any(value):
-            raise refused("it has no direction", "write [0, 0, 1]")
-        return value
+    _points_somewhere = field_validator("normal")(points_somewhere)
 
-    def build(self) -> tuple[HalfSpace, RigidBody, RigidState]:
-        normal = np.array(self.normal) / np.abs(self.normal).max()  # so that no square is lost
-        pose = of_plane(self.height, normal / np.linalg.norm(normal))
-        return HalfSpace(), RigidBody(1.0, np.ones(3), locked=True), RigidState(pose.centre, pose.quaternion)
+    def build(self) -> Parts:
+        pose = of_plane(self.height, unit_vector(self.normal), self.offset)
+        return (Carried(HalfSpace()),), FIXED, RigidState(pose.centre, pose.quaternion)
 
 
 class SuperEllipsoid(ObstacleTable):
-    """Rigid super-ellipsoid |x/a|^n + |y/b|^n + |z/c|^n = 1 above the bag, locked or free."""
+    """Rigid super-ellipsoid |x/a|^n + |y/b|^n + |z/c|^n = 1 above the bag: locked, free or moved."""
 
     shape: Literal["super-ellipsoid"]
     """super-ellipsoid"""
@@ -89,15 +94,108 @@ class SuperEllipsoid(ObstacleTable):
     spin: tuple[Spin, Spin, Spin] = (0.0, 0.0, 0.0)
     """Angular velocity at the start about the axes of space, if free."""
 
-    def build(self) -> tuple[shapes.SuperEllipsoid, RigidBody, RigidState]:
+    @model_validator(mode="after")
+    def _one_or_the_other(self):
+        if not self.locked and self.motion.kind != "none":
+            reason = f"it is free to move, and motion.kind is {self.motion.kind!r} beside that"
+            raise refused(reason, 'remove locked = false, or motion; motion.kind = "guided" has a mass and yields')
+        return self
+
+    def build(self) -> Parts:
         radii = np.array([self.radii] * 3 if isinstance(self.radii, float) else self.radii)
         shape = shapes.SuperEllipsoid(radii, self.degree)
         rigid = RigidBody(self.mass, shape.inertia(self.mass), self.locked)
         pose = above_bag(radii[2], self.clearance, np.array(self.offset), float(np.radians(self.angle_about_x)))
-        return shape, rigid, moving(rigid, pose, np.array(self.velocity), np.array(self.spin))
+        return (Carried(shape),), rigid, moving(rigid, pose, np.array(self.velocity), np.array(self.spin))
 
 
-OBSTACLES: dict[str, type[ObstacleTable]] = {"plate": Plate, "super-ellipsoid": SuperEllipsoid}
+class Placed(ObstacleTable):
+    """What is made of boxes: where it stands and how it is turned."""
+
+    place: tuple[Coordinate, Coordinate, Coordinate] = (0.0, 0.0, 0.0)
+    """Where the middle of its base lies (x, y, z)."""
+    normal: tuple[Component, Component, Component] = (0.0, 0.0, 1.0)
+    """Direction from its base to its top; its length does not count."""
+    turn: quantity("deg", -180.0, 180.0) = 0.0
+    """Rotation about `normal`, before it is tilted from the z axis to it."""
+    edge: quantity("m", 1e-4, 1.0) = 0.002
+    """Radius of its edges, at most half its least thickness."""
+
+    _points_somewhere = field_validator("normal")(points_somewhere)
+
+    def _stand(self, boxes: list[tuple[np.ndarray, np.ndarray]]) -> Parts:
+        """Boxes of (low, high) corners [m], from the middle of the base."""
+        pose = of_plane(self.place[2], unit_vector(self.normal), self.place[:2], float(np.radians(self.turn)))
+        carried = tuple(Carried(Box(0.5 * (high - low), self.edge), 0.5 * (high + low)) for low, high in boxes)
+        return carried, FIXED, RigidState(pose.centre, pose.quaternion)
+
+    def _require_thick(self, least: float) -> None:
+        if self.edge > 0.5 * least:
+            raise refused(
+                f"its edges have a radius of {self.edge:g} m, and its least thickness is {least:g} m",
+                "make edge at most half of the thickness",
+            )
+
+
+class BoxTable(Placed):
+    """Rigid box: a plate with an end, a flap, a table."""
+
+    shape: Literal["box"]
+    """box"""
+    name: Name = "box"
+    """Name in results."""
+    size: tuple[Side, Side, Side]
+    """Lengths along its own axes; the third along `normal`."""
+
+    @model_validator(mode="after")
+    def _has_room_for_edges(self):
+        self._require_thick(min(self.size))
+        return self
+
+    def build(self) -> Parts:
+        a, b, c = self.size
+        return self._stand([(np.array([-0.5 * a, -0.5 * b, 0.0]), np.array([0.5 * a, 0.5 * b, c]))])
+
+
+class Housing(Placed):
+    """Rigid housing: four walls around a rectangle, with or without a floor, without a lid. Without a floor it is a
+    plate with a rectangular hole, as wide as its walls are thick."""
+
+    shape: Literal["housing"]
+    """housing"""
+    name: Name = "housing"
+    """Name in results."""
+    inner: tuple[Side, Side]
+    """Lengths of the rectangle between the walls along its own axes."""
+    depth: Side
+    """Height of the walls above the base: the upper side of the floor."""
+    wall: Side = 0.02
+    """Thickness of walls and floor, outwards."""
+    floor: bool = True
+    """Whether it has a floor."""
+
+    @model_validator(mode="after")
+    def _has_room_for_edges(self):
+        self._require_thick(min(self.wall, self.depth))
+        return self
+
+    def build(self) -> Parts:
+        (a, b), t = 0.5 * np.array(self.inner), self.wall
+        low = -t if self.floor else 0.0  # walls stand beside the floor, so that no groove lies between their edges
+        boxes = [(np.array([-a - t, -b - t, -t]), np.array([a + t, b + t, 0.0]))] if self.floor else []
+        for along in (-1.0, 1.0):
+            x, y = along * (a + 0.5 * t), along * (b + 0.5 * t)
+            boxes.append((np.array([x - 0.5 * t, -b - t, low]), np.array([x + 0.5 * t, b + t, self.depth])))
+            boxes.append((np.array([-a - t, y - 0.5 * t, low]), np.array([a + t, y + 0.5 * t, self.depth])))
+        return self._stand(boxes)
+
+
+OBSTACLES: dict[str, type[ObstacleTable]] = {
+    "plate": Plate,
+    "super-ellipsoid": SuperEllipsoid,
+    "box": BoxTable,
+    "housing": Housing,
+}
 """Table of each shape."""
 
 Obstacle = chosen_by("shape", OBSTACLES)
@@ -105,5 +203,8 @@ Obstacle = chosen_by("shape", OBSTACLES)
 
 def build_body(obstacle: ObstacleTable) -> Body:
     """The body of an `[[obstacles]]` table."""
-    shape, rigid, start = obstacle.build()
-    return Body.of(obstacle.name, shape, SurfaceLaw(obstacle.slope, obstacle.friction, obstacle.damping), rigid, start)
+    carried, rigid, start = obstacle.build()
+    law, drive = SurfaceLaw(obstacle.slope, obstacle.friction, obstacle.damping), obstacle.motion.build()
+    if isinstance(drive, Guided):
+        start.velocity = drive.speed * drive.direction
+    return Body(obstacle.name, carried, law, rigid, start, drive)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -33,20 +34,30 @@ def above_bag(third_radius: float, clearance: float, offset: np.ndarray, angle_a
     return Pose(centre, quaternion_about(np.array([1.0, 0.0, 0.0]), angle_about_x))
 
 
-def of_plane(height: float, normal: np.ndarray) -> Pose:
-    """Pose of a half space whose surface passes through (0, 0, height) [m] and whose third axis is the unit normal."""
+def of_plane(height: float, normal: np.ndarray, offset: Sequence[float] = (0.0, 0.0), turn: float = 0.0) -> Pose:
+    """Pose of a half space whose surface passes through (x, y, height) [m], offset (x, y) [m] from the z axis, and
+    whose third axis is the unit normal; turned about it by an angle [rad]."""
     axis = np.cross([0.0, 0.0, 1.0], normal)
     sine = float(np.linalg.norm(axis))
-    centre = np.array([0.0, 0.0, height])
+    centre = np.array([*offset, height])
     if sine == 0.0:  # upright, or upside down
         about_x = np.array([1.0, 0.0, 0.0])
-        return Pose(centre, NOT_TURNED if normal[2] > 0.0 else quaternion_about(about_x, math.pi))
-    return Pose(centre, quaternion_about(axis / sine, math.atan2(sine, float(normal[2]))))
+        tilt = NOT_TURNED if normal[2] > 0.0 else quaternion_about(about_x, math.pi)
+    else:
+        tilt = quaternion_about(axis / sine, math.atan2(sine, float(normal[2])))
+    return Pose(centre, times(tilt, quaternion_about(np.array([0.0, 0.0, 1.0]), turn)) if turn else tilt)
 
 
 def quaternion_about(axis: np.ndarray, angle: float) -> np.ndarray:
     """Quaternion (w, x, y, z) of a rotation by angle [rad] about a unit axis."""
     return np.concatenate([[np.cos(0.5 * angle)], np.sin(0.5 * angle) * np.asarray(axis, dtype=float)])
+
+
+def times(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """Quaternion (w, x, y, z) of the second rotation and then the first."""
+    (w, *v), (t, *u) = first, second
+    v, u = np.array(v), np.array(u)
+    return np.array([w * t - v @ u, *(w * u + t * v + np.cross(v, u))])
 
 
 @scalar

@@ -15,11 +15,13 @@ from billow.base.quality import Criterion, criterion
 from billow.parts.bodies import rigid_body
 from billow.parts.bodies.body import Body
 from billow.parts.bodies.contact import ContactState, Nodes, ShapeMotion, ShapeTable, kick_touch_drift
+from billow.parts.bodies.drive import Drive, Guided, advance, begin
 from billow.parts.bodies.meeting import Meetings, MeetingState
 from billow.parts.bodies.penalty import A_REFERENCE
 from billow.parts.bodies.rigid_body import RigidState
 from billow.parts.bodies.rows import BodyRows
 from billow.parts.part import (
+    DRIVE_WORK,
     FRICTION,
     GRAVITY_WORK,
     MOTION,
@@ -42,6 +44,8 @@ CONTACT = Account("contact", STORED, renewed=True)
 
 FREE = ("centre", "velocity", "acceleration", "spin", "quaternion")
 """Quantities of a body that is free to move."""
+DRIVEN = ("centre", "velocity", "quaternion", "drive_work")
+"""Quantities of a body that is moved; of a guided one its acceleration too."""
 
 DEEPEST = 0.5
 """Of a body's smallest radius; fabric that goes deeper makes the contact meaningless."""
@@ -85,11 +89,15 @@ SOFTER_THAN_BAG = Concern.declare(
 
 @dataclass
 class BodiesState:
-    """motion: of each body; contact: of all their shapes with fabric, body by body; meeting: of bodies with bodies."""
+    """motion: of each body; contact: of all their shapes with fabric, body by body; meeting: of bodies with bodies;
+    push: of the drive on each guided body, mean over the last step [N], and work: of the drive on each body so far [J],
+    both (bodies,)."""
 
     motion: tuple[RigidState, ...]
     contact: ContactState
     meeting: MeetingState
+    push: np.ndarray
+    work: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -100,7 +108,10 @@ class Bodies(Part):
     area: np.ndarray
     gravity: np.ndarray
 
-    accounts = (BODY_KINETIC, CONTACT, FRICTION, GRAVITY_WORK)
+    @property
+    def accounts(self) -> tuple[Account, ...]:
+        driven = (DRIVE_WORK,) if any(body.drive is not None for body in self.bodies) else ()
+        return (BODY_KINETIC, CONTACT, FRICTION, GRAVITY_WORK, *driven)
 
     @cached_property
     def owner(self) -> list[int]:
@@ -124,15 +135,20 @@ class Bodies(Part):
 
     @cached_property
     def _rows(self) -> ShapeMotion:
-        """Where the shapes are: of locked bodies for ever, of free ones as `_motion` left them."""
+        """Where the shapes are: of locked bodies for ever, of the others as `_motion` left them."""
         rows = ShapeMotion.room(len(self.owner))
         self._fill(rows, [body.start for body in self.bodies], range(len(self.bodies)))
         return rows
 
     @cached_property
-    def _free(self) -> list[int]:
+    def _moving(self) -> list[int]:
         """Indices of the bodies that move."""
-        return [k for k, body in enumerate(self.bodies) if not body.rigid.locked]
+        return [k for k, body in enumerate(self.bodies) if body.moves]
+
+    @cached_property
+    def _driven(self) -> list[tuple[int, Drive, np.ndarray]]:
+        """Of the bodies that are moved: index, what moves them, and centre at the start [m], (3,)."""
+        return [(k, b.drive, b.start.centre) for k, b in enumerate(self.bodies) if b.drive is not None]
 
     @cached_property
     def _allowed(self) -> list[float]:
@@ -147,9 +163,15 @@ class Bodies(Part):
     def start(self, bag=None) -> BodiesState:
         """Bodies where they start; nothing touches."""
         motion = tuple(deepcopy(body.start) for body in self.bodies)
-        return BodiesState(motion, ContactState.none(len(self.owner), len(self.area)), self.meetings.start())
+        contact, none = ContactState.none(len(self.owner), len(self.area)), np.zeros(len(self.bodies))
+        return BodiesState(motion, contact, self.meetings.start(), none, none.copy())
 
     # --- in a step -------------------------------------------------------------------------------------------------
+
+    def drive(self, state: BodiesState, time: float, dt: float) -> None:
+        """What moves bodies begins a step of dt [s] at `time` [s]."""
+        for k, how, start in self._driven:
+            state.push[k] = begin(how, state.motion[k], start, time, dt)
 
     def kick_touch_drift(self, state: BodiesState, nodes: Nodes, dt: float) -> list[Booking]:
         """Half a kick of the nodes, their contact with the bodies over the drift, and the drift: half of each contact
@@ -182,12 +204,12 @@ class Bodies(Part):
         """Contact of bodies with each other over the coming step of dt [s], after that with fabric."""
         if not self.meetings.pairs:
             return []
-        stored, lost = self.meetings.push(state.motion, state.meeting, self.gravity, dt)
+        stored, lost = self.meetings.push(state.motion, state.meeting, state.push, self.gravity, dt)
         return [Booking(CONTACT, stored), Booking(FRICTION, lost)]
 
     def _motion(self, state: BodiesState) -> ShapeMotion:
         """Where the shapes are now."""
-        self._fill(self._rows, state.motion, self._free)
+        self._fill(self._rows, state.motion, self._moving)
         return self._rows
 
     def _fill(self, rows: ShapeMotion, motions: Sequence[RigidState], which: Iterable[int]) -> None:
@@ -202,11 +224,16 @@ class Bodies(Part):
 
     def move(self, state: BodiesState, dt: float) -> list[Booking]:
         """Bodies over a step of dt [s] under the contact forces and gravity."""
-        if not self._free:
+        if not self._moving:
             return []
         bookings = []
-        for k in self._free:
+        for k in self._moving:
             body, motion = self.bodies[k], state.motion[k]
+            if body.drive is not None:
+                work, by_gravity = advance(body.drive, motion, float(state.push[k]), self.gravity, dt)
+                state.work[k] += work
+                bookings += [Booking(DRIVE_WORK, work), Booking(GRAVITY_WORK, by_gravity)]
+                continue
             rigid_body.advance(body.rigid, motion, self.gravity, dt)
             if self.has_gravity:  # the velocity is the new one already
                 middle = motion.velocity - 0.5 * dt * (motion.force / body.rigid.mass + self.gravity)
@@ -215,8 +242,14 @@ class Bodies(Part):
 
     def kinetic_energy(self, state: BodiesState) -> list[Booking]:
         """That of all bodies now."""
-        energies = (rigid_body.kinetic_energy(self.bodies[k].rigid, state.motion[k]) for k in self._free)
-        return [Booking(BODY_KINETIC, sum(energies))]
+        total = 0.0
+        for k in self._moving:
+            body, motion = self.bodies[k], state.motion[k]
+            if isinstance(body.drive, Guided):
+                total += body.drive.kinetic_energy(motion)
+            elif body.drive is None:
+                total += rigid_body.kinetic_energy(body.rigid, motion)
+        return [Booking(BODY_KINETIC, total)]
 
     # --- what a run says of them -----------------------------------------------------------------------------------
 
@@ -227,7 +260,11 @@ class Bodies(Part):
 
     def owners(self) -> Iterator[Owner]:
         for k, body in enumerate(self.bodies):
-            kind, more = ("obstacle", ()) if body.rigid.locked else ("free obstacle", FREE)
+            kind, more = ("free obstacle", FREE) if body.drive is None else ("moved obstacle", DRIVEN)
+            if not body.moves:
+                kind, more = "obstacle", ()
+            elif isinstance(body.drive, Guided):
+                kind, more = "guided obstacle", (*more, "acceleration")
             met = ("obstacle_force",) if k in self.meetings.members else ()
             yield Owner(kind, body.name, ("force", "contact", "penetration", *more, *met))
 
@@ -240,12 +277,18 @@ class Bodies(Part):
                 yield Quantity(body.name, "obstacle_force", "N", state.meeting.force[k])
             else:
                 yield Quantity(body.name, "force", "N", motion.force)
-            if not body.rigid.locked:
+            if body.moves:
                 yield Quantity(body.name, "centre", "m", motion.centre)
                 yield Quantity(body.name, "velocity", "m/s", motion.velocity)
-                yield Quantity(body.name, "acceleration", "m/s^2", motion.force / body.rigid.mass + self.gravity)
-                yield Quantity(body.name, "spin", "rad/s", rigid_body.spin(body.rigid, motion))
+                if isinstance(body.drive, Guided):
+                    felt = body.drive.acceleration(motion, float(state.push[k]), self.gravity)
+                    yield Quantity(body.name, "acceleration", "m/s^2", felt)
+                elif body.drive is None:
+                    yield Quantity(body.name, "acceleration", "m/s^2", motion.force / body.rigid.mass + self.gravity)
+                    yield Quantity(body.name, "spin", "rad/s", rigid_body.spin(body.rigid, motion))
                 yield Quantity(body.name, "quaternion", "-", motion.quaternion)
+                if body.drive is not None:
+                    yield Quantity(body.name, "drive_work", "J", float(state.work[k]))
             yield Quantity(body.name, "contact", "J", stored)
             yield Quantity(body.name, "penetration", "m", deepest)
 
@@ -293,7 +336,7 @@ class Bodies(Part):
             if not body.is_bounded:
                 continue
             gap = float(body.distance(setting.start).min())
-            if gap > 0.7 * across:
+            if gap > 0.7 * across and body.drive is None:
                 yield OUT_OF_REACH(body=body.name, gap=gap, across=across)
             density = body.rigid.mass / sum(carried.shape.volume() for carried in body.shapes)
             if not body.rigid.locked and not is_usual("density of a body", density):

@@ -8,6 +8,7 @@ import numpy as np
 
 from billow.geometry.shapes.shape import Shape
 from billow.parts.bodies.contact import SurfaceLaw
+from billow.parts.bodies.drive import Drive, Guided
 from billow.parts.bodies.rigid_body import RigidBody, RigidState
 
 
@@ -23,18 +24,32 @@ class Carried:
 
 @dataclass(frozen=True)
 class Body:
-    """Something rigid the fabric can touch. shapes: all with the same surface law; start: its motion at time zero."""
+    """Something rigid the fabric can touch. shapes: all with the same surface law; start: its motion at time zero;
+    drive: what moves it, if it is neither locked nor free; then `rigid` is locked."""
 
     name: str
     shapes: tuple[Carried, ...]
     law: SurfaceLaw
     rigid: RigidBody
     start: RigidState
+    drive: Drive | None = None
 
     @classmethod
-    def of(cls, name: str, shape: Shape, law: SurfaceLaw, rigid: RigidBody, start: RigidState) -> Body:
+    def of(
+        cls, name: str, shape: Shape, law: SurfaceLaw, rigid: RigidBody, start: RigidState, drive: Drive | None = None
+    ) -> Body:
         """A body of one shape in its centre."""
-        return cls(name, (Carried(shape),), law, rigid, start)
+        return cls(name, (Carried(shape),), law, rigid, start, drive)
+
+    @property
+    def moves(self) -> bool:
+        """Whether it does not stay where it starts."""
+        return not self.rigid.locked or self.drive is not None
+
+    @property
+    def yields(self) -> bool:
+        """Whether forces move it."""
+        return not self.rigid.locked or isinstance(self.drive, Guided)
 
     @property
     def size(self) -> float:
@@ -49,7 +64,7 @@ class Body:
     @property
     def is_rigid(self) -> bool:
         """Whether its contact springs only keep fabric out; those of a locked impactor are its own characteristic."""
-        return not (self.is_bounded and self.rigid.locked)
+        return not self.is_bounded or self.yields
 
     def describe(self) -> list[dict]:
         """What pictures need, at the start: one entry a shape."""
@@ -57,7 +72,7 @@ class Body:
         for carried in self.shapes:
             centre = self.start.centre + turn @ carried.centre
             rotation = turn if carried.rotation is None else turn @ carried.rotation
-            place = {"center": centre.tolist(), "rotation": rotation.tolist(), "locked": self.rigid.locked}
+            place = {"center": centre.tolist(), "rotation": rotation.tolist(), "locked": not self.moves}
             found.append({"name": self.name, **carried.shape.describe(), **place})
         return found
 

@@ -18,6 +18,7 @@ from billow.base.errors import NumericalStop
 from billow.geometry.shapes.kinds import number_of
 from billow.geometry.shapes.touching import farthest_in_space, touch
 from billow.parts.bodies.body import Body, Carried
+from billow.parts.bodies.drive import Guided
 from billow.parts.bodies.penalty import A_REFERENCE
 from billow.parts.bodies.rigid_body import RigidState, spin
 from billow.parts.part import Moment
@@ -133,25 +134,27 @@ class Pair:
 
 
 class Bound(NamedTuple):
-    """What bounds the way of any point of a body: inverse mass [1/kg], and size over its least inertia [1/(kg m)], both
-    zero for a locked one."""
+    """What bounds the way of any point of a body: whether it moves at all; inverse mass [1/kg], and size over its least
+    inertia [1/(kg m)], both zero where forces do not change its motion."""
 
+    moves: bool
     per_mass: float
     per_momentum: float
 
     @classmethod
     def of(cls, body: Body) -> Bound:
         if body.rigid.locked:
-            return cls(0.0, 0.0)
+            return cls(body.moves, 1.0 / body.drive.mass if isinstance(body.drive, Guided) else 0.0, 0.0)
         size = max(math.hypot(*carried.centre.tolist()) + carried.shape.bound for carried in body.shapes)
-        return cls(1.0 / body.rigid.mass, size / float(body.rigid.inertia.min()))
+        return cls(True, 1.0 / body.rigid.mass, size / float(body.rigid.inertia.min()))
 
-    def way(self, motion: RigidState, pull: float, dt: float) -> float:
-        """A bound of the way of any point [m] over a step of dt [s], but for meetings; pull: speed that gravity gives
-        [m/s]."""
-        if self.per_mass == 0.0:
+    def way(self, motion: RigidState, push: float, pull: float, dt: float) -> float:
+        """A bound of the way of any point [m] over a step of dt [s], but for meetings; push: of its drive [N]; pull:
+        speed that gravity gives [m/s]."""
+        if not self.moves:
             return 0.0
-        speed = math.hypot(*motion.velocity.tolist()) + pull + dt * self.per_mass * math.hypot(*motion.force.tolist())
+        force = math.hypot(*motion.force.tolist()) + abs(push)
+        speed = math.hypot(*motion.velocity.tolist()) + pull + dt * self.per_mass * force
         turning = math.hypot(*motion.angular_momentum.tolist()) + dt * math.hypot(*motion.torque.tolist())
         return dt * (speed + self.per_momentum * turning)
 
@@ -167,9 +170,11 @@ class Meetings:
     def of(cls, bodies: tuple[Body, ...]) -> Meetings:
         pairs = []
         for (a, one), (b, other) in itertools.combinations(enumerate(bodies), 2):
-            if one.rigid.locked and other.rigid.locked:
+            if not (one.yields or other.yields):
                 continue
             for first, second in itertools.product(one.shapes, other.shapes):
+                if math.isinf(first.shape.bound) and math.isinf(second.shape.bound):
+                    continue  # planes without end
                 ends = [(a, one, first), (b, other, second)]
                 pairs.append(Pair.of(ends[::-1] if math.isinf(first.shape.bound) else ends))
         return cls(bodies, tuple(pairs))
@@ -197,14 +202,18 @@ class Meetings:
     # --- in a step -------------------------------------------------------------------------------------------------
 
     def push(
-        self, motions: Sequence[RigidState], state: MeetingState, gravity: np.ndarray, dt: float
+        self, motions: Sequence[RigidState], state: MeetingState, pushes: np.ndarray, gravity: np.ndarray, dt: float
     ) -> tuple[float, float]:
         """Add the forces [N] and torques [N m] of all pairs over a step of dt [s] to those in `motions`; returns what
-        the springs hold at its end, and what friction and damping took [J]."""
+        the springs hold at its end, and what friction and damping took [J]. pushes: of the drives of guided bodies
+        [N], (bodies,)."""
         if state.deepest.any():
             state.force[...], state.deepest[...] = 0.0, 0.0
         pull = dt * math.hypot(*gravity.tolist())
-        ways = [bound.way(motion, pull, dt) for bound, motion in zip(self._bounds, motions, strict=True)]
+        ways = [
+            bound.way(motion, push, pull, dt)
+            for bound, motion, push in zip(self._bounds, motions, pushes.tolist(), strict=True)
+        ]
         centres = [motion.centre.tolist() for motion in motions]
         met = [
             (k, pair, pair.touching(motions))
@@ -213,13 +222,16 @@ class Meetings:
         ]
         if not met:
             return 0.0, 0.0
-        responses = [_inverse(body, motion) for body, motion in zip(self.bodies, motions, strict=True)]
+        responses = [
+            Response.of(body, motion, push, gravity)
+            for body, motion, push in zip(self.bodies, motions, pushes.tolist(), strict=True)
+        ]
         forces, stored, lost = np.zeros((len(met), 3)), np.zeros(len(met)), np.zeros(len(met))
         for _ in range(SWEEPS if len(met) > 1 else 1):
             change = 0.0
             for m, (k, pair, touch_) in enumerate(met):
                 _act(motions, pair, touch_.place, -forces[m])
-                solved = self._solve(pair, touch_, motions, responses, gravity, dt)
+                solved = self._solve(pair, touch_, motions, responses, dt)
                 force, stored[m], lost[m], state.deepest[k] = solved
                 _act(motions, pair, touch_.place, force)
                 change += float(np.abs(force - forces[m]).sum())
@@ -233,7 +245,7 @@ class Meetings:
 
     @cached_property
     def _planes(self) -> list[list[float] | None]:
-        """Outward normal of the plane of each pair; None if it has none. Planes are locked."""
+        """Outward normal of the plane of each pair; None if it has none. Planes never turn."""
         found = []
         for pair in self.pairs:
             body, carried = self.bodies[pair.bodies[1]], pair.shapes[1]
@@ -246,9 +258,8 @@ class Meetings:
         return [Bound.of(body) for body in self.bodies]
 
     def _solve(
-        self, pair: Pair, found: Touch, motions: Sequence[RigidState],
-        responses: Sequence[tuple[float, np.ndarray]], gravity: np.ndarray, dt: float,
-    ) -> tuple[np.ndarray, float, float, float]:  # fmt: skip
+        self, pair: Pair, found: Touch, motions: Sequence[RigidState], responses: Sequence[Response], dt: float
+    ) -> tuple[np.ndarray, float, float, float]:
         """Force on the first body [N], (3,), energy stored at the end of the step and lost in it [J], and the overlap
         at its end [m], with all other forces as they are in `motions`."""
         # Velocity of the first body at the place less that of the second: now, and at the end without this force; and
@@ -256,14 +267,14 @@ class Meetings:
         normal, place, scale = found.normal, found.place, found.scale
         now, later, gain = np.zeros(3), np.zeros(3), np.zeros((3, 3))
         for body, sign in zip(pair.bodies, (1.0, -1.0), strict=True):
-            motion, (per_mass, per_inertia) = motions[body], responses[body]
+            motion, response = motions[body], responses[body]
             arm = place - motion.centre
             now += sign * (motion.velocity + np.cross(spin(self.bodies[body].rigid, motion), arm))
-            if per_mass:
-                turning = np.cross(per_inertia @ motion.torque, arm)
-                later += sign * dt * (per_mass * motion.force + gravity + turning)
+            if self.bodies[body].yields:
+                turning = np.cross(response.per_inertia @ motion.torque, arm)
+                later += sign * dt * (response.per_mass @ motion.force + response.other + turning)
                 lever = np.cross(np.eye(3), arm)
-                gain += per_mass * np.eye(3) + lever @ per_inertia @ lever.T
+                gain += response.per_mass + lever @ response.per_inertia @ lever.T
         later += now
         middle, weight, overlap = 0.5 * (now + later), scale**2 * float(normal @ gain @ normal), scale * found.overlap
         push, after = spring_force(overlap, scale * float(middle @ normal), pair.firmness, weight, pair.damping, dt)
@@ -276,7 +287,8 @@ class Meetings:
         speed = float(np.linalg.norm(slide))
         if speed > 0.0 and push > 0.0 and pair.friction > 0.0:
             along = slide / speed
-            drag = min(pair.friction * scale * push, speed / (dt * float(along @ gain @ along)))
+            drag, ends = pair.friction * scale * push, dt * float(along @ gain @ along)
+            drag = min(drag, speed / ends) if ends > 0.0 else drag
             force = force - drag * along
             lost += drag * dt * float((middle + 0.5 * dt * gain @ force) @ along)
         return force, stored, lost, max(0.0, after) / scale
@@ -289,12 +301,24 @@ def _act(motions: Sequence[RigidState], pair: Pair, place: np.ndarray, force: np
         motions[body].torque = motions[body].torque + np.cross(place - motions[body].centre, one)
 
 
-def _inverse(body: Body, motion: RigidState) -> tuple[float, np.ndarray]:
-    """Inverse mass [1/kg] and inverse inertia in space [1/(kg m^2)], (3, 3); zero for a locked body."""
-    if body.rigid.locked:
-        return 0.0, np.zeros((3, 3))
-    rotation = motion.rotation
-    return 1.0 / body.rigid.mass, rotation / body.rigid.inertia @ rotation.T
+class Response(NamedTuple):
+    """How a body answers to forces: inverse mass [1/kg] and inverse inertia [1/(kg m^2)] in space, (3, 3), zero where
+    it does not yield; other: its acceleration by gravity and drive [m/s^2], (3,)."""
+
+    per_mass: np.ndarray
+    per_inertia: np.ndarray
+    other: np.ndarray
+
+    @classmethod
+    def of(cls, body: Body, motion: RigidState, push: float, gravity: np.ndarray) -> Response:
+        none = np.zeros((3, 3))
+        if isinstance(body.drive, Guided):
+            along, mass = body.drive.direction, body.drive.mass
+            return cls(np.outer(along, along) / mass, none, (push / mass + along @ gravity) * along)
+        if body.rigid.locked:
+            return cls(none, none, none[0])
+        rotation = motion.rotation
+        return cls(np.eye(3) / body.rigid.mass, rotation / body.rigid.inertia @ rotation.T, gravity)
 
 
 @scalar
@@ -329,7 +353,7 @@ def spring_force(overlap, closing, firmness, weight, damping, dt):
         if abs(change) <= 1e-15 * (abs(end) + abs(overlap)):
             break
     force, _ = _mean_force(overlap, end, firmness)
-    if damping > 0.0:
+    if damping > 0.0 and weight > 0.0:
         stiffness = firmness * (max(0.0, overlap) + max(0.0, end))
         viscosity = 2.0 * damping * math.sqrt(stiffness / weight)
         force = max(0.0, force + viscosity * (end - overlap) / dt / (1.0 + half * viscosity / dt))
