@@ -26,6 +26,7 @@ TWO_CHAMBERS = {
     "vents": {"diameter": 0.03, "panel": "front"},
 }  # fmt: skip
 PARTICLES = {"model": "corpuscular", "particles": 2000}
+MESH = {"model": "mesh", "cell": 0.05}
 UNTIL_HALF_WAY = PARTICLES | {"switch_time": 0.006}
 GASES = {
     "no gas": {"gas": {"model": "none"}},
@@ -43,6 +44,13 @@ GASES = {
         "inflator": {"jets": {"count": 4}},
         "gas": UNTIL_HALF_WAY,
     },
+    "mesh": {"inflator": {"jets": {"count": 6, "angle": 40.0}}, "gas": MESH},
+    "mesh with donor cells that loses heat": {
+        "inflator": {"jets": {"count": 0}},
+        "gas": MESH | {"advection": "donor", "heat_transfer": 500.0},
+    },
+    "mesh in two chambers": {"bag": TWO_CHAMBERS, "inflator": {"jets": {"count": 4}}, "gas": MESH},
+    "mesh, then uniform": {"inflator": {"jets": {"count": 6}}, "gas": MESH | {"switch_time": 0.006}},
 }
 """Name -> what the case says of it."""
 
