@@ -207,8 +207,8 @@ def test_energy_closes(gas_name, breathed):
             air = now.drawn_in * mixture_enthalpy(
                 gas.supply.table, gas.supply.ambient.mass_fractions, gas.supply.ambient.temperature
             )
-            # Gas is born in a mouth that moves at up to 60 m/s, and brings that work along: v (u + v/2) of h, 4 % for the
-            # speed of sound u at 600 K.
+            # Gas is born in a mouth that moves at up to 60 m/s, and brings that work along: v (u + v/2) of h, 4 % at
+            # the speed of sound u of 600 K.
             rel = 0.05 if flows(gas_name) else 1e-12
             assert now.enthalpy_in == pytest.approx(inflow + air, rel=rel, abs=1e-12)
 

@@ -15,7 +15,7 @@ from billow.geometry.chambers import OUTSIDE, Chambers
 from billow.geometry.cut_cells import CutCells, neighbours, unite
 from billow.geometry.lattice_clipping import cell_of
 from billow.geometry.surface import Surface
-from billow.parts.gas.mesh.balance import forget_slopes, gather, hand_back, settle
+from billow.parts.gas.mesh.balance import add_fluxes, add_walls, forget_slopes, gather, hand_back, new_states
 from billow.parts.gas.mesh.clusters import Clusters, find_clusters
 from billow.parts.gas.mesh.fluxes import face_fluxes
 from billow.parts.gas.mesh.slopes import VALUES, find_slopes
@@ -185,19 +185,25 @@ class Moved:
         n, count, new = len(self.key), len(clusters.before), self.new
         total, state = np.empty_like(self.total), np.empty_like(self.state)
         work = np.zeros(len(self.old.cell)), np.zeros(len(new.cell))
-        bad, second_order = np.empty(count, np.bool_), self.second_order
+        bad, walled, second_order = np.empty(count, np.bool_), np.empty(count, np.bool_), self.second_order
         while True:
             face_fluxes(
                 n, self.key, self.beside, aperture, clusters.of, self.state, half, self.slope, self.place, second_order,
                 flux,
             )  # fmt: skip
-            settle(
-                count, clusters.start, clusters.members, clusters.after, self.beside, aperture, clusters.of, self.table,
+            add_fluxes(
+                count, clusters.start, clusters.members, self.beside, aperture, clusters.of, self.in_old, self.in_new,
+                self.old.start, new.start, self.total, self.gained, self.state, flux, self.h**2, dt, total, walled,
+            )  # fmt: skip
+            with_walls = np.flatnonzero(walled)
+            add_walls(
+                len(with_walls), with_walls, clusters.start, clusters.members,
                 (self.in_old, self.old.start, self.old.order, self.old.fragments.rows, self.old_triangle),
                 (self.in_new, new.start, new.order, new.fragments.rows, self.fragment_triangle),
-                self.walls.triangles, self.velocity, self.is_link, self.total, self.gained, self.state, half,
-                self.slope, self.place, flux, self.h, dt, middle, total, state, *work, bad,
+                self.walls.triangles, self.velocity, self.is_link, self.total, self.state, half, self.slope,
+                self.place, self.h**2, dt, middle, total, *work,
             )  # fmt: skip
+            new_states(count, clusters.after, self.table, total, self.h**3, self.state, state, bad)
             if not bad.any():
                 break
             hopeless, first = forget_slopes(bad, self.state, self.slope, half)
