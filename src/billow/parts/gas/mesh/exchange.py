@@ -167,6 +167,8 @@ class Exchange:
                 self.gas.origin, self.ways.cell, chamber.new.fragments.rows, fragments, cluster, chamber.state, times,
                 chamber.gained,
             )  # fmt: skip
+            if energy:
+                chamber.fed = np.append(chamber.fed, cluster)
             self.gas.enthalpy_in += energy
             self.gas.jet_impulse += impulse
 

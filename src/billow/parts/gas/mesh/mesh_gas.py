@@ -78,7 +78,7 @@ class MeshGas(SwitchableGas):
             np.zeros(len(self.walls)), np.zeros(species),
         )  # fmt: skip
         sheets = []
-        for c, (walls, cut) in enumerate(zip(self.walls, self._cuts(gas), strict=True)):
+        for c, (walls, cut) in enumerate(zip(self.walls, self.cut(gas), strict=True)):
             p, t, y = float(initial.pressure[c]), float(initial.temperature[c]), initial.mass_fractions[c]
             gas_constant = mixture_gas_constant(self.table, y)
             some = cut.volume > 0.0
@@ -98,7 +98,7 @@ class MeshGas(SwitchableGas):
         gas.start_masses, gas.start_energy = sum(s.masses for s in sheets), sum(s.energy for s in sheets)
         return gas
 
-    def _cuts(self, gas: MeshState) -> tuple[CutCells, ...]:
+    def cut(self, gas: MeshState) -> tuple[CutCells, ...]:
         """The cells of every chamber as the surface stands."""
         if gas.cuts is None or not np.array_equal(gas.cuts[0], gas.positions):
             gas.cuts = gas.positions.copy(), self._cut(gas, gas.positions)
@@ -123,11 +123,11 @@ class MeshGas(SwitchableGas):
             )  # fmt: skip
 
     def _flow(self, gas: MeshState, bag: Bag, time: float, dt: float) -> None:
-        old, before, positions = self._cuts(gas), gas.positions, bag.positions.copy()
+        old, before, positions = self.cut(gas), gas.positions, bag.positions.copy()
         moved = not np.array_equal(before, positions)
         new = self._cut(gas, positions) if moved else old
         velocity = (positions - before) / dt
-        parts = max(1, math.ceil(dt / self._part(gas)))
+        parts = max(1, math.ceil(dt / self.longest_part(gas)))
         second_order = self.advection == VAN_LEER
         chambers = [
             Moved.begin(
@@ -174,7 +174,7 @@ class MeshGas(SwitchableGas):
         gas.work += float(work.sum())
         gas.ambient_work += float(against.sum())
 
-    def _part(self, gas: MeshState) -> float:
+    def longest_part(self, gas: MeshState) -> float:
         """Longest part of a step [s]."""
         fast, flow = 0.0, 0.0
         for sheet in gas.sheets:
@@ -189,7 +189,7 @@ class MeshGas(SwitchableGas):
         return min(limit, self.flow_limit * self.cell / flow) if flow > 0.0 else limit
 
     def stable_dt(self, gas: MeshState) -> float:
-        return MOST_PARTS * self._part(gas)
+        return MOST_PARTS * self.longest_part(gas)
 
     def _close_books(self, gas: MeshState) -> None:
         """Hold what is inside against the books; keep the largest relative errors."""
@@ -283,13 +283,13 @@ class MeshGas(SwitchableGas):
 
     def fields(self, gas: MeshState) -> dict[str, np.ndarray]:
         """Pressure on triangles, and the gas beside them."""
-        return on_triangles(self, gas, self._cuts(gas))
+        return on_triangles(self, gas, self.cut(gas))
 
     def cells(self, gas: MeshState) -> dict[str, np.ndarray]:
-        return boxes_of(self, gas, self._cuts(gas))
+        return boxes_of(self, gas, self.cut(gas))
 
     def at(self, gas: MeshState, places: np.ndarray) -> dict[str, np.ndarray]:
-        return at_places(self, gas, self._cuts(gas), places)
+        return at_places(self, gas, self.cut(gas), places)
 
     def outside(self, positions: np.ndarray, places: np.ndarray, chamber: int) -> np.ndarray:
         return ~is_inside(self, positions, places, chamber)

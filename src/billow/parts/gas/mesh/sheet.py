@@ -138,8 +138,9 @@ class Moved:
         )  # fmt: skip
 
     def parts(self, dt: float, parts: int, time: float) -> Iterator[float]:
-        """Advance by dt [s] from `time` in equal parts; stops in each, once the state at its start is known, for
-        sources, passages and openings to add to `gained`; yields the time [s] in its middle."""
+        """Advance by dt [s] from `time` in equal parts. Stops in each, once the state at its start is known, for sources,
+        passages and openings to add to `gained`, and to say which clusters are `fed`; yields the time [s] in its
+        middle."""
         n, species, dt = len(self.key), len(self.table), dt / parts
         whole, volume, aperture, centroid = np.empty((2, n)), np.empty((2, n)), np.empty((n, 3)), np.empty((n, 3))
         _geometry(
@@ -173,7 +174,7 @@ class Moved:
                 self.walls.triangles, self.velocity, self.state, self.place, dt / self.h, self.second_order,
                 self.slope, half,
             )  # fmt: skip
-            self.gained = np.zeros((count, species + 4))
+            self.gained, self.fed = np.zeros((count, species + 4)), np.empty(0, np.int32)
             yield time + (part + 0.5) * dt
             self._finish(clusters, volume[1], aperture, flux, half, dt, middle, time + part * dt)
 
@@ -182,6 +183,7 @@ class Moved:
         dt: float, middle: float, time: float,
     ) -> None:  # fmt: skip
         """Fluxes and walls; where a cluster would run out of energy, again with it as a donor cell."""
+        half[self.fed] = self.state[self.fed, :VALUES]  # the half step knows nothing of sources
         n, count, new = len(self.key), len(clusters.before), self.new
         total, state = np.empty_like(self.total), np.empty_like(self.state)
         work = np.zeros(len(self.old.cell)), np.zeros(len(new.cell))
