@@ -26,6 +26,7 @@ TWO_CHAMBERS = {
     "vents": {"diameter": 0.03, "panel": "front"},
 }  # fmt: skip
 PARTICLES = {"model": "corpuscular", "particles": 2000}
+MESH = {"model": "mesh", "cell": 0.05}
 UNTIL_HALF_WAY = PARTICLES | {"switch_time": 0.006}
 GASES = {
     "no gas": {"gas": {"model": "none"}},
@@ -43,6 +44,13 @@ GASES = {
         "inflator": {"jets": {"count": 4}},
         "gas": UNTIL_HALF_WAY,
     },
+    "mesh": {"inflator": {"jets": {"count": 6, "angle": 40.0}}, "gas": MESH},
+    "mesh with donor cells that loses heat": {
+        "inflator": {"jets": {"count": 0}},
+        "gas": MESH | {"advection": "donor", "heat_transfer": 500.0},
+    },
+    "mesh in two chambers": {"bag": TWO_CHAMBERS, "inflator": {"jets": {"count": 4}}, "gas": MESH},
+    "mesh, then uniform": {"inflator": {"jets": {"count": 6}}, "gas": MESH | {"switch_time": 0.006}},
 }
 """Name -> what the case says of it."""
 
@@ -79,6 +87,15 @@ def scene(name, *, vented=True, permeability=0.03):
 def of_particles(name):
     """Whether a promise holds to statistics only."""
     return name.startswith("corpuscular")
+
+
+def flows(name):
+    """Whether gas has a velocity, which is part of its energy."""
+    return of_particles(name) or name.startswith("mesh")
+
+
+def flows_to_the_end(name):
+    return flows(name) and not name.endswith("uniform")
 
 
 def of_particles_to_the_end(name):
@@ -180,7 +197,7 @@ def test_energy_closes(gas_name, breathed):
         assert abs(now.energy - booked) <= 1e-12 * scale
         assert now.energy_error <= 1e-12
         if now.mass:  # the energy is that of these species at this temperature
-            if not now.chambers and not of_particles(gas_name):  # particles also hold energy of their flow
+            if not now.chambers and not flows(gas_name):
                 masses = now.mass_by_species
                 thermal = mixture_enthalpy(gas.supply.table, masses, now.temperature)
                 thermal -= mixture_gas_constant(gas.supply.table, masses) * now.temperature
@@ -190,9 +207,9 @@ def test_energy_closes(gas_name, breathed):
             air = now.drawn_in * mixture_enthalpy(
                 gas.supply.table, gas.supply.ambient.mass_fractions, gas.supply.ambient.temperature
             )
-            # Particles are born in a mouth that moves at up to 60 m/s, and bring that work along: v (u + v/2) of h,
-            # 4 % for the speed of sound u at 600 K.
-            rel = 0.05 if of_particles(gas_name) else 1e-12
+            # Gas is born in a mouth that moves at up to 60 m/s, and brings that work along: v (u + v/2) of h, 4 % at
+            # the speed of sound u of 600 K.
+            rel = 0.05 if flows(gas_name) else 1e-12
             assert now.enthalpy_in == pytest.approx(inflow + air, rel=rel, abs=1e-12)
 
 
@@ -210,6 +227,8 @@ def test_sealed_rigid_bag_obeys_the_gas_law(gas_name, rested):
     pending = 1.0 / 2000.0 if of_particles_to_the_end(gas_name) else 0.0
     assert sum(room.mass for room in rooms) == pytest.approx(now.mass, rel=1e-14 + pending)
     law, even = (NOISE, 2.0 * NOISE) if of_particles_to_the_end(gas_name) else (1e-12, 1e-6)
+    if flows_to_the_end(gas_name) and law == 1e-12:
+        even = 0.03  # sound still goes to and fro
     if not now.chambers:
         gas_constant = mixture_gas_constant(gas.supply.table, now.mass_by_species)
         assert now.pressure * now.volume == pytest.approx(gas_constant * now.temperature, rel=law)
@@ -223,7 +242,7 @@ def test_sealed_rigid_bag_obeys_the_gas_law(gas_name, rested):
         assert mean == pytest.approx(now.pressure - gas.supply.ambient.pressure, rel=even)
         return
     assert result.fields["gauge_pressure"][fabric] == pytest.approx(
-        now.pressure - gas.supply.ambient.pressure, rel=1e-6
+        now.pressure - gas.supply.ambient.pressure, rel=even
     )
 
 
@@ -237,6 +256,8 @@ def test_gas_at_rest_puts_no_net_force_on_a_closed_bag(gas_name, rested):
         # holds exactly is the momentum of gas and bag together.
         tolerance = 4.0 * 1.13 / np.sqrt(1500.0)
         assert result.state.momentum_error < 1e-11
+    elif flows_to_the_end(gas_name):
+        tolerance = 1e-4  # sound still goes to and fro
     assert np.abs(force.sum(axis=0)).max() <= tolerance * scale
     assert np.abs(np.cross(shape.positions, force).sum(axis=0)).max() <= tolerance * scale
 
@@ -256,6 +277,11 @@ def test_constant_velocity_changes_nothing(gas_name, breathed):
             rel = 4.0 / np.sqrt(100.0) if name in ("vented", "leaked") else 2.0 * NOISE
             assert getattr(b, name) == pytest.approx(getattr(a, name), rel=rel), name
         return
+    if flows(gas_name):  # cells lie elsewhere about the bag; its thickness is one cell
+        a, b = here.totals[-1], there.totals[-1]
+        for name in ("pressure", "temperature", "mass", "vented", "leaked"):
+            assert getattr(b, name) == pytest.approx(getattr(a, name), rel=0.02), name
+        return
     assert there.force == pytest.approx(here.force, rel=1e-8, abs=1e-8 * np.abs(here.force).max())
     for name, value in numbers(here.totals[-1]).items():
         if not name.endswith("_error"):
@@ -263,10 +289,10 @@ def test_constant_velocity_changes_nothing(gas_name, breathed):
 
 
 def test_work_booked_is_work_done(gas_name, breathed):
-    """To the scheme's order: half the step, a quarter of the gap. The corpuscular gas books the trapezia themselves."""
+    """To the scheme's order: half the step, a quarter of the gap. Gas that flows books the trapezia themselves."""
     gas, shape, at_usual_step = breathed
     gaps = []
-    for dt in (2e-5,) if of_particles(gas_name) else (4e-5, 2e-5, 1e-5):
+    for dt in (2e-5,) if flows(gas_name) else (4e-5, 2e-5, 1e-5):
         result = at_usual_step if dt == 2e-5 else drive(gas, shape, breathing, dt=dt)
         gaps.append(result.work - result.totals[-1].work_on_fabric)
     if result.totals[-1].mass == 0.0:
@@ -274,8 +300,8 @@ def test_work_booked_is_work_done(gas_name, breathed):
         return
     done = sum(abs(b.work_on_fabric - a.work_on_fabric) for a, b in zip(result.totals, result.totals[1:], strict=False))
     assert done > 50.0
-    if of_particles(gas_name):
-        assert abs(gaps[0]) < (1e-11 if of_particles_to_the_end(gas_name) else 4e-4) * done
+    if flows(gas_name):
+        assert abs(gaps[0]) < (1e-11 if flows_to_the_end(gas_name) else 4e-4) * done
         return
     assert abs(gaps[2]) < 1e-4 * done
     assert abs(gaps[0]) / abs(gaps[1]) > 3.5

@@ -20,6 +20,9 @@ LONG = {
     "T18",
     "T19",
     "T20",
+    "T5m",
+    "M1",
+    "M3",
 }  # a second or more, besides compiling
 
 

@@ -9,7 +9,18 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterable, Iterator
 
-from billow.apps.verification import contact, coupon, fabric, gas, injury, particles, tank, whole
+from billow.apps.verification import (
+    contact,
+    coupon,
+    fabric,
+    gas,
+    injury,
+    mesh_gas,
+    mesh_waves,
+    particles,
+    tank,
+    whole,
+)
 from billow.apps.verification.check import Check, Measurement
 from billow.base.errors import BillowError, InputError
 
@@ -20,6 +31,11 @@ CASES: dict[str, Callable[[], Iterator[Measurement]]] = {
     "T5p": particles.isentropic_compression,
     "T15": particles.maxwell, "T16": particles.flux, "T17": particles.relaxation,
     "T18": particles.mixture, "T19": particles.wall_noise, "T20": particles.leak_audit,
+    "T1m": mesh_gas.rigid_tank, "T3m": mesh_gas.choked_blow_down, "T5m": mesh_gas.isentropic_compression,
+    "T7": mesh_waves.shock_tube, "T9": mesh_waves.cold_gas_on_a_wall, "T10": mesh_waves.reflected_shock,
+    "T11": mesh_waves.piston, "T12": mesh_gas.at_rest, "T14": mesh_gas.layers_in_a_cell,
+    "M1": mesh_gas.breathing_sphere, "M2": mesh_gas.jet_on_a_plate, "M3": mesh_gas.turned_bag,
+    "M4": mesh_waves.sound, "M5": mesh_waves.order,
     "U1": gas.two_rooms, "U2": gas.chain, "U3": gas.stiff_chain, "U4": gas.blown_through,
     "U5": gas.cooling, "U5p": particles.cooling,
     "V1": tank.filling, "V2": tank.cooling, "V3": tank.inverse, "V4": tank.band,

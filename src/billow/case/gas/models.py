@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 from billow.base.errors import InputError
 from billow.geometry.bag_shapes import BagShape
+from billow.geometry.flat_cut import flat_area
 from billow.parts.gas.gas_model import GasModel
 from billow.parts.gas.no_gas import NoGas
 from billow.parts.gas.supply.supply import Supply
@@ -18,12 +19,12 @@ NO_MOUTH = InputError.declare(
     "E-GAS-006",
     "inflator {inflator} has jets, and chamber {chamber} has no mouth",
     where="inflator {inflator}, jets",
-    why="jets and particles enter the bag through a mouth",
+    why="jets and local gas enter the bag through a mouth",
     remedy="name a chamber with a mouth in inflator.chamber; with uniform pressure, set inflator.jets.count = 0",
 )
 NOT_IN_MESH = InputError.declare(
     "E-GAS-007",
-    "particles cannot pass {orifice}",
+    "gas that flows from place to place cannot pass {orifice}",
     where="gas.orifices",
     why="an orifice without geometry has no place in the mesh",
     cause="a case that was written for uniform pressure",
@@ -37,10 +38,8 @@ def _uniform_pressure(case, shape: BagShape, supply: Supply) -> GasModel:
     return UniformPressure(supply)
 
 
-def _corpuscular(case, shape: BagShape, supply: Supply) -> GasModel:
+def _require_geometry(supply: Supply) -> None:
     """Raises InputError E-GAS-006 if a source has no mouth, E-GAS-007 if a passage has no triangles."""
-    from billow.parts.gas.corpuscular.corpuscular import Corpuscular
-
     for source in supply.sources:
         if source.jets is None:
             inflator = source.inflator
@@ -48,7 +47,23 @@ def _corpuscular(case, shape: BagShape, supply: Supply) -> GasModel:
     for row in supply.passages.rows:
         if not len(row.triangles):
             raise NOT_IN_MESH(orifice=row.name)
+
+
+def _corpuscular(case, shape: BagShape, supply: Supply) -> GasModel:
+    """Raises as `_require_geometry`."""
+    from billow.parts.gas.corpuscular.corpuscular import Corpuscular
+
+    _require_geometry(supply)
     return Corpuscular(supply, shape.surface, shape.reference, case.gas.particles, case.gas.seed)
+
+
+def _mesh(case, shape: BagShape, supply: Supply) -> GasModel:
+    """Raises as `_require_geometry`."""
+    from billow.parts.gas.mesh.mesh_gas import MeshGas
+
+    _require_geometry(supply)
+    area = float(flat_area(shape.reference).sum())
+    return MeshGas(supply, shape.surface, area, case.gas.cell, case.gas.advection, case.gas.flow_limit)
 
 
 class Kind(NamedTuple):
@@ -64,6 +79,7 @@ class Kind(NamedTuple):
 GAS_MODELS = {
     "uniform-pressure": Kind(_uniform_pressure),
     "corpuscular": Kind(_corpuscular, is_local=True),
+    "mesh": Kind(_mesh, is_local=True),
     "none": Kind(lambda case, shape, supply: NoGas(case.ambient.pressure, case.ambient.temperature), has_supply=False),
 }
 """Name in a case -> how it is built."""

@@ -98,14 +98,23 @@ class Gas(Strict):
 
     model: Literal[tuple(GAS_MODELS)] = "uniform-pressure"
     """uniform-pressure: one well-mixed gas in each chamber; corpuscular: particles that fly, collide and push, so that
-    jets, narrow gaps and the flow path matter; none: no gas at all."""
+    jets, narrow gaps and the flow path matter; mesh: flow of a gas without viscosity on a mesh of cells that the fabric
+    cuts, without noise; none: no gas at all."""
+    cell: quantity("m", 5e-4, 0.2) = 0.015
+    """Edge of a cell of the mesh gas. Half of it costs about 16 times as much."""
+    advection: Literal["donor", "van_leer"] = "van_leer"
+    """Scheme of the mesh gas: donor is of first order, smears jets and waves, and cannot overshoot; van_leer is of
+    second order where the flow is smooth."""
+    flow_limit: quantity("-", 0.02, 1.0) = 1.0
+    """Part of a cell that the mesh gas may flow in a step of its own, at most. 1: only stability limits steps, 0.9 of a
+    cell for flow and sound together. 0.25 is the limit of other codes; it costs more steps beyond Mach 1.1."""
     particles: whole(1_000, 20_000_000) = 100_000
     """Number of particles of the corpuscular gas, for injected and initial gas together."""
     seed: whole(0, 2**31 - 1) = 1
     """Seed of the corpuscular gas' random numbers; runs with other seeds show how large the noise is."""
     switch_time: quantity("s", 0.0, 10.0) = 0.0
-    """Time at which the corpuscular gas becomes uniform pressure, which costs almost nothing; 0 for never. Mass and
-    energy are kept exactly; the kinetic energy of the flow becomes heat."""
+    """Time at which the corpuscular or mesh gas becomes uniform pressure, which costs almost nothing; 0 for never.
+    Mass and energy are kept exactly; the kinetic energy of the flow becomes heat."""
     heat_transfer: quantity("W/(m^2 K)", 0.0, 1e4) = 0.0
     """Heat transfer coefficient from the gas through the outer fabric to the surroundings."""
     opening_discharge: Fraction = 0.7

@@ -1,0 +1,270 @@
+"""What part of each cell of a lattice lies within a closed surface, and of each face between cells.
+
+Signed sums over the fragments of the surface (Gauss' theorem cell by cell) give volumes, apertures and centroids that
+are exact for any number of layers in a cell. A place that the surface goes round twice counts twice, so that the sum of
+all volumes is the volume of the surface, whatever the fabric does.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numba import prange
+
+from billow.base.compiled import kernel, scalar
+from billow.base.errors import NumericalStop
+from billow.geometry.lattice_clipping import (
+    FARTHEST,
+    MOMENT,
+    NORMAL,
+    PLACE,
+    STRIDE,
+    Fragments,
+    cell_of,
+    clip,
+    key_of,
+)
+
+NOTHING = 1e-10
+"""Volume fraction and aperture below which there is nothing."""
+
+LARGEST_WINDOW = 200_000_000
+"""Cells about a surface, above which the lattice does not fit into memory."""
+
+TOO_LARGE = NumericalStop.declare(
+    "E-NUM-020",
+    "the mesh of the gas would have {cells:.3g} cells",
+    where="the surface reaches over {x:.3g} x {y:.3g} x {z:.3g} cells",
+    why=f"at most {LARGEST_WINDOW:.0e} fit into memory",
+    cause="fabric that flies away, or cells that are far too small for the bag",
+    remedy="look at the last frames; reduce run.dt_scale, or raise gas.cell",
+)
+
+
+@dataclass
+class Window:
+    """Room for what is known of every cell in a box about the surface: low corner and shape [cells], (3,) each."""
+
+    low: np.ndarray
+    shape: np.ndarray
+    start: np.ndarray
+    aperture: np.ndarray
+
+    @classmethod
+    def none(cls) -> Window:
+        return cls(np.zeros(3, np.int64), np.zeros(3, np.int64), np.zeros(1, np.int32), np.zeros((0, 3)))
+
+    def about(self, places: np.ndarray) -> None:
+        """Lie about places in lattice coordinates (n, 3), with a cell to spare on every side. Raises NumericalStop
+        E-NUM-020."""
+        low, high = places.min(axis=0), places.max(axis=0)
+        size = high - low + 3.0
+        if not (np.prod(size) < LARGEST_WINDOW and max(np.abs(low).max(), np.abs(high).max()) < FARTHEST - 2):
+            raise TOO_LARGE(cells=np.prod(size), x=size[0], y=size[1], z=size[2])
+        self.low = np.floor(low).astype(np.int64) - 1
+        self.shape = np.floor(high).astype(np.int64) + 2 - self.low
+        cells = int(self.shape.prod())
+        if len(self.aperture) < cells:
+            room = cells + cells // 4
+            self.start, self.aperture = np.zeros(room + 1, np.int32), np.zeros((room, 3))
+
+
+@dataclass(frozen=True)
+class CutCells:
+    """The cells within a closed surface, in order of their keys; in lattice coordinates.
+
+    key: (cells,) int64. volume: (cells,), 1 for a full cell. aperture: (cells, 3), open share of the face towards the
+    next cell along each axis. centroid: (cells, 3). fragments: of the surface; cell: (fragments,) int32, the number of
+    the cell of each. start: (cells + 1,) and order: (fragments,) int32, the fragments of cell c are order[start[c]] to
+    order[start[c + 1]]. clipped: volume of cells that were negative where the surface lies in itself.
+    """
+
+    key: np.ndarray
+    volume: np.ndarray
+    aperture: np.ndarray
+    centroid: np.ndarray
+    fragments: Fragments
+    cell: np.ndarray
+    start: np.ndarray
+    order: np.ndarray
+    clipped: float
+
+    @cached_property
+    def total(self) -> float:
+        """Volume of all cells."""
+        return float(self.volume.sum())
+
+
+def cut_cells(triangles: np.ndarray, sign: np.ndarray, places: np.ndarray, window: Window) -> CutCells:
+    """triangles: of a closed surface, (n, 3); sign: 1.0 where the normal points out of it, (n,); places: of the nodes,
+    in lattice coordinates, (nodes, 3). window: room, which is changed. Raises NumericalStop E-NUM-020."""
+    window.about(places[triangles.ravel()])
+    fragments = clip(triangles, sign, places)
+    low, shape, start, aperture = window.low, window.shape, window.start, window.aperture
+    count = len(fragments.key)
+    dense, order = np.empty(count, np.int32), np.empty(count, np.int32)
+    _sort(fragments.key, low, shape, start, dense, order)
+    layers = np.zeros(shape[0] + 1, np.int64)
+    clipped = np.zeros(shape[1])
+    rows = len(layers) - 1
+    _sum_up(count, shape, start, order, fragments.rows, aperture)
+    _along_x(count, shape, start, order, fragments.rows, low, aperture, layers, clipped)
+    np.cumsum(layers, out=layers)
+    cells = int(layers[rows])
+    key, volume = np.empty(cells, np.int64), np.empty(cells)
+    apertures, centroid, first = np.empty((cells, 3)), np.empty((cells, 3)), np.empty(cells + 1, np.int32)
+    first[cells] = count
+    of = np.empty(count, np.int32)
+    _collect(
+        count, shape, start, order, fragments.rows, low, aperture, layers, key, volume, apertures, centroid, first, of
+    )
+    return CutCells(key, volume, apertures, centroid, fragments, of, first, order, float(clipped.sum()))
+
+
+@scalar
+def _sort(key, low, shape, start, dense_out, order_out):
+    """Counting sort by cell; fragments of a cell stay in order."""
+    n, cells = len(key), shape[0] * shape[1] * shape[2]
+    for c in range(cells + 1):
+        start[c] = 0
+    for f in range(n):
+        i, j, k = cell_of(key[f])
+        c = ((i - low[0]) * shape[1] + j - low[1]) * shape[2] + k - low[2]
+        dense_out[f] = c
+        start[c] += 1
+    total = 0
+    for c in range(cells + 1):
+        here = start[c]
+        start[c] = total
+        total += here
+    for f in range(n):
+        c = dense_out[f]
+        order_out[start[c]] = f
+        start[c] += 1
+    for c in range(cells, 0, -1):
+        start[c] = start[c - 1]
+    start[0] = 0
+
+
+@kernel
+def _sum_up(n, shape, start, order, rows, aperture_out):
+    """Running sums along y and z; along x what each cell adds. n: fragments, which decide whether it is parallel."""
+    ny, nz = shape[1], shape[2]
+    for i in prange(shape[0]):
+        for j in range(ny):
+            az = 0.0
+            for k in range(nz):
+                c = (i * ny + j) * nz + k
+                sx, sy = 0.0, 0.0
+                for m in range(start[c], start[c + 1]):
+                    f = order[m]
+                    sx += rows[f, NORMAL]
+                    sy += rows[f, NORMAL + 1]
+                    az -= rows[f, NORMAL + 2]
+                aperture_out[c, 0] = -sx
+                aperture_out[c, 1] = (aperture_out[c - nz, 1] if j > 0 else 0.0) - sy
+                aperture_out[c, 2] = az
+
+
+@kernel
+def _along_x(n, shape, start, order, rows, low, aperture, layers_out, clipped_out):
+    """Running sums along x; then how many cells of each layer there is something of."""
+    ny, nz = shape[1], shape[2]
+    for j in prange(ny):
+        for i in range(1, shape[0]):
+            for k in range(nz):
+                c = (i * ny + j) * nz + k
+                aperture[c, 0] += aperture[c - ny * nz, 0]
+    for i in prange(shape[0]):
+        found = 0
+        for c in range(i * ny * nz, (i + 1) * ny * nz):
+            if start[c + 1] > start[c] or max(aperture[c, 0], aperture[c, 1], aperture[c, 2]) > NOTHING:
+                found += 1
+        layers_out[i + 1] = found
+    for j in prange(ny):
+        clipped_out[j] = 0.0
+        for i in range(shape[0]):
+            for k in range(nz):
+                c = (i * ny + j) * nz + k
+                if start[c + 1] > start[c]:
+                    volume = aperture[c, 0]
+                    for m in range(start[c], start[c + 1]):
+                        f = order[m]
+                        volume += (rows[f, PLACE] - (low[0] + i)) * rows[f, NORMAL]
+                    clipped_out[j] += min(volume, 0.0)
+
+
+@kernel
+def _collect(
+    n, shape, start, order, rows, low, aperture, layers, key_out, volume_out, aperture_out, centroid_out, first_out,
+    cell_out,
+):  # fmt: skip
+    ny, nz = shape[1], shape[2]
+    for i in prange(shape[0]):
+        at = layers[i]
+        for j in range(ny):
+            for k in range(nz):
+                c = (i * ny + j) * nz + k
+                begin, end = start[c], start[c + 1]
+                if not (end > begin or max(aperture[c, 0], aperture[c, 1], aperture[c, 2]) > NOTHING):
+                    continue
+                volume, mx, my, mz = aperture[c, 0], aperture[c, 0], aperture[c, 1], aperture[c, 2]
+                for m in range(begin, end):
+                    f = order[m]
+                    cell_out[f] = at
+                    volume += (rows[f, PLACE] - (low[0] + i)) * rows[f, NORMAL]
+                    mx, my, mz = mx + rows[f, MOMENT], my + rows[f, MOMENT + 1], mz + rows[f, MOMENT + 2]
+                volume = volume if volume > NOTHING else 0.0
+                double = 2.0 * volume if volume > 0.0 else 1.0
+                key_out[at], volume_out[at], first_out[at] = key_of(low[0] + i, low[1] + j, low[2] + k), volume, begin
+                centroid_out[at, 0] = low[0] + i + min(max(mx / double, 0.0), 1.0)
+                centroid_out[at, 1] = low[1] + j + min(max(my / double, 0.0), 1.0)
+                centroid_out[at, 2] = low[2] + k + min(max(mz / double, 0.0), 1.0)
+                for d in range(3):
+                    share = aperture[c, d]
+                    aperture_out[at, d] = share if share > NOTHING else 0.0
+                at += 1
+
+
+def unite(old: np.ndarray, new: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """All keys of two ascending lists, (n,), and where each is in the one and in the other, (n,) int32, -1 if it is
+    not."""
+    room = len(old) + len(new)
+    key, in_old, in_new = np.empty(room, np.int64), np.empty(room, np.int32), np.empty(room, np.int32)
+    n = _unite(old, new, key, in_old, in_new)
+    return key[:n], in_old[:n], in_new[:n]
+
+
+@scalar
+def _unite(old, new, key_out, old_out, new_out):
+    a, b, m = 0, 0, 0
+    while a < len(old) or b < len(new):
+        first = a < len(old) and (b >= len(new) or old[a] <= new[b])
+        second = b < len(new) and (a >= len(old) or new[b] <= old[a])
+        key_out[m] = old[a] if first else new[b]
+        old_out[m], new_out[m] = a if first else -1, b if second else -1
+        a, b, m = a + first, b + second, m + 1
+    return m
+
+
+def neighbours(key: np.ndarray) -> np.ndarray:
+    """Numbers of the next cells along -x, x, -y, y, -z, z among cells with ascending keys: (n, 6) int32, or -1."""
+    beside = np.full((len(key), 6), -1, np.int32)
+    _neighbours(key, beside)
+    return beside
+
+
+@scalar
+def _neighbours(key, beside_out):
+    n = len(key)
+    for d in range(3):
+        j = 0
+        for i in range(n):
+            wanted = key[i] + STRIDE[d]
+            while j < n and key[j] < wanted:
+                j += 1
+            if j < n and key[j] == wanted:
+                beside_out[i, 2 * d + 1] = j
+                beside_out[j, 2 * d] = i

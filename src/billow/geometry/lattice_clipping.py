@@ -1,0 +1,221 @@
+"""Triangles cut into fragments by the cells of a cubic lattice.
+
+Everything is in lattice coordinates: a cell is a unit cube between integers, so that its planes are exact and a
+triangle that lies in a plane is in one cell, neither lost nor counted twice.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import prange
+
+from billow.base.compiled import kernel, scalar
+
+NORMAL, WEIGHT, PLACE, MOMENT = 0, 3, 6, 9
+"""Columns of a fragment: area vector, in cell faces, pointing out of the gas; barycentric weights of its centroid;
+centroid; and integrals of xi_d^2 n_d, xi from the lower planes of the cell. Three each."""
+COLUMNS = 12
+
+FARTHEST = 2**20
+"""Cells are numbered from -FARTHEST to FARTHEST along each axis."""
+STRIDE = (2**42, 2**21, 1)
+"""Of a cell's key along each axis; keys in ascending order are cells in order of x, y, z."""
+
+TRUSTED = 64
+"""Cells in a triangle's bounding box up to which their number bounds that of its fragments; else these are counted."""
+NOTHING = 1e-14
+"""Share of a triangle below which a fragment is left out."""
+CORNERS = 16
+"""Room for the corners of a clipped triangle, which has 9 at most."""
+TEAM = 128
+"""Triangles that share room for polygons."""
+
+
+class Fragments(NamedTuple):
+    """first: (triangles + 1,) int64, those of triangle t are first[t] to first[t + 1]. key: (n,) int64, of the cell.
+    rows: (n, COLUMNS)."""
+
+    first: np.ndarray
+    key: np.ndarray
+    rows: np.ndarray
+
+
+@scalar
+def key_of(i, j, k):
+    """Key of a cell."""
+    return (i + FARTHEST) * STRIDE[0] + (j + FARTHEST) * STRIDE[1] + (k + FARTHEST)
+
+
+@scalar
+def cell_of(key):
+    """Lower corner i, j, k of the cell with this key."""
+    return (key >> 42) - FARTHEST, ((key >> 21) & (2 * FARTHEST - 1)) - FARTHEST, (key & (2 * FARTHEST - 1)) - FARTHEST
+
+
+def clip(triangles: np.ndarray, sign: np.ndarray, places: np.ndarray) -> Fragments:
+    """Fragments in order of triangles. sign: (triangles,), 1.0 where the normal points out of the gas, else -1.0.
+    places: of the nodes, in lattice coordinates, (nodes, 3)."""
+    n = len(triangles)
+    slot = np.zeros(n + 1, np.int64)
+    _count(n, triangles, places, slot)
+    np.cumsum(slot, out=slot)
+    key, rows, used = np.empty(slot[-1], np.int64), np.empty((slot[-1], COLUMNS)), np.zeros(n + 1, np.int64)
+    _clip(n, triangles, sign, places, slot, key, rows, used)
+    np.cumsum(used, out=used)
+    if used[-1] == slot[-1]:
+        return Fragments(used, key, rows)
+    packed = Fragments(used, np.empty(used[-1], np.int64), np.empty((used[-1], COLUMNS)))
+    _pack(n, slot, key, rows, *packed)
+    return packed
+
+
+@kernel
+def _count(n, triangles, places, slot_out):
+    for t in prange(n):
+        a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
+        cells = 1.0
+        for d in range(3):
+            x, y, z = places[a, d], places[b, d], places[c, d]
+            cells *= math.floor(max(x, y, z)) - math.floor(min(x, y, z)) + 1.0
+        if cells > TRUSTED:
+            room, no_key, no_row = np.empty((5, CORNERS, 3)), np.empty(0, np.int64), np.empty((0, COLUMNS))
+            slot_out[t + 1] = _fragments(places, a, b, c, 1.0, room, False, 0, no_key, no_row)
+        else:
+            slot_out[t + 1] = int(cells)
+
+
+@kernel
+def _clip(n, triangles, sign, places, slot, key_out, rows_out, used_out):
+    for team in prange((n + TEAM - 1) // TEAM):
+        room = np.empty((5, CORNERS, 3))
+        for t in range(team * TEAM, min(n, (team + 1) * TEAM)):
+            a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
+            used_out[t + 1] = _fragments(places, a, b, c, sign[t], room, True, slot[t], key_out, rows_out)
+
+
+@kernel
+def _pack(n, slot, key, rows, first, key_out, rows_out):
+    for t in prange(n):
+        for m in range(first[t + 1] - first[t]):
+            key_out[first[t] + m] = key[slot[t] + m]
+            for k in range(COLUMNS):
+                rows_out[first[t] + m, k] = rows[slot[t] + m, k]
+
+
+@scalar
+def _cut(polygons, source, n, axis, value, side, target):
+    """The part of a convex polygon of n corners with side (x - value) >= 0; returns its number of corners."""
+    m = 0
+    if n < 3:
+        return 0
+    here = side * (polygons[source, 0, axis] - value)
+    for i in range(n):
+        j = i + 1 if i + 1 < n else 0
+        there = side * (polygons[source, j, axis] - value)
+        if here >= 0.0:
+            for d in range(3):
+                polygons[target, m, d] = polygons[source, i, d]
+            m += 1
+        if (here > 0.0 and there < 0.0) or (here < 0.0 and there > 0.0):
+            t = here / (here - there)
+            for d in range(3):
+                polygons[target, m, d] = polygons[source, i, d] + t * (polygons[source, j, d] - polygons[source, i, d])
+            polygons[target, m, axis] = value
+            m += 1
+        here = there
+    return m
+
+
+@scalar
+def _slab(polygons, source, n, axis, k, low, high, target):
+    """The part between the planes k and k + 1; low, high: range of cells of the polygon."""
+    if low == high:
+        for i in range(n):
+            for d in range(3):
+                polygons[target, i, d] = polygons[source, i, d]
+        return n
+    m = _cut(polygons, source, n, axis, float(k), 1.0, 4)
+    return _cut(polygons, 4, m, axis, float(k + 1), -1.0, target)
+
+
+@scalar
+def _range(polygons, source, n, axis):
+    low = high = polygons[source, 0, axis]
+    for i in range(1, n):
+        low, high = min(low, polygons[source, i, axis]), max(high, polygons[source, i, axis])
+    return math.floor(low), math.floor(high)
+
+
+@scalar
+def _fragments(places, a, b, c, sign, room, write, first, key_out, rows_out):
+    """Write the fragments of the triangle of nodes a, b, c from `first` on, or only count them; returns their number.
+
+    room: (5, CORNERS, 3), for the triangle, the parts of it in a layer, in a column and in a cell, and one between.
+    """
+    for d in range(3):
+        room[0, 0, d], room[0, 1, d], room[0, 2, d] = places[a, d], places[b, d], places[c, d]
+    ux, uy, uz = room[0, 1, 0] - room[0, 0, 0], room[0, 1, 1] - room[0, 0, 1], room[0, 1, 2] - room[0, 0, 2]
+    wx, wy, wz = room[0, 2, 0] - room[0, 0, 0], room[0, 2, 1] - room[0, 0, 1], room[0, 2, 2] - room[0, 0, 2]
+    normal = (uy * wz - uz * wy, uz * wx - ux * wz, ux * wy - uy * wx)
+    g = 0  # areas are measured in the projection along the largest component of the normal
+    if abs(normal[1]) > abs(normal[g]):
+        g = 1
+    if abs(normal[2]) > abs(normal[g]):
+        g = 2
+    whole = normal[g]
+    if whole == 0.0:
+        return 0
+    u, v = (g + 1) % 3, (g + 2) % 3
+    found = 0
+    x0, x1 = _range(room, 0, 3, 0)
+    for i in range(x0, x1 + 1):
+        in_layer = _slab(room, 0, 3, 0, i, x0, x1, 1)
+        if in_layer < 3:
+            continue
+        y0, y1 = _range(room, 1, in_layer, 1)
+        for j in range(y0, y1 + 1):
+            in_column = _slab(room, 1, in_layer, 1, j, y0, y1, 2)
+            if in_column < 3:
+                continue
+            z0, z1 = _range(room, 2, in_column, 2)
+            for k in range(z0, z1 + 1):
+                corners = _slab(room, 2, in_column, 2, k, z0, z1, 3)
+                if corners < 3:
+                    continue
+                low = (float(i), float(j), float(k))
+                area, cx, cy, cz, sx, sy, sz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+                px, py, pz = room[3, 0, 0] - low[0], room[3, 0, 1] - low[1], room[3, 0, 2] - low[2]
+                for m in range(1, corners - 1):
+                    w = (room[3, m, u] - room[3, 0, u]) * (room[3, m + 1, v] - room[3, 0, v])
+                    w -= (room[3, m, v] - room[3, 0, v]) * (room[3, m + 1, u] - room[3, 0, u])
+                    area += w
+                    qx, rx = room[3, m, 0] - low[0], room[3, m + 1, 0] - low[0]
+                    qy, ry = room[3, m, 1] - low[1], room[3, m + 1, 1] - low[1]
+                    qz, rz = room[3, m, 2] - low[2], room[3, m + 1, 2] - low[2]
+                    cx, cy, cz = cx + w * (px + qx + rx), cy + w * (py + qy + ry), cz + w * (pz + qz + rz)
+                    sx += w * (px * px + qx * qx + rx * rx + px * qx + qx * rx + rx * px)
+                    sy += w * (py * py + qy * qy + ry * ry + py * qy + qy * ry + ry * py)
+                    sz += w * (pz * pz + qz * qz + rz * rz + pz * qz + qz * rz + rz * pz)
+                share = area / whole
+                if not share > NOTHING:
+                    continue
+                if write:
+                    at, scale, third = first + found, 0.5 * sign * share, 1.0 / (3.0 * area)
+                    key_out[at] = key_of(i, j, k)
+                    for d in range(3):
+                        rows_out[at, NORMAL + d] = scale * normal[d]
+                    place = (low[0] + third * cx, low[1] + third * cy, low[2] + third * cz)
+                    moment = (sx, sy, sz)
+                    for d in range(3):
+                        rows_out[at, PLACE + d] = place[d]
+                        rows_out[at, MOMENT + d] = moment[d] / (6.0 * area) * scale * normal[d]
+                    pu, pv = place[u] - room[0, 0, u], place[v] - room[0, 0, v]
+                    second = (pu * (room[0, 2, v] - room[0, 0, v]) - pv * (room[0, 2, u] - room[0, 0, u])) / whole
+                    third_weight = ((room[0, 1, u] - room[0, 0, u]) * pv - (room[0, 1, v] - room[0, 0, v]) * pu) / whole
+                    rows_out[at, WEIGHT] = 1.0 - second - third_weight
+                    rows_out[at, WEIGHT + 1], rows_out[at, WEIGHT + 2] = second, third_weight
+                found += 1
+    return found

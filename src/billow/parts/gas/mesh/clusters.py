@@ -1,0 +1,233 @@
+"""Clusters: cells too small for the step are joined with a neighbour, and share one state (docs/mesh_gas.md, Clusters).
+
+Cells join face by face. A face is a reason to join if it is wide for the smaller of the two volumes that the cell has
+at the start and at the end; the neighbour behind the widest such face takes the cell in, if it is larger. A thin layer
+is no wider open sideways than it is thick, so a layer of any thickness is left alone.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import prange
+
+from billow.base.compiled import kernel, scalar
+from billow.geometry.cut_cells import NOTHING
+from billow.geometry.lattice_clipping import STRIDE
+
+FULL = 0.999
+"""Volume of a cell [cells] from which it is never joined."""
+WIDE = 2.0
+"""Aperture over volume of a cell from which a face is a reason to join, whatever the step."""
+OPEN = 1.1
+"""The same, for cells that the step is too long for."""
+SHRINKS = 0.5
+"""Change of a cell's volume in a step, relative, from which the step is too long for it."""
+SMALL, CROWDED = 0.1, 1.5
+"""A cluster smaller than this [cells], with a larger Courant number than this, is taken in by its widest neighbour."""
+LEAST = 1e-4
+"""Volume [cells] below which there is no room for gas: such a cluster is adopted by the largest one about it."""
+
+
+class Clusters(NamedTuple):
+    """of: (cells,) int32, number of the cluster of each cell. start: (clusters + 1,) and members: (cells,) int32: the
+    cells of cluster c are members[start[c]] to members[start[c + 1]]. before, after: volumes [cells], (clusters,).
+    adopted: how many clusters were taken in by others, lost: how many had no room and found nobody."""
+
+    of: np.ndarray
+    start: np.ndarray
+    members: np.ndarray
+    before: np.ndarray
+    after: np.ndarray
+    adopted: int
+    lost: int
+
+
+def find_clusters(
+    key: np.ndarray, beside: np.ndarray, volume: np.ndarray, aperture: np.ndarray, pace: np.ndarray, courant: float
+) -> Clusters:
+    """key: of the cells, ascending, (n,). beside: their neighbours, (n, 6). volume: (2, n), at the start and at the
+    end [cells]. aperture: mean of each upper face, (n, 3). pace: |u_d| + c [m/s], (n, 3). courant: dt/h [s/m]."""
+    n = len(key)
+    root, chosen = np.empty(n, np.int32), np.empty(n, np.int32)
+    _choose(n, beside, volume, aperture, pace, courant, chosen)
+    of, start, members = np.empty(n, np.int32), np.empty(n + 1, np.int32), np.empty(n, np.int32)
+    before, after = np.empty(n), np.empty(n)
+    adopted, lost, count = _join(
+        key, beside, volume, aperture, pace, courant, chosen, root, of, start, members, before, after
+    )
+    return Clusters(of, start[: count + 1], members, before[:count], after[:count], adopted, lost)
+
+
+@scalar
+def _crossing(pace, i, j, d, aperture, courant):
+    """Courant number that a face between cells i and j adds to either."""
+    return 0.5 * aperture * max(pace[i, d], pace[j, d]) * courant
+
+
+@kernel
+def _choose(n, beside, volume, aperture, pace, courant, chosen_out):
+    for i in prange(n):
+        chosen_out[i] = i
+        least, both = min(volume[0, i], volume[1, i]), volume[0, i] + volume[1, i]
+        if least > FULL:
+            continue
+        need = 0.0
+        for d in range(3):
+            up, down = beside[i, 2 * d + 1], beside[i, 2 * d]
+            if up >= 0 and aperture[i, d] > 0.0:
+                need += _crossing(pace, i, up, d, aperture[i, d], courant)
+            if down >= 0 and aperture[down, d] > 0.0:
+                need += _crossing(pace, i, down, d, aperture[down, d], courant)
+        tight = need > least or abs(volume[1, i] - volume[0, i]) > SHRINKS * least
+        widest = 0.0
+        for face in range(6):
+            j, d = beside[i, face], face // 2
+            if j < 0:
+                continue
+            a = aperture[i, d] if face % 2 else aperture[j, d]
+            if a <= widest or not (a > WIDE * least or (tight and a > OPEN * least) or least <= NOTHING):
+                continue
+            other, other_both = min(volume[0, j], volume[1, j]), volume[0, j] + volume[1, j]
+            higher = other > least or (
+                other == least and (other_both > both or (other_both == both and j > i))
+            )  # an order of all cells, so that no circle of them can form
+            if higher:
+                widest, chosen_out[i] = a, j
+
+
+@scalar
+def _follow(chosen, i):
+    while chosen[i] != i:
+        i = chosen[i]
+    return i
+
+
+@scalar
+def _settle(chosen, root_out):
+    for i in range(len(chosen)):
+        root_out[i] = _follow(chosen, i)
+
+
+@scalar
+def _measure(root, volume, before_out, after_out):
+    """Volumes of clusters, at the places of their roots."""
+    for i in range(len(root)):
+        before_out[i] = after_out[i] = 0.0
+    for i in range(len(root)):
+        before_out[root[i]] += volume[0, i]
+        after_out[root[i]] += volume[1, i]
+
+
+@scalar
+def _find(key, wanted):
+    """Place of a key among ascending ones, or -1."""
+    low, high = 0, len(key)
+    while low < high:
+        middle = (low + high) // 2
+        if key[middle] < wanted:
+            low = middle + 1
+        else:
+            high = middle
+    return low if low < len(key) and key[low] == wanted else -1
+
+
+@scalar
+def _take_in_crowded(beside, aperture, pace, courant, chosen, root, before, after, crowded_out):
+    """Small clusters through whose faces more flows than they hold join the one behind their widest face; those for
+    which that is no help are marked."""
+    n, joined = len(chosen), 0
+    need, widest, door = np.zeros(n), np.zeros(n), np.full(n, -1, np.int32)
+    for i in range(n):
+        r = root[i]
+        if min(before[r], after[r]) > SMALL:
+            continue
+        for face in range(6):
+            j, d = beside[i, face], face // 2
+            if j < 0 or root[j] == r:
+                continue
+            a = aperture[i, d] if face % 2 else aperture[j, d]
+            if a > 0.0:
+                need[r] += _crossing(pace, i, j, d, a, courant)
+                if a > widest[r]:
+                    widest[r], door[r] = a, j
+    for r in range(n):
+        least = min(before[r], after[r])
+        crowded_out[r] = False
+        if root[r] != r or door[r] < 0 or least > SMALL or not need[r] > CROWDED * least:
+            continue
+        k = _follow(chosen, door[r])
+        if k != r and min(before[k], after[k]) > least:
+            chosen[r] = k
+            joined += 1
+        else:
+            crowded_out[r] = True
+    return joined
+
+
+@scalar
+def _adopt(key, volume, chosen, root, before, after, crowded):
+    """Clusters without room, and crowded ones, join the largest one among the 26 cells about them. Returns how many
+    did, and how many found none."""
+    adopted, lost = 0, 0
+    for r in range(len(chosen)):
+        if root[r] != r or (before[r] > LEAST and after[r] > LEAST and not crowded[r]):
+            continue
+        best, at = 0.0, -1
+        for dx in range(-1, 2):
+            for dy in range(-1, 2):
+                for dz in range(-1, 2):
+                    j = _find(key, key[r] + dx * STRIDE[0] + dy * STRIDE[1] + dz * STRIDE[2])
+                    if j < 0 or not (volume[0, j] > 0.0 or volume[1, j] > 0.0):
+                        continue
+                    k = _follow(chosen, j)
+                    least = min(before[k], after[k])
+                    if k != r and least > max(best, LEAST, min(before[r], after[r])):
+                        best, at = least, k
+        if at >= 0:
+            chosen[r] = at
+            adopted += 1
+        elif not crowded[r] and (before[r] > 0.0 or after[r] > 0.0):
+            lost += 1
+    return adopted, lost
+
+
+@scalar
+def _join(
+    key, beside, volume, aperture, pace, courant, chosen, root, of_out, start_out, members_out, before_out, after_out
+):  # fmt: skip
+    n = len(key)
+    _settle(chosen, root)
+    _measure(root, volume, before_out, after_out)
+    crowded = np.empty(n, np.bool_)
+    joined = _take_in_crowded(beside, aperture, pace, courant, chosen, root, before_out, after_out, crowded)
+    if joined > 0:
+        _settle(chosen, root)
+        _measure(root, volume, before_out, after_out)
+    adopted, lost = _adopt(key, volume, chosen, root, before_out, after_out, crowded)
+    if adopted > 0:
+        _settle(chosen, root)
+        _measure(root, volume, before_out, after_out)
+    count = 0
+    for i in range(n):  # volumes move down to the numbers of the clusters, which are not above their roots'
+        if root[i] == i:
+            of_out[i] = count
+            before_out[count], after_out[count] = before_out[i], after_out[i]
+            count += 1
+    for i in range(n):
+        of_out[i] = of_out[root[i]]
+    for c in range(count + 1):
+        start_out[c] = 0
+    for i in range(n):
+        start_out[of_out[i] + 1] += 1
+    for c in range(count):
+        start_out[c + 1] += start_out[c]
+    for i in range(n):
+        c = of_out[i]
+        members_out[start_out[c]] = i
+        start_out[c] += 1
+    for c in range(count, 0, -1):
+        start_out[c] = start_out[c - 1]
+    start_out[0] = 0
+    return adopted + joined, lost, count

@@ -1,0 +1,206 @@
+"""What comes into the chambers, leaves them and passes between them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from billow.geometry.chambers import OUTSIDE
+from billow.geometry.surface import Surface
+from billow.parts.gas.gas_model import Bag
+from billow.parts.gas.mesh.openings import link
+from billow.parts.gas.mesh.passages import Side, flow_through, lose_heat, mean_lead, surroundings
+from billow.parts.gas.mesh.sheet import Moved, Walls
+from billow.parts.gas.mesh.sources import blow
+from billow.parts.gas.mesh.state import MeshState
+from billow.parts.gas.supply.passages import OPENING
+from billow.parts.gas.supply.supply import Supply
+
+
+@dataclass(frozen=True)
+class Ways:
+    """All ways into the chambers, out of them and between them, as they lie in their walls.
+
+    supply and surface: of the bag. walls: of its chambers. cell: edge of a cell [m]."""
+
+    supply: Supply
+    surface: Surface
+    walls: tuple[Walls, ...]
+    cell: float
+
+    @cached_property
+    def through_walls(self) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Of each passage, its triangles as numbers among the walls of the chamber behind and of the one ahead."""
+        found = []
+        for row in self.supply.passages.rows:
+            sides = []
+            for chamber, sign in ((row.behind, 1.0), (row.ahead, -1.0)):
+                none = np.empty(0, np.int64)
+                sides.append(none if chamber == OUTSIDE else self.walls[chamber].local(row.triangles, sign))
+            found.append(tuple(sides))
+        return found
+
+    @cached_property
+    def mouths(self) -> list[np.ndarray]:
+        """Of each source, its mouth as numbers among the walls of its chamber."""
+        found = []
+        for source in self.supply.sources:
+            walls = self.walls[source.inflator.chamber]
+            at_mouth = np.isin(walls.triangles, source.jets.mouth_nodes).all(axis=1)
+            is_mouth = np.isin(walls.index, self.surface.triangles_of_kind("mouth"))
+            found.append(np.flatnonzero(at_mouth & is_mouth if (at_mouth & is_mouth).any() else at_mouth))
+        return found
+
+    @cached_property
+    def cooling_walls(self) -> list[np.ndarray]:
+        """Of each chamber, the outer fabric as numbers among its walls."""
+        fabric = self.surface.triangles_of_kind("fabric")
+        return [np.flatnonzero(walls.outer & np.isin(walls.index, fabric)) for walls in self.walls]
+
+    def links(self, chamber: int, is_open: np.ndarray) -> np.ndarray:
+        """Walls of a chamber that gas passes freely, (triangles,) bool."""
+        free = np.zeros(len(self.walls[chamber].index), np.bool_)
+        for k, row in enumerate(self.supply.passages.rows):
+            if self.is_link(k, is_open):
+                for side, own in zip((row.behind, row.ahead), self.through_walls[k], strict=True):
+                    if side == chamber:
+                        free[own] = True
+        return free
+
+    def is_link(self, k: int, is_open: np.ndarray) -> bool:
+        row = self.supply.passages.rows[k]
+        return row.kind == OPENING and OUTSIDE not in (row.behind, row.ahead) and row.coefficient > 0.0 and is_open[k]
+
+
+@dataclass
+class Exchange:
+    """A step of the structure. present: area of each passage [m^2]. sides: of each passage, the chamber that its
+    geometry is read from, its fragments there, its fragments in the chamber behind and ahead (None: surroundings), and
+    the share of each that contact leaves open. mouths, cooling: fragments of each source's mouth, and of the outer
+    fabric of each chamber if it loses heat."""
+
+    ways: Ways
+    gas: MeshState
+    chambers: list[Moved]
+    positions: np.ndarray
+    velocity: np.ndarray
+    present: list[float]
+    sides: list[tuple[int, np.ndarray, tuple, np.ndarray]]
+    mouths: list[np.ndarray]
+    cooling: list[np.ndarray]
+
+    @classmethod
+    def begin(cls, ways: Ways, gas: MeshState, chambers: list[Moved], bag: Bag, velocity: np.ndarray) -> Exchange:
+        """Look up the fragments, and how much of every passage is blocked."""
+        supply, triangles = ways.supply, bag.surface.triangles
+        passages = supply.passages
+        areas, first = passages.measure(triangles, bag.positions, bag.touched), passages.table.first_chunk
+        sums = [areas[first[k] : first[k + 1]].sum(axis=0) for k in range(len(passages.rows))]
+        blocked = (a[1] for a, row in zip(sums, passages.rows, strict=True) if row.through_blocked < 1.0)
+        gas.blocked_area = float(sum(blocked))
+        corners = None if bag.touched is None else bag.touched.any(axis=0)[triangles].mean(axis=1)
+        sides = []
+        for (behind, ahead), row in zip(ways.through_walls, passages.rows, strict=True):
+            both = tuple(
+                None if c == OUTSIDE else chambers[c].fragments_of(own)
+                for c, own in ((row.behind, behind), (row.ahead, ahead))
+            )
+            main = row.behind if row.behind != OUTSIDE else row.ahead
+            fragments = both[0] if both[0] is not None else both[1]
+            share = np.ones(len(fragments))
+            if corners is not None and row.through_blocked < 1.0:
+                of = chambers[main].walls.index[chambers[main].fragment_triangle[fragments]]
+                share -= (1.0 - row.through_blocked) * corners[of]
+            sides.append((main, fragments, both, share))
+        mouths = zip(supply.sources, ways.mouths, strict=True)
+        losing = () if supply.heat_conductance is None else zip(chambers, ways.cooling_walls, strict=True)
+        return cls(
+            ways, gas, chambers, bag.positions, velocity, [float(a[0]) for a in sums], sides,
+            [chambers[source.inflator.chamber].fragments_of(own) for source, own in mouths],
+            [chamber.fragments_of(own) for chamber, own in losing],
+        )  # fmt: skip
+
+    def flow(self, middle: float, dt: float) -> None:
+        """What flows in a part of dt [s] about the time `middle` [s], into `gained` of the chambers and the books."""
+        for k, row in enumerate(self.ways.supply.passages.rows):
+            if row.coefficient > 0.0 and self.gas.is_open[k]:
+                self._pass(k, middle, dt)
+        self._blow(middle, dt)
+        self._cool(dt)
+
+    def _pass(self, k: int, middle: float, dt: float) -> None:
+        gas, table, row = self.gas, self.ways.supply.table, self.ways.supply.passages.rows[k]
+        main, fragments, _, share = self.sides[k]
+        chamber = self.chambers[main]
+        rows, triangles = chamber.new.fragments.rows, chamber.walls.triangles
+        geometry = rows, fragments, chamber.fragment_triangle, triangles, self.velocity
+        behind, ahead = self._both(k)
+        if self.ways.is_link(k, gas.is_open):
+            gas.passed[k] += link(
+                behind.state, ahead.state, behind.gained, ahead.gained, behind.cluster, ahead.cluster, *geometry,
+                self.ways.cell**2, dt, len(table),
+            )  # fmt: skip
+            return
+        books = np.zeros((2, len(table) + 1))
+        sign = 1.0 if row.behind != OUTSIDE else -1.0
+        flow_through(
+            table, self.ways.supply.passages.table, k, self.present[k], tuple(behind), tuple(ahead), *geometry, share,
+            sign, middle, dt, books,
+        )  # fmt: skip
+        gas.passed[k] += books[:, :-1].sum(axis=1)
+        if OUTSIDE in (row.behind, row.ahead):
+            out, back = (0, 1) if row.ahead == OUTSIDE else (1, 0)
+            gas.out += books[out, :-1]
+            gas.drawn += books[back, :-1]
+            gas.enthalpy_out += float(books[out, -1])
+            gas.enthalpy_in += float(books[back, -1])
+
+    def _blow(self, middle: float, dt: float) -> None:
+        times = middle - 0.5 * dt, middle + 0.5 * dt
+        for source, fragments in zip(self.ways.supply.sources, self.mouths, strict=True):
+            chamber = self.chambers[source.inflator.chamber]
+            cluster = chamber.of[chamber.cell_of_fragment[fragments]]
+            energy, impulse = blow(
+                source, self.ways.supply.table, self.positions, source.jets.mouth_velocity(self.velocity),
+                self.gas.origin, self.ways.cell, chamber.new.fragments.rows, fragments, cluster, chamber.state, times,
+                chamber.gained,
+            )  # fmt: skip
+            if energy:
+                chamber.fed = np.append(chamber.fed, cluster)
+            self.gas.enthalpy_in += energy
+            self.gas.jet_impulse += impulse
+
+    def _cool(self, dt: float) -> None:
+        supply = self.ways.supply
+        for c, fragments in enumerate(self.cooling):
+            chamber = self.chambers[c]
+            self.gas.heat_lost += lose_heat(
+                supply.table, chamber.state, chamber.total, chamber.of[chamber.cell_of_fragment[fragments]],
+                chamber.new.fragments.rows, fragments, supply.ambient.temperature, float(supply.heat_conductance[c]),
+                dt, chamber.gained,
+            )  # fmt: skip
+
+    def _both(self, k: int) -> tuple[Side, Side]:
+        """The gas on both sides of passage k."""
+        supply = self.ways.supply
+        row, (_, fragments, both, _) = supply.passages.rows[k], self.sides[k]
+        found = []
+        for c, own in zip((row.behind, row.ahead), both, strict=True):
+            if own is None:
+                found.append(surroundings(supply.table, supply.ambient, len(fragments)))
+            else:
+                moved = self.chambers[c]
+                mass = moved.total[:, :-4].sum(axis=1)
+                found.append(Side(moved.state, moved.gained, mass, moved.of[moved.cell_of_fragment[own]]))
+        return found[0], found[1]
+
+    def open_passages(self, time: float, dt: float) -> None:
+        """Open what opens by the pressures on its own area at `time` [s], or bursts in the step after it."""
+        for k, row in enumerate(self.ways.supply.passages.rows):
+            if not self.gas.is_open[k]:
+                main, fragments, _, _ = self.sides[k]
+                behind, ahead = self._both(k)
+                lead = mean_lead(tuple(behind), tuple(ahead), self.chambers[main].new.fragments.rows, fragments)
+                self.gas.is_open[k] = lead >= row.opens_at or time + dt >= row.bursts_at

@@ -1,0 +1,320 @@
+"""The mesh gas: flow of an inviscid gas on a lattice whose cells are cut exactly by the fabric (docs/mesh_gas.md)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from billow.base.compiled import CHUNK
+from billow.base.quality import SMALLER_STEPS, Criterion, criterion
+from billow.geometry.cut_cells import CutCells, Window, cut_cells
+from billow.geometry.surface import Surface, area_vectors
+from billow.parts.gas.gas_model import Bag, ChamberTotals, Content, GasTotals, SwitchableGas
+from billow.parts.gas.mesh.exchange import Exchange, Ways
+from billow.parts.gas.mesh.fields import at_places, boxes_of, chamber_totals, is_inside, on_triangles
+from billow.parts.gas.mesh.sheet import Moved, Sheet, Walls, fastest
+from billow.parts.gas.mesh.state import MeshState
+from billow.parts.gas.mesh.walls import press
+from billow.parts.gas.mesh.work import add_load, pay, work_of
+from billow.parts.gas.supply.mixture import mixture_enthalpy, mixture_gamma, mixture_gas_constant
+from billow.parts.gas.supply.supply import Supply
+from billow.parts.part import MYLAR_VOLUME, Loads
+
+DONOR, VAN_LEER = "donor", "van_leer"
+
+COURANT = 0.9
+"""Part of a cell that gas and sound may cross in a part of a step, summed over the axes."""
+
+MOST_PARTS = 4
+"""Parts of a step of the structure, about, that the gas asks for: the structure takes no longer steps."""
+
+OFF_THE_PLANES = 0.37
+"""Distance [cells] of the lattice's planes from the ends of the bag at the start, so that no panel lies in one."""
+
+SECONDS_PER_CELL, SECONDS_PER_TRIANGLE = 0.9e-6, 2e-6
+"""Rough cost of a full cell, and of what of a triangle is cut, in a part of a step."""
+
+
+@dataclass(frozen=True)
+class MeshGas(SwitchableGas):
+    """supply: its sources have mouths, its passages triangles. surface: of the bag. fabric_area: as cut [m^2]. cell:
+    edge of a cell [m]. advection: DONOR or VAN_LEER. flow_limit: part of a cell that gas may flow in a part of a
+    step."""
+
+    supply: Supply
+    surface: Surface
+    fabric_area: float
+    cell: float
+    advection: str = VAN_LEER
+    flow_limit: float = 1.0
+
+    @property
+    def table(self) -> np.ndarray:
+        return self.supply.table
+
+    @cached_property
+    def walls(self) -> tuple[Walls, ...]:
+        chambers = self.supply.chambers
+        return tuple(Walls.of(self.surface, chambers, c) for c in range(chambers.count))
+
+    @cached_property
+    def ways(self) -> Ways:
+        return Ways(self.supply, self.surface, self.walls, self.cell)
+
+    # --- the contract ----------------------------------------------------------------------------------------------
+
+    def start(self, bag: Bag) -> MeshState:
+        """The initial gas in the start shape. Raises NumericalStop E-NUM-020."""
+        initial, positions, species = self.supply.start_gas, bag.positions.copy(), len(self.table)
+        used = positions[np.unique(bag.surface.triangles)]
+        origin = used.min(axis=0) - OFF_THE_PLANES * self.cell
+        rows = len(self.supply.passages.rows)
+        gas = MeshState(
+            (), positions, origin, np.zeros(rows, np.bool_), np.zeros((rows, 2)), np.zeros(species), np.zeros(species),
+            np.zeros(len(self.walls)), np.zeros(species),
+        )  # fmt: skip
+        sheets = []
+        for c, (walls, cut) in enumerate(zip(self.walls, self.cut(gas), strict=True)):
+            p, t, y = float(initial.pressure[c]), float(initial.temperature[c]), initial.mass_fractions[c]
+            gas_constant = mixture_gas_constant(self.table, y)
+            some = cut.volume > 0.0
+            mass = p / (gas_constant * t) * self.cell**3 * cut.volume[some]
+            held = np.zeros((len(mass), species + 4))
+            held[:, :species] = mass[:, None] * y
+            held[:, -1] = mass * (mixture_enthalpy(self.table, y, t) - gas_constant * t)
+            normals = walls.sign[:, None] * area_vectors(walls.triangles, positions)
+            force = np.repeat(p / 3.0 * normals[:, None, :], 3, axis=1)
+            sound = np.full(len(mass), math.sqrt(mixture_gamma(self.table, y, t) * gas_constant * t))
+            sheets.append(Sheet(cut.key[some], held, np.full(len(mass), t), sound, force, np.zeros(len(normals))))
+        gas.sheets = tuple(sheets)
+        inside = np.append(initial.pressure, self.supply.ambient.pressure)
+        for k, row in enumerate(self.supply.passages.rows):
+            gas.is_open[k] = inside[row.behind] - inside[row.ahead] >= row.opens_at  # OUTSIDE, -1, is the last entry
+        gas.volume = self.supply.chambers.volumes(bag.surface.triangles, positions)
+        gas.start_masses, gas.start_energy = sum(s.masses for s in sheets), sum(s.energy for s in sheets)
+        return gas
+
+    def cut(self, gas: MeshState) -> tuple[CutCells, ...]:
+        """The cells of every chamber as the surface stands."""
+        if gas.cuts is None or not np.array_equal(gas.cuts[0], gas.positions):
+            gas.cuts = gas.positions.copy(), self._cut(gas, gas.positions)
+        return gas.cuts[1]
+
+    def _cut(self, gas: MeshState, positions: np.ndarray) -> tuple[CutCells, ...]:
+        if gas.window is None:
+            gas.window = Window.none()
+        places = (positions - gas.origin) / self.cell
+        return tuple(cut_cells(walls.triangles, walls.sign, places, gas.window) for walls in self.walls)
+
+    def advance(self, gas: MeshState, bag: Bag, time: float, dt: float, loads: Loads) -> None:
+        """Raises NumericalStop E-NUM-020 and E-NUM-021."""
+        gas.volume = bag.volumes.copy()
+        if dt > 0.0:
+            self._flow(gas, bag, time, dt)
+        corner_force, ambient = loads.at_corners(), self.supply.ambient.pressure
+        for walls, sheet in zip(self.walls, gas.sheets, strict=True):
+            add_load(
+                len(walls.index), walls.triangles, walls.index, bag.positions, sheet.force, walls.sign, walls.outer,
+                ambient, corner_force,
+            )  # fmt: skip
+
+    def _flow(self, gas: MeshState, bag: Bag, time: float, dt: float) -> None:
+        old, before, positions = self.cut(gas), gas.positions, bag.positions.copy()
+        moved = not np.array_equal(before, positions)
+        new = self._cut(gas, positions) if moved else old
+        velocity = (positions - before) / dt
+        parts = max(1, math.ceil(dt / self.longest_part(gas)))
+        second_order = self.advection == VAN_LEER
+        chambers = [
+            Moved.begin(
+                self.walls[c], gas.sheets[c], self.table, self.cell, gas.origin, (old[c], new[c]), velocity,
+                self.ways.links(c, gas.is_open), second_order,
+            )
+            for c in range(len(gas.sheets))
+        ]  # fmt: skip
+        exchange = Exchange.begin(self.ways, gas, chambers, bag, velocity)
+        for middle, *_ in zip(*(chamber.parts(dt, parts, time) for chamber in chambers), strict=True):
+            exchange.flow(middle, dt / parts)
+        for chamber, sheet, cut in zip(chambers, gas.sheets, new, strict=True):
+            self._push(gas, chamber, sheet, cut, before, positions)
+            gas.adopted, gas.lost = gas.adopted + chamber.adopted, gas.lost + chamber.lost
+            gas.donors += chamber.donors
+            gas.clipped = max(gas.clipped, -cut.clipped / max(cut.total, 1e-300))
+        gas.positions, gas.cuts, gas.time = positions, (positions, new), time + dt
+        gas.parts += parts
+        exchange.open_passages(time + dt, dt)
+        self._close_books(gas)
+
+    def _push(
+        self, gas: MeshState, chamber: Moved, sheet: Sheet, cut: CutCells, before: np.ndarray, positions: np.ndarray
+    ) -> None:
+        """The new force, and its work together with the old one's."""
+        walls, n = chamber.walls, len(chamber.walls.index)
+        force = np.empty((n, 3, 3))
+        press(
+            n, cut.fragments.first, chamber.cell_of_fragment, cut.fragments.rows, chamber.of, walls.triangles,
+            chamber.velocity, chamber.is_link, chamber.state, chamber.slope, chamber.place, self.cell**2, force,
+        )  # fmt: skip
+        work, against = np.empty(n), np.empty(n)
+        work_of(
+            n, walls.triangles, before, positions, sheet.force, force, walls.sign, walls.outer,
+            self.supply.ambient.pressure, work, against,
+        )  # fmt: skip
+        sheet.force = force
+        sheet.owed += work - chamber.booked
+        pay(
+            sheet.owed, cut.fragments.first, cut.fragments.rows, chamber.cell_of_fragment, chamber.of, chamber.held,
+            len(chamber.state),
+        )  # fmt: skip
+        chamber.write(sheet)
+        gas.work += float(work.sum())
+        gas.ambient_work += float(against.sum())
+
+    def longest_part(self, gas: MeshState) -> float:
+        """Longest part of a step [s]."""
+        fast, flow = 0.0, 0.0
+        for sheet in gas.sheets:
+            n = len(sheet.key)
+            if n:
+                most, pace = np.empty(-(-n // CHUNK)), sheet.pace()
+                fastest(n, pace, most)
+                fast = max(fast, float(most.max()))
+                if self.flow_limit < 1.0:
+                    flow = max(flow, float((pace - sheet.sound[:, None]).max()))
+        limit = COURANT * self.cell / fast if fast > 0.0 else math.inf
+        return min(limit, self.flow_limit * self.cell / flow) if flow > 0.0 else limit
+
+    def stable_dt(self, gas: MeshState) -> float:
+        return MOST_PARTS * self.longest_part(gas)
+
+    def _close_books(self, gas: MeshState) -> None:
+        """Hold what is inside against the books; keep the largest relative errors."""
+        came = gas.start_masses + self.supply.delivered(gas.time).sum(axis=0) + gas.drawn
+        gap = sum(sheet.masses for sheet in gas.sheets) + gas.out - came
+        gas.mass_error = max(gas.mass_error, float(np.abs(gap).max() / came.sum()))
+        scale = gas.start_energy + gas.enthalpy_in
+        gap = sum(sheet.energy for sheet in gas.sheets) + gas.enthalpy_out + gas.work + gas.heat_lost - scale
+        gas.energy_error = max(gas.energy_error, abs(gap) / scale)
+
+    # --- handing over to another gas -------------------------------------------------------------------------------
+
+    def can_hand_over(self, gas: MeshState) -> bool:
+        return all(sheet.masses.any() for sheet in gas.sheets)
+
+    def hand_over(self, gas: MeshState, bag: Bag, time: float, dt: float) -> Content:
+        """The gas flows to the end of the step and goes; half of the step's work was that of the force at its
+        beginning."""
+        work, ambient = self._half_work(gas, bag)
+        gas.volume = bag.volumes.copy()
+        kept = gas.work, gas.ambient_work
+        self._flow(gas, bag, time, dt)
+        # What the force at the end would have done is given back: another gas does it.
+        back = gas.work - kept[0] - work
+        gas.work, gas.ambient_work = kept[0] + work, kept[1] + ambient
+        rooms = [chamber_totals(self.table, sheet, v) for sheet, v in zip(gas.sheets, gas.volume, strict=True)]
+        masses = np.array([sheet.masses for sheet in gas.sheets])
+        energy = np.array([sheet.energy for sheet in gas.sheets])
+        energy += back * energy / energy.sum()
+        for sheet in gas.sheets:
+            species = sheet.species
+            sheet.key, sheet.held = np.empty(0, np.int64), np.empty((0, species + 4))
+            sheet.temperature, sheet.sound = np.empty(0), np.empty(0)
+            sheet.force[...], sheet.owed[...] = 0.0, 0.0
+        return Content(masses, energy, gas.volume.copy(), np.array([room[1] for room in rooms]), gas.is_open.copy())
+
+    def _half_work(self, gas: MeshState, bag: Bag) -> tuple[float, float]:
+        """Work [J] of the force at the start of a step over its motion, halved, and the part of it against the
+        ambient."""
+        work, against, way = 0.0, 0.0, bag.positions - gas.positions
+        for walls, sheet in zip(self.walls, gas.sheets, strict=True):
+            moves = way[walls.triangles]
+            work += 0.5 * float(np.sum(sheet.force * moves))
+            pull = self.supply.ambient.pressure * (walls.sign * walls.outer)[:, None]
+            normals = pull * area_vectors(walls.triangles, gas.positions)
+            against += 0.5 * float(np.sum(normals[:, None] / 3.0 * moves))
+        return work, against
+
+    def book_work(self, gas: MeshState, work: float, ambient_work: float) -> None:
+        gas.work += work
+        gas.ambient_work += ambient_work
+
+    # --- what users see --------------------------------------------------------------------------------------------
+
+    def totals(self, gas: MeshState) -> GasTotals:
+        rooms = [chamber_totals(self.table, sheet, v) for sheet, v in zip(gas.sheets, gas.volume, strict=True)]
+        vented_by, leaked_by, passed = self.supply.outflow_by_name(gas.passed.tolist())
+        volume, masses = float(gas.volume.sum()), sum(sheet.masses for sheet in gas.sheets)
+        mass = np.array([sheet.masses.sum() for sheet in gas.sheets])
+        heat = sum(p * v for (p, _), v in zip(rooms, gas.volume.tolist(), strict=True))
+        gas_constant = mixture_gas_constant(self.table, masses)
+        names = self.supply.chambers.names
+        each = zip(names, rooms, gas.volume.tolist(), mass.tolist(), gas.sheets, strict=True)
+        return GasTotals(
+            pressure=heat / volume,
+            temperature=heat / gas_constant if gas_constant > 0.0 else self.supply.ambient.temperature,
+            volume=volume,
+            mass_by_species=masses,
+            energy=sum(sheet.energy for sheet in gas.sheets),
+            injected=float(sum(i.delivered(gas.time) for i in self.supply.inflators)),
+            vented=sum(vented_by.values()),
+            leaked=sum(leaked_by.values()),
+            drawn_in=float(gas.drawn.sum()),
+            work=gas.work,
+            ambient_work=gas.ambient_work,
+            enthalpy_in=gas.enthalpy_in,
+            enthalpy_out=gas.enthalpy_out,
+            jet_impulse_in=gas.jet_impulse,
+            jet_impulse_out=gas.jet_impulse,
+            mass_error=gas.mass_error,
+            energy_error=gas.energy_error,
+            heat_lost=gas.heat_lost,
+            blocked_area=gas.blocked_area,
+            vented_by=vented_by,
+            leaked_by=leaked_by,
+            passed=passed,
+            chambers=()
+            if len(names) == 1
+            else tuple(ChamberTotals(name, p, t, v, m, sheet.energy) for name, (p, t), v, m, sheet in each),
+        )
+
+    def fields(self, gas: MeshState) -> dict[str, np.ndarray]:
+        """Pressure on triangles, and the gas beside them."""
+        return on_triangles(self, gas, self.cut(gas))
+
+    def cells(self, gas: MeshState) -> dict[str, np.ndarray]:
+        return boxes_of(self, gas, self.cut(gas))
+
+    def at(self, gas: MeshState, places: np.ndarray) -> dict[str, np.ndarray]:
+        return at_places(self, gas, self.cut(gas), places)
+
+    def outside(self, positions: np.ndarray, places: np.ndarray, chamber: int) -> np.ndarray:
+        return ~is_inside(self, positions, places, chamber)
+
+    def books(self, gas: MeshState) -> dict[str, float]:
+        return {
+            "mesh_gas_lost_clusters": float(gas.lost),
+            "mesh_gas_donor_clusters": float(gas.donors),
+            "mesh_gas_adopted_clusters": float(gas.adopted),
+            "mesh_gas_parts": float(gas.parts),
+            "mesh_gas_clipped_volume": gas.clipped,
+        }
+
+    def verdicts(self, books: Mapping[str, float]) -> Iterator[Criterion]:
+        clipped = 100.0 * books["mesh_gas_clipped_volume"]
+        yield criterion("volume of gas lost where fabric lies in itself", clipped, 0.01, 1.0, "%", SMALLER_STEPS)
+        yield criterion("gas without room", books["mesh_gas_lost_clusters"], 0.5, math.inf, "clusters", SMALLER_STEPS)
+
+    def remarks(self, gas: MeshState) -> list[str]:
+        cells = sum(len(sheet.key) for sheet in gas.sheets)
+        return [f"mesh gas: {cells} cells at the end, {gas.parts} parts of steps, {gas.donors} donor clusters"]
+
+    def seconds_per_step(self, gas: MeshState, dt: float, end: float) -> float:
+        """Of a bag half inflated."""
+        cells = 0.5 * MYLAR_VOLUME * (self.fabric_area / (2.0 * math.pi)) ** 1.5 / self.cell**3
+        cut = self.fabric_area / self.cell**2 + self.surface.triangle_count
+        parts = max(1.0, dt * 3.0 * 700.0 / self.cell)
+        return parts * (SECONDS_PER_CELL * cells + SECONDS_PER_TRIANGLE * cut)

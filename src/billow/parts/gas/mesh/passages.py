@@ -1,0 +1,157 @@
+"""Flow through vents and porous fabric, fragment by fragment, by the laws that all gas models share.
+
+Each fragment has its part of the passage's area and the pressures of the clusters on either side, so that a vent feels
+the jet that blows at it. The surroundings are a cluster of their own, which never empties.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from billow.base.compiled import scalar
+from billow.geometry.lattice_clipping import NORMAL, WEIGHT
+from billow.parts.gas.mesh.thermodynamics import RHO, C, P, T, U, Y
+from billow.parts.gas.supply.ambient import Ambient
+from billow.parts.gas.supply.mixture import mixture_enthalpy, mixture_gamma, mixture_gas_constant
+from billow.parts.gas.supply.outflow import conductance
+from billow.parts.gas.supply.passages import FABRIC, KIND, LAW, effective_area
+
+LARGEST_SHARE = 0.25
+"""Of a cluster's mass that may leave, or come, in a part of a step."""
+
+
+class Side(NamedTuple):
+    """The gas on one side of a passage. state: (clusters, Y + species); gained: (clusters, species + 4), what is given
+    to each; mass: [kg], (clusters,), infinite for the surroundings; cluster: of each fragment, (fragments,) int32."""
+
+    state: np.ndarray
+    gained: np.ndarray
+    mass: np.ndarray
+    cluster: np.ndarray
+
+
+def surroundings(table: np.ndarray, ambient: Ambient, fragments: int) -> Side:
+    """The still air outside a number of fragments."""
+    fractions = ambient.mass_fractions
+    gamma = mixture_gamma(table, fractions, ambient.temperature)
+    rt = mixture_gas_constant(table, fractions) * ambient.temperature
+    state = np.zeros((1, Y + len(table)))
+    state[0, RHO], state[0, P], state[0, T] = ambient.pressure / rt, ambient.pressure, ambient.temperature
+    state[0, C], state[0, Y:] = np.sqrt(gamma * rt), fractions
+    gained, mass = np.zeros((1, len(table) + 4)), np.full(1, np.inf)
+    return Side(state, gained, mass, np.zeros(fragments, np.int32))
+
+
+@scalar
+def mean_lead(behind, ahead, rows, fragments):
+    """Pressure behind less that ahead [Pa], mean over the area of a passage; behind, ahead: Sides as plain tuples."""
+    lead, total = 0.0, 0.0
+    for m in range(len(fragments)):
+        f = fragments[m]
+        a = np.sqrt(rows[f, NORMAL] ** 2 + rows[f, NORMAL + 1] ** 2 + rows[f, NORMAL + 2] ** 2)
+        lead += a * (behind[0][behind[3][m], P] - ahead[0][ahead[3][m], P])
+        total += a
+    return lead / total if total > 0.0 else 0.0
+
+
+@scalar
+def flow_through(
+    table, passages, k, present, behind, ahead, rows, fragments, triangle, triangles, velocity, open_share, sign, time,
+    dt, books_out,
+):  # fmt: skip
+    """Let gas through passage k of a PassageTable for dt [s].
+
+    present: its area now [m^2]. behind, ahead: Sides as plain tuples. rows, fragments, triangle, triangles, velocity:
+    the fragments it consists of, their geometry and motion; open_share: of each fragment, what contact leaves open.
+    sign: 1.0 if the normals of the rows point from behind to ahead. books_out: (2, species + 1), what went from behind
+    to ahead and back: masses [kg] and energy [J].
+    """
+    plan, n, species = passages.plan, len(fragments), len(table)
+    porous = plan[k, KIND] == FABRIC
+    total = 0.0
+    for m in range(n):
+        f = fragments[m]
+        total += np.sqrt(rows[f, NORMAL] ** 2 + rows[f, NORMAL + 1] ** 2 + rows[f, NORMAL + 2] ** 2)
+    wanted, moves = np.zeros(n), np.zeros((n, 3))
+    from_behind, from_ahead = np.zeros(len(behind[2])), np.zeros(len(ahead[2]))
+    for m in range(n):
+        f, b, a = fragments[m], behind[3][m], ahead[3][m]
+        p_behind, p_ahead = behind[0][b, P], ahead[0][a, P]
+        if not (p_behind > 0.0 and p_ahead > 0.0):
+            continue
+        t = triangle[f]
+        size = np.sqrt(rows[f, NORMAL] ** 2 + rows[f, NORMAL + 1] ** 2 + rows[f, NORMAL + 2] ** 2)
+        forth = p_behind >= p_ahead
+        up, c = (behind[0], b) if forth else (ahead[0], a)
+        normal = 0.0
+        for d in range(3):
+            for corner in range(3):
+                moves[m, d] += rows[f, WEIGHT + corner] * velocity[triangles[t, corner], d]
+            normal += (up[c, U + d] - moves[m, d]) * rows[f, NORMAL + d] * (sign if forth else -sign)
+        if not porous and normal > 0.0 and (behind[2][b] if forth else ahead[2][a]) < np.inf:
+            head = 0.5 * up[c, RHO] * (normal / size) ** 2  # what flows at a hole comes with its stagnation pressure
+            if forth:
+                p_behind += head
+            else:
+                p_ahead += head
+        area = effective_area(passages, k, present, 0.0, time, p_behind, p_ahead) * size / total * open_share[m]
+        gamma, rt = up[c, C] ** 2 * up[c, RHO] / up[c, P], up[c, P] / up[c, RHO]
+        high, low = max(p_behind, p_ahead), min(p_behind, p_ahead)
+        flow = dt * area * conductance(plan[k, LAW], high, low, gamma, rt) * (high - low)
+        wanted[m] = flow if forth else -flow
+        from_behind[b] += abs(flow)
+        from_ahead[a] += abs(flow)
+    for m in range(n):
+        if wanted[m] == 0.0:
+            continue
+        f, b, a = fragments[m], behind[3][m], ahead[3][m]
+        most = min(
+            1.0, LARGEST_SHARE * behind[2][b] / from_behind[b], LARGEST_SHARE * ahead[2][a] / from_ahead[a]
+        )  # a side that is filled may not take more than it holds either, or its pressure would overshoot
+        mass, forth = abs(wanted[m]) * most, wanted[m] > 0.0
+        up, c, still = (behind[0], b, behind[2][b]) if forth else (ahead[0], a, ahead[2][a])
+        still = still == np.inf
+        energy = mixture_enthalpy(table, up[c, Y:], up[c, T])
+        for d in range(3):
+            u = moves[m, d] if still else up[c, U + d]  # air comes in at the speed of the fabric
+            energy += 0.5 * u * u
+            if porous and not still:
+                energy -= 0.5 * (u - moves[m, d]) ** 2  # flow along the fabric stays behind as heat
+            behind[1][b, species + d] -= wanted[m] * most * u
+            ahead[1][a, species + d] += wanted[m] * most * u
+        row = 0 if forth else 1
+        for s in range(species):
+            behind[1][b, s] -= wanted[m] * most * up[c, Y + s]
+            ahead[1][a, s] += wanted[m] * most * up[c, Y + s]
+            books_out[row, s] += mass * up[c, Y + s]
+        behind[1][b, species + 3] -= wanted[m] * most * energy
+        ahead[1][a, species + 3] += wanted[m] * most * energy
+        books_out[row, species] += mass * energy
+
+
+@scalar
+def lose_heat(table, state, total, cluster, rows, fragments, ambient, conductance, dt, gained):
+    """Heat [J] that clusters lose through fragments of the outer fabric in dt [s], taken from `gained`: m cv dT/dt =
+    -h A (T - T_ambient), exact. ambient: temperature [K]. conductance: h A [W/K] of all these fragments together."""
+    whole, species = 0.0, len(table)
+    share = np.zeros(len(state))
+    for m in range(len(fragments)):
+        f = fragments[m]
+        size = np.sqrt(rows[f, NORMAL] ** 2 + rows[f, NORMAL + 1] ** 2 + rows[f, NORMAL + 2] ** 2)
+        share[cluster[m]] += size
+        whole += size
+    lost = 0.0
+    for c in range(len(state)):
+        if share[c] > 0.0 and state[c, P] > 0.0:
+            gamma = state[c, C] ** 2 * state[c, RHO] / state[c, P]
+            mass, gas_constant = 0.0, 0.0
+            for s in range(species):
+                mass += total[c, s]
+                gas_constant += total[c, s] * table[s, 0]
+            capacity = gas_constant / (gamma - 1.0)
+            heat = -capacity * (state[c, T] - ambient) * np.expm1(-dt * conductance * share[c] / whole / capacity)
+            gained[c, species + 3] -= heat
+            lost += heat
+    return lost

@@ -1,0 +1,69 @@
+"""State of the gas in a control volume from its totals: mixture of ideal gases with cp(T)."""
+
+from __future__ import annotations
+
+import math
+
+from billow.base.compiled import scalar
+from billow.parts.gas.supply.mixture import species_cp, species_enthalpy
+from billow.parts.gas.supply.species import COLDEST, HOTTEST
+
+RHO, U, P, C, G, T, Y = 0, 1, 4, 5, 6, 7, 8
+"""Columns of a state: density [kg/m^3], velocity [m/s] (three), pressure [Pa], speed of sound [m/s], 1 + p/(rho e) [-],
+temperature [K], and mass fractions. With the fifth, energy per volume is p/(G - 1) + rho u^2/2 for any mixture."""
+
+ITERATIONS = 40
+EXACT = 1e-7
+"""Last change of temperature, relative; its square is left, as Newton's method converges."""
+USUAL = 300.0
+"""First guess of a temperature [K] where there was no gas."""
+
+
+@scalar
+def heat_content(table, totals, i, species, temperature):
+    """Enthalpy [J] and heat capacity at constant pressure [J/K] of the masses totals[i, :species] [kg]."""
+    t, enthalpy, capacity = temperature, 0.0, 0.0
+    within = COLDEST < t < HOTTEST
+    for s in range(species):
+        m = totals[i, s]
+        if within:
+            k, offset = (2, table[s, 14]) if t < table[s, 1] else (7, table[s, 15])
+            a, b, c, d, e = table[s, k], table[s, k + 1], table[s, k + 2], table[s, k + 3], table[s, k + 4]
+            capacity += m * (a + t * (b + t * (c + t * (d + t * e))))
+            enthalpy += m * (offset + t * (a + t * (b / 2.0 + t * (c / 3.0 + t * (d / 4.0 + t * e / 5.0)))))
+        else:
+            capacity += m * species_cp(table[s], t)
+            enthalpy += m * species_enthalpy(table[s], t)
+    return enthalpy, capacity
+
+
+@scalar
+def primitive(table, totals, i, species, volume, guess, state, row):
+    """State of a control volume of `volume` [m^3] with totals[i]: masses [kg] (species,), momentum [kg m/s] (3,) and
+    energy [J]; into state[row]. Returns whether there is one: positive mass and internal energy."""
+    m, gas_constant = 0.0, 0.0
+    for s in range(species):
+        m += totals[i, s]
+        gas_constant += totals[i, s] * table[s, 0]
+    if not (m > 0.0 and volume > 0.0):
+        return False
+    u, v, w = totals[i, species] / m, totals[i, species + 1] / m, totals[i, species + 2] / m
+    thermal = totals[i, species + 3] - 0.5 * m * (u * u + v * v + w * w)
+    if not thermal > 0.0:
+        return False
+    t, cp = guess if guess > 1.0 else USUAL, 0.0
+    for _ in range(ITERATIONS):
+        enthalpy, cp = heat_content(table, totals, i, species, t)
+        change = (enthalpy - gas_constant * t - thermal) / (cp - gas_constant)
+        change = min(max(change, -t), 0.5 * t)  # never below zero, at most doubled
+        t -= change
+        if abs(change) <= EXACT * t:
+            break
+    state[row, RHO], state[row, U], state[row, U + 1], state[row, U + 2] = m / volume, u, v, w
+    state[row, P] = gas_constant * t / volume
+    state[row, C] = math.sqrt(cp / (cp - gas_constant) * gas_constant * t / m)
+    state[row, G] = 1.0 + gas_constant * t / thermal
+    state[row, T] = t
+    for s in range(species):
+        state[row, Y + s] = totals[i, s] / m
+    return True
