@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+import time
 from dataclasses import dataclass, field
 
 import pytest
@@ -15,6 +16,8 @@ FLAGS = (
     "--host-resolver-rules=MAP * ~NOTFOUND",
 )
 """A picture without a graphics card, and no name that resolves."""
+PATIENCE = 20.0
+"""[s] that a busy machine may take to open a page."""
 
 
 @pytest.fixture(scope="session")
@@ -42,6 +45,13 @@ class Opened:
         """The value of an expression, or of a function of `argument`."""
         return self.page.evaluate(script, argument)
 
+    def until(self, script: str) -> None:
+        """Wait until an expression is true. Here, for in the page the policy forbids to wait for a text of code."""
+        end = time.monotonic() + PATIENCE
+        while not self(script):
+            assert time.monotonic() < end, f"not true after {PATIENCE} s: {script}; the page said {self.said}"
+            time.sleep(0.02)
+
 
 @pytest.fixture(scope="module")
 def open_page(browser):
@@ -52,7 +62,7 @@ def open_page(browser):
     def open_it(path, link="", *, wide=1280, tall=800, before="") -> Opened:
         context = browser.new_context(viewport={"width": wide, "height": tall}, offline=True)
         opened = Opened(context.new_page())
-        opened.page.set_default_timeout(20_000)
+        opened.page.set_default_timeout(10_000)
         opened.page.on("console", lambda message: opened.said.append(message.text))
         opened.page.on("pageerror", lambda error: opened.said.append(str(error)))
         opened.page.on("request", lambda request: opened.asked.append(request.url))
@@ -60,7 +70,7 @@ def open_page(browser):
             "addEventListener('securitypolicyviolation', (e) => console.log(`policy: ${e.blockedURI}`));" + before
         )
         opened.page.goto(f"{path.as_uri()}{link}")
-        opened.page.wait_for_function("window.ready === true")
+        opened.until("globalThis.ready === true")
         pages.append((opened, context))
         return opened
 

@@ -214,7 +214,7 @@ def test_a_kept_design_is_compared_and_swapped(opened):
     opened("page.sliders.setAll([0.03, 700, 0.18])")
     page.locator("#swap").click()
     assert opened("page.sliders.values") == pytest.approx([0.02, 600.0, 0.12])
-    page.wait_for_function("document.querySelectorAll('#numbers thead th').length === 4")
+    opened.until("document.querySelectorAll('#numbers thead th').length === 4")
     page.select_option("#field", "difference")
     assert "distance between A and B" in page.locator("#legend").inner_text()
     page.locator("#drop").click()
@@ -244,7 +244,7 @@ def test_without_webgl_curves_and_numbers_still_work(open_page, place, opened):
         console.error = () => {};""",
     )
     assert page.page.locator("#nopicture").is_visible()
-    page.page.wait_for_function("document.querySelectorAll('#numbers tbody tr').length >= 4")
+    page.until("document.querySelectorAll('#numbers tbody tr').length >= 4")
 
 
 @pytest.mark.parametrize(("nodes", "megabytes", "of_loop"), [(1770, 1.5, 2.0), (10_000, 3.0, 8.0)])

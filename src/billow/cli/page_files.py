@@ -21,8 +21,8 @@ def check_page_name(out: Path) -> None:
         raise NO_PAGE_NAME(name=out.name[-40:])
 
 
-def write_page(out: Path, text: str) -> None:
-    """Write a page, whose folder is made, and say so. Errors as `check_page_name` and `owned_file`."""
+def write_page(out: Path, text: str, quiet: bool = False) -> None:
+    """Write a page, whose folder is made, and say so unless `quiet`. Errors as `check_page_name` and `owned_file`."""
     from billow.pages.html import SIGN
     from billow.results.atomic import write_atomically
     from billow.results.ownership import owned_file
@@ -31,4 +31,5 @@ def write_page(out: Path, text: str) -> None:
     out.parent.mkdir(parents=True, exist_ok=True)
     with owned_file(out, SIGN):
         write_atomically(out, text)
-    print(f"{out}: {len(text.encode()) / 1e6:.1f} MB; open it in a browser")
+    if not quiet:
+        print(f"{out}: {len(text.encode()) / 1e6:.1f} MB; open it in a browser")

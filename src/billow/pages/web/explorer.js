@@ -115,7 +115,7 @@ async function start() {
     const row = Math.round((clock.time - coupled.times[0]) / (coupled.times[1] - coupled.times[0]));
     const k = Math.min(Math.max(row, 0), coupled.times.length - 1), centre = curvesOf.motion.centre.slice(3 * k, 3 * k + 3);
     const [points, triangles] = coupled.surface(coupled.body(sliders.values), centre);
-    if (!head) head = picture.mesh(triangles, { colour: "#8aa0b4", opacity: 0.55 });
+    if (!head) head = picture.mesh(triangles, { colour: "#8aa0b4", opacity: 0.55, behind: true });
     picture.place(head, points);
     return [points, triangles];
   }

@@ -4,7 +4,7 @@ import { digits } from "./elements.js";
 
 const {
   BufferAttribute, BufferGeometry, Color, DirectionalLight, DoubleSide, HemisphereLight, LineBasicMaterial,
-  LineSegments, Mesh, MeshBasicMaterial, MeshLambertMaterial, OrbitControls, OrthographicCamera, Raycaster, Scene,
+  LineSegments, Mesh, MeshBasicMaterial, MeshLambertMaterial, OrbitControls, OrthographicCamera, Plane, Raycaster, Scene,
   Vector2, Vector3, WebGLRenderer,
 } = VENDOR;
 
@@ -43,10 +43,12 @@ export class Picture {
 
   // A mesh of triangles, each with corners of its own, so that a triangle may have one colour. holes: (triangles,),
   // which are drawn dark. wire: edges alone.
-  mesh(triangles, { colour = "#ece7dd", holes = null, wire = false, opacity = 1 } = {}) {
+  // behind: drawn a little farther away than it is, so that fabric which lies on it is seen.
+  mesh(triangles, { colour = "#ece7dd", holes = null, wire = false, opacity = 1, behind = false } = {}) {
     const geometry = new BufferGeometry(), corners = triangles.length;
     geometry.setAttribute("position", new BufferAttribute(new Float32Array(3 * corners), 3));
-    const look = { side: DoubleSide, transparent: opacity < 1, opacity };
+    const look = { side: DoubleSide, transparent: opacity < 1, opacity, depthWrite: opacity === 1 };
+    if (behind) Object.assign(look, { polygonOffset: true, polygonOffsetFactor: 2, polygonOffsetUnits: 8 });
     const material = wire
       ? new MeshBasicMaterial({ ...look, wireframe: true, color: colour })
       : new MeshLambertMaterial({ ...look, vertexColors: true, flatShading: true });
@@ -95,6 +97,19 @@ export class Picture {
     made.frustumCulled = false;
     this.scene.add(made);
     return made;
+  }
+
+  // Leave away what lies beyond a plane [axis, place], on the side of the viewer; null for nothing.
+  open(plane) {
+    if (!this.renderer) return;
+    if (!plane) {
+      this.renderer.clippingPlanes = [];
+      return;
+    }
+    const normal = new Vector3(), [axis, place] = plane;
+    const towards = this.camera.position.clone().sub(this.orbit.target).getComponent(axis) < 0 ? 1 : -1;
+    normal.setComponent(axis, towards);
+    this.renderer.clippingPlanes = [new Plane(normal, -towards * (place + towards * -1e-4))];
   }
 
   // ends: (lines, 2, 3) [m]
