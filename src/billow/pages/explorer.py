@@ -28,7 +28,7 @@ NEEDS_FORCES = InputError.declare(
     "this surrogate cannot be explored",
     where="{path}",
     why="it needs the contact forces of the previous time, which a page does not have",
-    remedy="train one without --forces: billow train STUDY",
+    remedy="train one that needs none: billow train STUDY",
 )
 
 MODULES = (
