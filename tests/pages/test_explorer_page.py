@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import html
 import io
 import re
 import tomllib
@@ -245,6 +246,19 @@ def test_without_webgl_curves_and_numbers_still_work(open_page, place, opened):
     )
     assert page.page.locator("#nopicture").is_visible()
     page.until("document.querySelectorAll('#numbers tbody tr').length >= 4")
+
+
+def test_it_works_inside_a_report(open_page, place, opened):
+    """As the report of a study holds it: in a frame of the same file."""
+    path = place / "report.html"
+    inside = html.escape((place / "model.html").read_text(encoding="utf-8"))
+    path.write_text(
+        f"<script>globalThis.ready = true</script><iframe srcdoc='{inside}' width=1000 height=700></iframe>"
+    )
+    page = open_page(path)
+    page.until("document.querySelector('iframe').contentWindow.ready === true")
+    page("document.querySelector('iframe').contentWindow.page.sliders.set(0, 0.03)")
+    assert "model.html" not in page.page.url
 
 
 @pytest.mark.parametrize(("nodes", "megabytes", "of_loop"), [(1770, 1.5, 2.0), (10_000, 3.0, 8.0)])

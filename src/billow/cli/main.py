@@ -335,7 +335,7 @@ def demo(
 for command in (
     surrogates.train, surrogates.evaluate, surrogates.predict, surrogates.suggest, surrogates.export,
     converge.converge, coupon.coupon, fold.fold, paper.paper, schema.schema, plot.plot, compare.compare,
-    render.render, explore.explore, view.view,
+    render.render, explore.explore, view.view, view.report,
 ):  # fmt: skip
     app.command()(command)
 for group in (tank.app, couple.app):

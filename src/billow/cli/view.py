@@ -1,4 +1,4 @@
-"""`billow view`: a run as a page."""
+"""`billow view` and `billow report`: a run as a page."""
 
 from __future__ import annotations
 
@@ -33,3 +33,15 @@ def view(
     title = (source.result.record.get("title") if source.result is not None else None) or source.label
     shown = Shown(source.label, source.fabric, source.result, source.histories)
     write_page(out, viewer_page([shown], title, field or ()))
+
+
+def report(
+    run: Annotated[Path, typer.Argument(metavar="RUN", help="Result folder of a run.")],
+    out: Annotated[Path, typer.Option(help="Page.")] = Path("report.html"),
+) -> None:
+    """Write a run's own page: whether it can be used, peaks and injury metrics, the moving bag, curves, books, log."""
+    from billow.pages.run_report import run_report
+    from billow.results.result import Result
+
+    check_page_name(out)
+    write_page(out, run_report(Result.open(run)))

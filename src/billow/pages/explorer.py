@@ -61,6 +61,11 @@ def explorer_page(surrogate: Surrogate, coupled: Coupled | None, path: Path) -> 
     return page(f"{surrogate.title}: explorer", web_file("explorer.html"), MODULES, pack(tensors, record))
 
 
+def explorer_in_report(surrogate: Surrogate, path: Path) -> str | None:
+    """The page for a report, which says itself what the verdict is; None for a surrogate that needs forces."""
+    return None if surrogate.forces is not None else explorer_page(surrogate.despite_verdict(), None, path)
+
+
 def _of_bag(surrogate: Surrogate) -> tuple[dict[str, np.ndarray], dict]:
     regression, intervals = surrogate.regression, surrogate.intervals
     modes = np.stack([basis.modes for basis in surrogate.bases])

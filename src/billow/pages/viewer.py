@@ -54,7 +54,14 @@ class Shown:
 def viewer_page(
     shown: Sequence[Shown], title: str, fields: Sequence[str] = (), table: dict | None = None, notes: Sequence[str] = ()
 ) -> str:
-    """The page.
+    """The page. Arguments and errors as `viewer_data`."""
+    return page(title, web_file("viewer.html"), MODULES, viewer_data(shown, title, fields, table, notes))
+
+
+def viewer_data(
+    shown: Sequence[Shown], title: str, fields: Sequence[str] = (), table: dict | None = None, notes: Sequence[str] = ()
+) -> bytes:
+    """What the scripts of the page show.
 
     fields: of the frames, by the names of `billow render`, besides displacement; table: {"head": texts, "rows": lists
     of texts}; notes: sentences for people
@@ -67,7 +74,7 @@ def viewer_page(
     while True:
         data, kept = _data(shown, title, fields, table, notes, every)
         if len(data) <= MOST_BYTES or kept <= 2:
-            return page(title, web_file("viewer.html"), MODULES, data)
+            return data
         every *= 2
 
 
