@@ -253,7 +253,7 @@ def test_it_works_inside_a_report(open_page, place, opened):
     path = place / "report.html"
     inside = html.escape((place / "model.html").read_text(encoding="utf-8"))
     path.write_text(
-        f"<script>globalThis.ready = true</script><iframe srcdoc='{inside}' width=1000 height=700></iframe>"
+        f"<meta charset=utf-8><script>globalThis.ready = true</script><iframe srcdoc='{inside}' width=1000 height=700></iframe>"
     )
     page = open_page(path)
     page.until("document.querySelector('iframe').contentWindow.ready === true")
