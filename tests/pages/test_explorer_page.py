@@ -252,9 +252,8 @@ def test_it_works_inside_a_report(open_page, place, opened):
     """As the report of a study holds it: in a frame of the same file."""
     path = place / "report.html"
     inside = html.escape((place / "model.html").read_text(encoding="utf-8"))
-    path.write_text(
-        f"<meta charset=utf-8><script>globalThis.ready = true</script><iframe srcdoc='{inside}' width=1000 height=700></iframe>"
-    )
+    head = "<meta charset=utf-8><script>globalThis.ready = true</script>"
+    path.write_text(f"{head}<iframe srcdoc='{inside}' width=1000 height=700></iframe>", encoding="utf-8")
     page = open_page(path)
     page.until("document.querySelector('iframe').contentWindow.ready === true")
     page("document.querySelector('iframe').contentWindow.page.sliders.set(0, 0.03)")
