@@ -4,7 +4,7 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 READY  := $(VENV)/.ready
 
-.PHONY: demo test lint bench verify trust mutants docs clean
+.PHONY: demo test lint bench verify trust mutants docs vendor clean
 
 demo: $(READY)            ## 60 deployments, a surrogate learned from them, demo/report.html
 	$(BIN)/billow demo --out demo
@@ -32,6 +32,9 @@ docs: $(READY)            ## regenerate the references of cases, studies and err
 	$(BIN)/python docs/make_reference.py
 	$(BIN)/python docs/make_study.py
 	$(BIN)/python docs/make_errors.py
+
+vendor:                   ## bundle three.js and uPlot again, after a change in vendor/; needs npm
+	$(PYTHON) vendor/build.py
 
 $(READY): pyproject.toml constraints.txt
 	$(PYTHON) -c 'import sys; sys.exit("Billow needs Python 3.11 or newer; set PYTHON=/path/to/python3.11" if sys.version_info < (3, 11) else 0)'

@@ -38,6 +38,7 @@ GROUPS = {
     "NUM": "Runs that are stopped",
     "OBS": "Obstacles",
     "PIC": "Pictures",
+    "PAG": "Pages for a browser",
     "RES": "Results, datasets and interrupted runs",
     "ROM": "Surrogates",
     "STU": "Studies",

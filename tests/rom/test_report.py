@@ -15,10 +15,11 @@ from billow.cli.demo import run_demo
 from billow.pictures.section import cut
 from billow.results.obstacles import outline
 from billow.rom.judge import figures
+from billow.rom.judge.effects import effects
 from billow.rom.judge.errors import fit_learning_curve
 from billow.rom.judge.evaluate import evaluate
 from billow.rom.judge.figures import MIDDLE
-from billow.rom.judge.findings import verdict, weaknesses
+from billow.rom.judge.findings import acceptance, verdict, weaknesses
 from billow.rom.judge.report import page, write_report
 from billow.rom.judge.unseen import UnseenRuns
 from billow.rom.learn.train import Recipe, train
@@ -33,6 +34,7 @@ def test_report_holds_everything_it_shows(dataset, surrogate, evaluation, tmp_pa
     text = write_report(dataset, evaluation, tmp_path / "report").read_text(encoding="utf-8")
     names = sorted(path.stem for path in (tmp_path / "report" / "figures").iterdir())
     assert names == [
+        "effects",
         "error-against-modes",
         "error-against-time",
         "error-distribution",
@@ -42,10 +44,22 @@ def test_report_holds_everything_it_shows(dataset, surrogate, evaluation, tmp_pa
         "singular-values",
     ]
     assert text.count('src="data:image/svg+xml;base64,') == len(names)
-    assert not re.search(r'(src|href)="(?!data:)', text)
+    assert not re.search(r'(src|href)="(?!data:|#)', text)
     assert f"{evaluation.summary('surrogate', 2).mean * 1e3:.3g} mm" in text
     assert (tmp_path / "report" / "metrics.json").is_file()
     assert "36 of 36" in text  # all ledgers of training and unseen runs within their limits
+
+
+def test_the_strongest_parameter_comes_first(surrogate):
+    found = effects(surrogate)
+    assert len(found) == len(surrogate.parameters)
+    assert [effect.moved for effect in found] == sorted((effect.moved for effect in found), reverse=True)
+    middle = [0.5 * (p.low + p.high) for p in surrogate.parameters]
+    ends = np.array([middle, middle])
+    first = next(k for k, p in enumerate(surrogate.parameters) if p.label == found[0].label)
+    ends[:, first] = surrogate.parameters[first].low, surrogate.parameters[first].high
+    low, high = surrogate.predict(ends)
+    assert found[0].moved == pytest.approx(np.sqrt(np.square(high - low).sum(axis=2).mean()), rel=1e-5)
 
 
 def test_page_without_sweep_and_without_records(evaluation):
@@ -72,6 +86,9 @@ def test_runs_made_elsewhere_may_know_no_times_and_move_in_one_direction_only(tm
 def test_a_lost_comparison_is_said_first(evaluation):
     worse = evaluation.errors | {"surrogate": 1.5 * evaluation.errors["nearest run"]}
     lost = dataclasses.replace(evaluation, errors=worse)
+    assert acceptance(evaluation).startswith("Accepted")
+    assert acceptance(lost).startswith("Not accepted")
+    assert "the nearest run (" in acceptance(lost)
     assert any("ABOVE" in sentence for sentence in verdict(lost))
     assert "does not beat" in weaknesses(lost)[0]
     assert not any("does not beat" in sentence for sentence in weaknesses(evaluation))

@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from billow.cli.options import DesignValues, parse_settings
+from billow.cli.page_files import check_page_name, write_page
 from billow.cli.picture_files import picture_at, picture_kind
 from billow.cli.plot import ChannelClass, Quantities
 from billow.cli.render import Units, check_view
@@ -22,6 +23,7 @@ def compare(
         Path, typer.Argument(metavar="B", help="The same; the reference, which is the test if there is one.")
     ],
     out: Annotated[Path | None, typer.Option(help="Figure (.png, .svg, .pdf).")] = None,
+    html: Annotated[Path | None, typer.Option(help="Page with both bags, sections and curves over time.")] = None,
     quantity: Quantities = None,
     cfc: ChannelClass = None,
     section: Annotated[str, typer.Option(metavar="AXIS=PLACE", help="Plane of the sections.")] = "y=0",
@@ -37,7 +39,7 @@ def compare(
     A surrogate, or a coupled file, answers for the design of the other side, a run of a study, or for that of --set.
     """
     from billow.apps.compare.differences import compare_curves, compare_shapes, require_common
-    from billow.apps.compare.report import describe, record
+    from billow.apps.compare.report import describe, record, table
     from billow.apps.compare.sides import open_sides
     from billow.pictures.curves import require_quantities, usual_quantities
     from billow.pictures.section import parse_plane
@@ -45,6 +47,8 @@ def compare(
     from billow.pictures.source import labels
 
     kind = None if out is None else picture_kind(out, "compare")
+    if html is not None:
+        check_page_name(html)
     check_view(view, "compare")
     check_units(unit or ())
     plane = parse_plane(section)
@@ -64,6 +68,8 @@ def compare(
 
         with picture_at(out), printed():
             write_atomically(out, saved(comparison_figure(one, other, curves, plane, view, unit or ()), kind))
+    if html is not None:
+        _write_page(html, one, other, table(one, other, curves, unit or ()), quiet=as_json)
     if as_json:
         print(json.dumps(record(one, other, curves, shapes), indent=1, allow_nan=False))
         return
@@ -73,3 +79,10 @@ def compare(
         print(f"only one of the two has {', '.join(missing)}")
     if out is not None:
         print(f"{out}: written")
+
+
+def _write_page(out: Path, one, other, table: dict, quiet: bool) -> None:
+    from billow.pages.viewer import Shown, viewer_page
+
+    sides = [Shown(side.label, side.fabric, side.source.result, side.curves, side.remark) for side in (one, other)]
+    write_page(out, viewer_page(sides, f"{one.label} against {other.label}", table=table), quiet)

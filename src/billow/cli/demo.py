@@ -79,6 +79,7 @@ def run_demo(folder: Path, train: int, test: int, workers: int | None, console: 
 
     Raises InputError E-CLI-002 if the folder holds something else, ResourceError E-ROM-006 without PyTorch.
     """
+    from billow.pages.explorer import explorer_in_report
     from billow.rom.judge.evaluate import evaluate
     from billow.rom.judge.report import write_report
     from billow.rom.learn.left_out import left_out
@@ -109,10 +110,11 @@ def run_demo(folder: Path, train: int, test: int, workers: int | None, console: 
         console.print(f"2/3 training on {len(dataset.trusted)} runs{note}")
         with epochs(console, "training") as progress:
             surrogate = learn(dataset, progress=progress)
-        surrogate.save(folder / "surrogate.safetensors")
+        file = surrogate.save(folder / "surrogate.safetensors")
         console.print(f"3/3 evaluating on {len(dataset.test)} unseen runs")
         with steps(console) as progress:
             evaluation = evaluate(dataset, surrogate, progress=progress)
-        replace(surrogate, judgement=evaluation.judgement).save(folder / "surrogate.safetensors")
-        path = write_report(dataset, evaluation, folder)
+        judged = replace(surrogate, judgement=evaluation.judgement)
+        judged.save(file)
+        path = write_report(dataset, evaluation, folder, explorer_in_report(judged, file))
         console.print(f"done in {time.perf_counter() - begun:.0f} s: {path}")

@@ -21,7 +21,21 @@ import typer
 
 from billow import __version__
 from billow.base.errors import BillowError, InputError, ResourceError
-from billow.cli import compare, converge, couple, coupon, fold, paper, plot, render, schema, surrogates, tank
+from billow.cli import (
+    compare,
+    converge,
+    couple,
+    coupon,
+    explore,
+    fold,
+    paper,
+    plot,
+    render,
+    schema,
+    surrogates,
+    tank,
+    view,
+)
 from billow.cli.endings import CONTINUES, end_as_with_ctrl_c, interruptible, lasting_streams
 from billow.cli.options import CaseFile, Quiet, Settings, Threads, make_console, parse_settings
 from billow.results.atomic import NOT_WRITTEN
@@ -321,7 +335,7 @@ def demo(
 for command in (
     surrogates.train, surrogates.evaluate, surrogates.predict, surrogates.suggest, surrogates.export,
     converge.converge, coupon.coupon, fold.fold, paper.paper, schema.schema, plot.plot, compare.compare,
-    render.render,
+    render.render, explore.explore, view.view, view.report,
 ):  # fmt: skip
     app.command()(command)
 for group in (tank.app, couple.app):

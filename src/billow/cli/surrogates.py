@@ -74,6 +74,7 @@ def evaluate(
     """
     from dataclasses import replace
 
+    from billow.pages.explorer import explorer_in_report
     from billow.results.dataset import Dataset
     from billow.results.ownership import owned, owned_file
     from billow.results.tensor_file import SIGN as TENSORS
@@ -88,9 +89,10 @@ def evaluate(
     surrogate = Surrogate.load(path)
     with owned(out), steps(console) as progress:
         evaluation = measure(dataset, surrogate, memory=held, progress=progress)
-        report = write_report(dataset, evaluation, out)
-    with owned_file(path, TENSORS):
-        replace(surrogate, judgement=evaluation.judgement).save(path)
+        judged = replace(surrogate, judgement=evaluation.judgement)
+        with owned_file(path, TENSORS):
+            judged.save(path)
+        report = write_report(dataset, evaluation, out, explorer_in_report(judged, path))
     console.print(describe_judgement(evaluation.judgement, "billow evaluate STUDY"))
     console.print(f"report: {report}; {path} keeps the verdict")
 

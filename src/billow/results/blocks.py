@@ -116,8 +116,8 @@ def write_obstacles(folder: Path, obstacles: Sequence[dict], histories: History)
     known = [o for o in obstacles if o["locked"] or "quaternion" in histories.of(o["name"])]
     if not known or not len(fabric.times):
         return
-    middle, wide = _seen(fabric)
-    meshes = [_mesh(obstacle, middle, wide) for obstacle in known]
+    middle, wide = extent(fabric)
+    meshes = [mesh_of(obstacle, middle, wide) for obstacle in known]
     first = np.cumsum([0, *(len(points) for points, _ in meshes)])
     cells = np.concatenate([triangles + k for (_, triangles), k in zip(meshes, first, strict=False)])
     owner = np.repeat(np.arange(len(meshes)), [len(triangles) for _, triangles in meshes])
@@ -125,7 +125,7 @@ def write_obstacles(folder: Path, obstacles: Sequence[dict], histories: History)
     with ObstaclesWriter(folder / OBSTACLES, cells, owner, names, "obstacle") as block:
         for time in fabric.times.tolist():
             there = zip(placed(known, histories, time), meshes, strict=True)
-            points = [start if o["locked"] else _mesh(o, middle, wide)[0] for o, (start, _) in there]
+            points = [start if o["locked"] else mesh_of(o, middle, wide)[0] for o, (start, _) in there]
             block.append(time, np.concatenate(points))
 
 
@@ -151,15 +151,16 @@ def write_scene(folder: Path) -> None:
         disk.abandon()
 
 
-def _seen(fabric: FabricFile) -> tuple[np.ndarray, float]:
+def extent(fabric: FabricFile) -> tuple[np.ndarray, float]:
     """Middle of the bag over all frames [m], (3,), and its largest side [m]."""
     extremes = np.array([(points.min(axis=0), points.max(axis=0)) for points in fabric.each_points()])
     low, high = extremes[:, 0].min(axis=0), extremes[:, 1].max(axis=0)
     return 0.5 * (low + high).astype(float), float((high - low).max())
 
 
-def _mesh(obstacle: dict, middle: np.ndarray, wide: float) -> tuple[np.ndarray, np.ndarray]:
-    """Points [m] (nodes, 3) in space and triangles (n, 3)."""
+def mesh_of(obstacle: dict, middle: np.ndarray, wide: float) -> tuple[np.ndarray, np.ndarray]:
+    """Points [m] (nodes, 3) in space and triangles (n, 3) of an obstacle; of a plate, a square under a bag whose middle
+    and size are given, as by `extent`."""
     if has_end(obstacle):
         return surface(obstacle, FINENESS)
     rotation, centre = np.asarray(obstacle["rotation"], float), np.asarray(obstacle["center"], float)

@@ -12,7 +12,7 @@ from billow.base.errors import InputError
 from billow.pictures.source import Source
 from billow.results.dataset import Dataset
 from billow.results.histories import TIME, History, column_names
-from billow.rom.coupled.coupled_model import NOT_COUPLED, Coupled
+from billow.rom.coupled.coupled_model import Coupled, load_if_coupled
 from billow.rom.coupled.motion_errors import CURVES
 from billow.rom.surrogate.surrogate import Surrogate
 
@@ -28,7 +28,7 @@ UNITS = {"centre": "m", "velocity": "m/s", "acceleration": "m/s^2"}
 
 def answer(path: Path, label: str, other: Path, there: Side | None, design: Mapping[str, float] | None) -> Side:
     """What a surrogate, or a coupled model, says. There is no verdict to heed: this is how one looks."""
-    coupled = _coupled(path)
+    coupled = load_if_coupled(path)
     surrogate = (Surrogate.load(path) if coupled is None else coupled.surrogate).despite_verdict()
     values = _design(path, other, surrogate) if design is None else design
     positions = surrogate.reference + surrogate.predict(values)
@@ -39,17 +39,8 @@ def answer(path: Path, label: str, other: Path, there: Side | None, design: Mapp
         part, names = there.fabric.part, there.fabric.part_names
     fabric = PredictedFabric(path, surrogate.times, positions, surrogate.triangles, part, names)
     said = "not judged on unseen runs" if surrogate.judgement is None else str(surrogate.judgement)
-    curves = None if coupled is None else _curves(coupled, values)
+    curves = None if coupled is None else _curves(coupled.despite_verdict(), values)
     return Side(Source(path, label, curves=curves), curves, fabric, said)
-
-
-def _coupled(path: Path) -> Coupled | None:
-    try:
-        return Coupled.load(path).despite_verdict()
-    except InputError as error:
-        if error.code != NOT_COUPLED.code:
-            raise
-        return None
 
 
 def _design(path: Path, other: Path, surrogate: Surrogate) -> dict[str, float]:

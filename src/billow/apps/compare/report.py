@@ -34,11 +34,12 @@ def describe(
     lines += [f"{name}: {side.remark}" for name, side in (("A", first), ("B", second)) if side.remark]
     if curves:
         lines += ["", _row("peak (ms)", "A", "B", "A - B", "of B", "ISO/TS 18571")]
-        lines += [_peak(found, units) for found in curves]
+        lines += [_row(*_peak(found, units)) for found in curves]
         lines += ["", _row("at the end", "A", "B", "A - B", "of B")]
-        lines += [_end(found, units) for found in curves]
+        lines += [_row(*_end(found, units)) for found in curves]
         lines += [f"{found.name} is not rated: {found.why_not}" for found in curves if found.why_not]
-    lines += _injury_lines(injuries(first.curves), injuries(second.curves))
+    if found := _injury_rows(injuries(first.curves), injuries(second.curves)):
+        lines += ["", _row("injury metrics", "A", "B", "A - B", "of B"), *(_row(*cells) for cells in found)]
     if shapes:
         worst = max(shapes, key=lambda shape: shape.rms)
         last, largest = shapes[-1], max(shapes, key=lambda shape: shape.largest)
@@ -53,6 +54,24 @@ def describe(
         why = "no frame of one has the time of one of the other" if same_mesh(first, second) else "their meshes differ"
         lines += ["", f"shapes are not compared node by node: {why}"]
     return "\n".join(lines)
+
+
+def table(first: Side, second: Side, curves: Sequence[CurveDifference], units: Sequence[str]) -> dict:
+    """Peaks, ends and injury metrics as the head and rows of a table for a page."""
+    rows = []
+    for found in curves:
+        (peak, *of_peak), (end, *of_end) = _peak(found, units), _end(found, units)
+        rows += [(f"{peak}, peak (at ms)", *of_peak), (f"{end}, at the end", *of_end)]
+    rows += _injury_rows(injuries(first.curves), injuries(second.curves))
+    return {
+        "head": ["", first.label, second.label, "difference", "", "ISO/TS 18571"],
+        "rows": [_filled(r) for r in rows],
+    }
+
+
+def _filled(cells: Sequence[str]) -> list[str]:
+    name, *numbers = cells
+    return [name.replace("_", " "), *numbers, *[""] * (5 - len(numbers))]
 
 
 def record(first: Side, second: Side, curves: Sequence[CurveDifference], shapes: Sequence[ShapeDifference]) -> dict:
@@ -72,22 +91,21 @@ def _injury_record(found: dict[str, Injury]) -> dict:
     return {body: {title: plain(of(injury)) for title, _, of in METRICS} for body, injury in found.items()}
 
 
-def _injury_lines(first: dict[str, Injury], second: dict[str, Injury]) -> list[str]:
-    bodies = list(dict.fromkeys([*first, *second]))
-    lines = ["", _row("injury metrics", "A", "B", "A - B", "of B")] if bodies else []
-    for body in bodies:
+def _injury_rows(first: dict[str, Injury], second: dict[str, Injury]) -> list[tuple[str, ...]]:
+    rows = []
+    for body in dict.fromkeys([*first, *second]):
         for title, unit, of in METRICS:
             name = f"{body} {title}" + ("" if unit == "-" else f" [{unit}]")
             one, other = (of(found[body]) if body in found else float("nan") for found in (first, second))
-            lines.append(_row(name, _number(one), _number(other), _number(one - other), _share(one, other)))
-    return lines
+            rows.append((name, _number(one), _number(other), _number(one - other), _share(one, other)))
+    return rows
 
 
-def _peak(found: CurveDifference, units: Sequence[str]) -> str:
+def _peak(found: CurveDifference, units: Sequence[str]) -> tuple[str, ...]:
     unit, factor = _unit(found, units)
     (one, at_one), (other, at_other) = found.first.peak, found.second.peak
     rating = "-" if found.rating is None else f"{found.rating.overall:.3f} {found.rating.grade}"
-    return _row(
+    return (
         f"{found.name} [{unit}]",
         f"{_number(one / factor)} ({1e3 * at_one:.1f})",
         f"{_number(other / factor)} ({1e3 * at_other:.1f})",
@@ -97,11 +115,11 @@ def _peak(found: CurveDifference, units: Sequence[str]) -> str:
     )
 
 
-def _end(found: CurveDifference, units: Sequence[str]) -> str:
+def _end(found: CurveDifference, units: Sequence[str]) -> tuple[str, ...]:
     unit, factor = _unit(found, units)
     one, other = found.first.end, found.second.end
     numbers = (_number(one / factor), _number(other / factor), _number((one - other) / factor), _share(one, other))
-    return _row(f"{found.name} [{unit}]", *numbers)
+    return (f"{found.name} [{unit}]", *numbers)
 
 
 def _unit(found: CurveDifference, units: Sequence[str]) -> tuple[str, float]:

@@ -257,8 +257,7 @@ class Coupled:
         E-ROM-023 if the mean motion of the training runs is better; `despite_verdict` lifts these two. E-CPL-008 if the
         design has no possible body, NumericalStop E-ROM-024 if the motion leaves all bounds.
         """
-        if not self.insisted:
-            self._require_judged()
+        self.require_judged()
         row = self._row(design, extrapolate)
         body, middles = self.impactor(row), self._middles
         bag = self._bag(row) if bag is None else bag
@@ -277,7 +276,10 @@ class Coupled:
         body, held = self.impactor(self._row(design, extrapolate=False)), self._held(force)
         return self._move(body, body.centre, lambda step, centre, velocity: held[step])
 
-    def _require_judged(self):
+    def require_judged(self) -> None:
+        """InputError E-CPL-007 and E-ROM-023, as `deploy`, unless `despite_verdict` was called."""
+        if self.insisted:
+            return
         if self.judgement is None or self.calibration is None:
             raise NOT_JUDGED(model=repr(self), why="it holds no errors on runs it has not seen, and so no intervals")
         require_won(self.judgement, self)
@@ -339,6 +341,16 @@ class Coupled:
     def _state(self, nodes, body: Impactor, centre, velocity):
         """What the law sees: area vectors [m^2] and velocity [m/s], (3 * reaches + 3,)."""
         return np.concatenate([area_vectors(nodes, self._area, body, centre).ravel(), velocity])
+
+
+def load_if_coupled(path: str | Path) -> Coupled | None:
+    """The coupled model of a file, None if it holds a surrogate of the bag alone. Errors as `Coupled.load`."""
+    try:
+        return Coupled.load(path)
+    except InputError as error:
+        if error.code != NOT_COUPLED.code:
+            raise
+        return None
 
 
 def _require_alike(surrogate: Surrogate, motions: list[ImpactorMotion]) -> None:

@@ -12,9 +12,11 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import FixedLocator, MaxNLocator, NullFormatter, ScalarFormatter
 
 from billow.base.plot_style import GREY, INK, styled
+from billow.pictures.curve_figure import DASHES, LINES
 from billow.pictures.scene import Plane
 from billow.pictures.section_figure import draw_bag, draw_obstacles, window_of
 from billow.results.obstacles import has_end, obstacles_at
+from billow.rom.judge.effects import Effect
 from billow.rom.judge.errors import ErrorsByModes
 from billow.rom.judge.evaluate import Evaluation
 from billow.rom.judge.timing import break_even
@@ -183,6 +185,30 @@ def error_against_time(evaluation: Evaluation) -> Figure:
     panels[0].set_ylabel("RMSE [mm]")
     handles, labels = panels[-1].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=5, fontsize=8.5)
+    return figure
+
+
+def heights(found: list[Effect]) -> Figure:
+    """Largest height of the bag while one parameter goes through its range."""
+    figure, axes = new_figure(7.4, 3.4)
+    for k, effect in enumerate(found):
+        style = {"color": LINES[k % len(LINES)], "ls": DASHES[k // len(LINES) % len(DASHES)]}
+        axes.plot(np.linspace(0.0, 100.0, len(effect.heights)), MILLI * effect.heights, label=effect.label, **style)
+    axes.set(xlabel="part of the range of the parameter [%]", ylabel="largest height [mm]", xlim=(0.0, 100.0))
+    figure.legend(loc="outside right upper", fontsize=8.5)
+    return figure
+
+
+def pressures(curves: dict[str, tuple[np.ndarray, np.ndarray]], unseen: tuple[str, ...]) -> Figure:
+    """Pressure of the gas in all runs. curves: run -> times [s] and pressure [Pa]; unseen: drawn dark."""
+    figure, axes = new_figure(7.4, 3.2)
+    for run, (times, pressure) in sorted(curves.items(), key=lambda item: item[0] in unseen):
+        dark = run in unseen
+        axes.plot(MILLI * times, 1e-3 * pressure, color=INK if dark else "#b9c4cd", lw=1.2 if dark else 0.8)
+    axes.set(xlabel="time [ms]", ylabel="pressure [kPa]")
+    axes.margins(x=0.0)
+    lines = [Line2D([], [], color=INK, lw=1.2), Line2D([], [], color="#b9c4cd", lw=0.8)]
+    figure.legend(lines, ["unseen runs", "training runs"], loc="outside upper right", ncols=2)
     return figure
 
 

@@ -30,6 +30,21 @@ def less_or_more(gained: float) -> str:
     return f"{_percent(abs(gained))} {'less' if gained >= 0.0 else 'more'}"
 
 
+def acceptance(evaluation: Evaluation) -> str:
+    """Whether the surrogate may be used, and which simple answer won where it did not, in one sentence."""
+    lost = evaluation.judgement.lost
+    on = _runs(len(evaluation.test), "unseen")
+    if lost:
+        winners = " and ".join(f"the {one.answer} ({one.other:.3g} mm against {one.own:.3g} mm)" for one in lost)
+        return f"Not accepted: on {on}, nodes are predicted better by {winners}."
+    beaten = [
+        f"in {axis} the {name} is better" for c, axis in enumerate(COMPONENTS) for name in BASELINES
+        if 0.0 < evaluation.summary(name, c).mean <= evaluation.summary("surrogate", c).mean
+    ]  # fmt: skip
+    least = f"Accepted: on {on} it is off by less than every simple answer, all directions together"
+    return f"{least}; but {', and '.join(beaten)}." if beaten else f"{least}, and in each direction alone."
+
+
 def verdict(evaluation: Evaluation) -> list[str]:
     """What the surrogate achieves, in two or three sentences."""
     timing, error = evaluation.timing, evaluation.summary("surrogate", Z)

@@ -13,12 +13,14 @@ import numpy as np
 from markupsafe import Markup
 
 from billow import __version__
+from billow.base.errors import IntegrityError
 from billow.results.atomic import write_atomically
 from billow.results.machine import machine
 from billow.rom.judge import figures
+from billow.rom.judge.effects import effects
 from billow.rom.judge.errors import accuracy
 from billow.rom.judge.evaluate import Evaluation
-from billow.rom.judge.findings import gain, less_or_more, strongest_baseline, verdict, weaknesses
+from billow.rom.judge.findings import acceptance, gain, less_or_more, strongest_baseline, verdict, weaknesses
 from billow.rom.judge.timing import training_seconds
 from billow.rom.learn.dataset import Dataset
 from billow.rom.learn.simple_answers import BASELINES
@@ -32,21 +34,22 @@ LEDGER_LIMITS = {
 }
 
 
-def write_report(dataset: Dataset, evaluation: Evaluation, folder: str | Path) -> Path:
+def write_report(dataset: Dataset, evaluation: Evaluation, folder: str | Path, explorer: str | None = None) -> Path:
     """Write report.html, metrics.json and figures/*.svg into `folder` and return the path of report.html. The HTML
-    holds its figures; it needs no other file and no network."""
+    holds its figures; it needs no other file and no network. explorer: the page of `billow explore`, to be put into it
+    """
     folder = Path(folder)
     (folder / "figures").mkdir(parents=True, exist_ok=True)
     write_atomically(folder / "metrics.json", json.dumps(metrics(evaluation), indent=1, allow_nan=False) + "\n")
     pictures = _draw(dataset, evaluation)
     for name, picture in pictures.items():
         write_atomically(folder / "figures" / f"{name}.svg", picture)
-    write_atomically(folder / "report.html", page(evaluation, pictures))
+    write_atomically(folder / "report.html", page(evaluation, pictures, explorer))
     return folder / "report.html"
 
 
-def page(evaluation: Evaluation, pictures: dict[str, bytes]) -> str:
-    """The HTML of a report. pictures: name -> SVG."""
+def page(evaluation: Evaluation, pictures: dict[str, bytes], explorer: str | None = None) -> str:
+    """The HTML of a report. pictures: name -> SVG; explorer: as `write_report`."""
     typical, worst = evaluation.typical_and_worst()
     own = evaluation.summary("surrogate", Z)
     reached = accuracy(own.mean, evaluation.reference_length)
@@ -60,6 +63,9 @@ def page(evaluation: Evaluation, pictures: dict[str, bytes]) -> str:
         axes=COMPONENTS,
         typical=typical,
         worst=worst,
+        acceptance=acceptance(evaluation),
+        explorer=explorer,
+        effects=effects(evaluation.surrogate),
         verdict=verdict(evaluation),
         weaknesses=weaknesses(evaluation),
         tiles=[
@@ -95,6 +101,10 @@ def _draw(dataset, evaluation) -> dict[str, bytes]:
         "error-against-time": (figures.error_against_time, evaluation),
         "singular-values": (figures.singular_values, evaluation),
     }
+    if found := effects(evaluation.surrogate):
+        calls["effects"] = figures.heights, found
+    if curves := _pressures(dataset, (*evaluation.surrogate.runs, *evaluation.test)):
+        calls["pressures"] = figures.pressures, curves, evaluation.test
     timing, trained = evaluation.timing, len(evaluation.surrogate.runs)
     if timing.simulation:  # unknown for runs of other solvers
         making = {m.runs: m.generation + m.training for m in evaluation.sweep}
@@ -105,6 +115,19 @@ def _draw(dataset, evaluation) -> dict[str, bytes]:
         calls["error-against-modes"] = figures.error_against_modes, sweeps, None, evaluation.reference_length
         calls["error-distribution"] = figures.error_distribution, sweeps
     return {name: figures.draw(*call) for name, call in calls.items()}
+
+
+def _pressures(dataset, runs) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """Times [s] and pressure [Pa] of the runs that recorded it; those of other programs may have no histories."""
+    found = {}
+    for run in runs:
+        try:
+            history = dataset.result(run).histories
+        except (AttributeError, IntegrityError):
+            continue
+        if (pressure := history.find("", "pressure")) is not None:
+            found[run] = history.time, pressure
+    return found
 
 
 def _ledger(evaluation) -> list[dict]:
