@@ -21,7 +21,7 @@ import typer
 
 from billow import __version__
 from billow.base.errors import BillowError, InputError, ResourceError
-from billow.cli import compare, converge, couple, coupon, fold, paper, plot, render, schema, surrogates, tank
+from billow.cli import compare, converge, couple, coupon, decks, fold, paper, plot, render, schema, surrogates, tank
 from billow.cli.endings import CONTINUES, end_as_with_ctrl_c, interruptible, lasting_streams
 from billow.cli.options import CaseFile, Quiet, Settings, Threads, make_console, parse_settings
 from billow.results.atomic import NOT_WRITTEN
@@ -324,6 +324,7 @@ for command in (
     render.render,
 ):  # fmt: skip
     app.command()(command)
+app.command("import-deck")(decks.import_deck)
 for group in (tank.app, couple.app):
     app.add_typer(group)
 
