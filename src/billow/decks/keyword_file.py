@@ -139,7 +139,7 @@ class Deck:
                 self.blocks.append(block)
 
     def _include(self, block: Block, path: Path, form: str, depth: int) -> None:
-        lines = [(number, line.decode("latin-1").strip()) for number, line in block.lines()]
+        lines = [(number, line.decode("latin-1").rstrip()) for number, line in block.lines()]
         names = list(_joined(lines))
         if block.name in ("INCLUDE_PATH", "INCLUDE_PATH_RELATIVE"):
             self._folders += [(path.parent / name).resolve() for _, name in names]
@@ -218,5 +218,5 @@ def _joined(lines: list[tuple[int, str]]) -> Iterator[tuple[int, str]]:
         if line.endswith(" +"):
             begun += line[:-2]
         elif begun or line:
-            yield number, begun + line
+            yield number, (begun + line).strip()
             begun = ""
