@@ -164,16 +164,16 @@ def test_reference_geometry(folder):
     for name in ("refgeo", "refgeo_birth"):
         found = model(folder, name)
         (block,) = found.deck.blocks
-        cards = Cards(found.deck, block)
+        cards = Cards(found.deck.parameters, block)
         if "BIRTH" in block.name:
             assert cards.card("birth", "BIRTH")["BIRTH"].number == 2e-3
         from billow.decks.tables import rest
 
-        rows = table(found.deck, rest(block, int("BIRTH" in block.name)), REFERENCE)
+        rows = table(found.deck.parameters, rest(block, int("BIRTH" in block.name)), REFERENCE)
         assert rows["nid"].tolist() == [1, 2, 3, 4, 5]
         assert np.allclose(np.column_stack([rows[c] for c in "xyz"]), expected, rtol=1e-12, atol=0)
     found = model(folder, "shellref")
-    rows = table(found.deck, found.deck.blocks[0], SHELL)
+    rows = table(found.deck.parameters, found.deck.blocks[0], SHELL)
     assert rows["n4"].tolist() == [8, 12, 16, 20, 24]
 
 

@@ -27,6 +27,7 @@ MAY_IMPORT = {
     "study": {"base", "geometry", "results", "case", "run"},
     "rom": {"base", "geometry", "results", "injury", "pictures"},
     "reproductions": {"base", "results", "injury", "pictures", "rom"},
+    "decks": MODEL | {"case", "results"},
     "apps": MODEL | {"case", "results", "injury", "run", "pictures", "rom"},
 }
 """Room -> rooms it may import besides itself; `cli` is on top of everything."""

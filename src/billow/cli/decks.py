@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from billow.cli.options import usable
+from billow.cli.options import CaseFile, Settings, parse_settings, usable
 
 
 class Measure(StrEnum):
@@ -75,6 +75,26 @@ def import_deck(
     counts = ", ".join(f"{len(report.of(s))} {s}" for s in (MAPPED, APPROXIMATED, IGNORED, REFUSED))
     print(f"{out}: fields {counts}; see {out / 'import.md'}\nnext: billow check {out / 'case.toml'}")
     raise typer.Exit(1 if report.of(REFUSED) else 0)
+
+
+def export_deck(
+    case_file: CaseFile,
+    out: Annotated[Path, typer.Option(help="Deck to write; must not exist yet.")],
+    units: Annotated[
+        str, typer.Option(metavar="SYSTEM", help="kg-mm-ms, t-mm-s, kg-m-s, g-mm-ms or lbf-in-s.")
+    ] = "kg-mm-ms",
+    settings: Settings = None,
+) -> None:
+    """Write a case as a deck of LS-DYNA, in LONG format, and say what a deck cannot hold of it."""
+    from billow.case.schema import Case
+    from billow.decks.export_deck import export_deck as write_deck
+
+    with usable("export-deck", "units", units):
+        if units not in SYSTEM_NAMES[1:]:
+            raise ValueError(f"it is none of {', '.join(SYSTEM_NAMES[1:])}")
+    for note in write_deck(Case.load(case_file).vary(parse_settings(settings)), out, units):
+        print(note)
+    print(f"{out}: written, units {units}")
 
 
 def _numbered(command: str, option: str, texts: list[str] | None, kinds: tuple[str, ...]) -> dict[int, str]:

@@ -325,6 +325,7 @@ for command in (
 ):  # fmt: skip
     app.command()(command)
 app.command("import-deck")(decks.import_deck)
+app.command("export-deck")(decks.export_deck)
 for group in (tank.app, couple.app):
     app.add_typer(group)
 

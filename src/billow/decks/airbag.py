@@ -12,11 +12,11 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from billow.base.errors import InputError
+from billow.decks.block import Block
 from billow.decks.cards import Cards, Field
 from billow.decks.context import Context
 from billow.decks.draft import Said, plain, said
 from billow.decks.fields import known
-from billow.decks.keyword_file import Block
 
 NO_CHOICE = InputError.declare(
     "E-DCK-015",

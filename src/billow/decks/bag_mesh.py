@@ -162,7 +162,7 @@ def material_of(model: Model, part: int) -> tuple[str, object] | None:
     if part not in model.parts or not model.parts[part].material:
         return None
     for block in model.all("MAT"):
-        cards = Cards(model.deck, block)
+        cards = Cards(model.deck.parameters, block)
         if block.name.endswith("_TITLE") and cards.left:
             cards.text()
         if cards.left and "ADD" not in block.name:
@@ -289,13 +289,20 @@ def _named(model: Model, part: np.ndarray):
     numbers = _numbered(part)
     for deck in np.unique(part).tolist():
         title = model.parts[deck].title if deck in model.parts else ""
-        word = re.sub(r"[^A-Za-z0-9]+", "_", title).strip("_")[:30].lower()
-        name = word if re.match(r"[a-z]", word) else f"part_{deck}" if deck >= 0 else f"edge_{abs(deck) - 10}"
+        name = plain_name(title) or (f"part_{deck}" if deck >= 0 else f"edge_{abs(deck) - 10}")
         if deck == -1:
             name = "segments"
         name = f"{name}_{deck}" if name in taken and deck >= 0 else name
         taken.add(name)
         yield deck, int(numbers[np.argmax(part == deck)]), name
+
+
+def plain_name(title: str) -> str:
+    """A title as a name that a case may use; empty if nothing of it is left."""
+    if re.fullmatch(r"[A-Za-z][A-Za-z0-9_-]{0,39}", title):
+        return title
+    word = re.sub(r"[^A-Za-z0-9]+", "_", title).strip("_")[:30].lower()
+    return word if re.match(r"[a-z]", word) else ""
 
 
 def _reference(model: Model, ids, points, own, rows, turned, units: Units, report: Report):
@@ -307,7 +314,7 @@ def _reference(model: Model, ids, points, own, rows, turned, units: Units, repor
         return None, None, ""
     moved, out = points.copy(), own
     for block in by_node:
-        cards, skip = Cards(model.deck, block), 0
+        cards, skip = Cards(model.deck.parameters, block), 0
         scales, origin = np.ones(3), None
         for option, names in (("ID", "ID SX SY SZ NIDO IOUT"), ("BIRTH", "BIRTH")):
             if option not in block.name.split("_"):
@@ -321,7 +328,7 @@ def _reference(model: Model, ids, points, own, rows, turned, units: Units, repor
             for name in ("SX", "SY", "SZ", "NIDO"):
                 report.mapped(card[name], card[name].number, "bag.reference")
             origin = card["NIDO"]
-        rows_ = table(model.deck, rest(block, skip), REFERENCE, keep=("x", "y", "z"))
+        rows_ = table(model.deck.parameters, rest(block, skip), REFERENCE, keep=("x", "y", "z"))
         texts = np.column_stack([rows_.texts[c] for c in "xyz"])
         given = metres(texts, np.column_stack([rows_[c] for c in "xyz"]), np.ones(len(rows_)), units)
         if (scales != 1.0).any():
@@ -336,7 +343,7 @@ def _reference(model: Model, ids, points, own, rows, turned, units: Units, repor
         report.remarks.append(f"{block.place}: reference of {mine.sum()} of the bag's {len(ids)} nodes")
     for block in by_element:
         skip = "ID" in block.name.removeprefix("AIRBAG_SHELL_REFERENCE_GEOMETRY").split("_")
-        cells = table(model.deck, rest(block, int(skip)), SHELL)
+        cells = table(model.deck.parameters, rest(block, int(skip)), SHELL)
         moved, out = _by_element(model, block, cells, moved, out, rows, turned, units, report)
     source = (by_element or by_node)[0].place
     return (moved, out), birth, source

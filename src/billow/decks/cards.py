@@ -11,8 +11,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from billow.base.errors import InputError
-from billow.decks.keyword_file import I10, LONG, Block, Deck
-from billow.decks.parameters import number
+from billow.decks.block import I10, LONG, Block
+from billow.decks.parameters import Parameters, number
 
 BAD_FIELD = InputError.declare(
     "E-DCK-004",
@@ -75,7 +75,7 @@ class Field:
 class Cards:
     """The cards of a block, read one after the other. read: every field so far, for the report."""
 
-    deck: Deck
+    parameters: Parameters
     block: Block
     read: list[Field] = field(default_factory=list)
 
@@ -108,7 +108,7 @@ class Cards:
         line = self._line(card)
         columns = names.split()
         found = {}
-        texts = split(self.deck, self.block.form, line, place, widths or (10,) * len(columns))
+        texts = split(self.parameters, self.block.form, line, place, widths or (10,) * len(columns))
         for name, text in zip(columns, texts + [""] * len(columns), strict=False):
             if name != ".":
                 found[name] = Field(self.block.name, name, text, place, part)
@@ -133,7 +133,7 @@ class Cards:
         return self._lines[self._next - 1][1]
 
 
-def split(deck: Deck, form: str, line: bytes, place: str, widths: tuple[int, ...]) -> list[str]:
+def split(parameters: Parameters, form: str, line: bytes, place: str, widths: tuple[int, ...]) -> list[str]:
     """Texts of the fields of a line, parameters filled in."""
     text = line.decode("latin-1")
     if "," in text:
@@ -141,7 +141,7 @@ def split(deck: Deck, form: str, line: bytes, place: str, widths: tuple[int, ...
     else:
         ends = np.cumsum(column_widths(form, widths)).tolist()
         fields = [text[a:b].strip() for a, b in zip([0, *ends], ends, strict=False)]
-    return [deck.parameters.filled(f, place) if f[:1] == "&" or f[:2] == "-&" else f for f in fields]
+    return [parameters.filled(f, place) if f[:1] == "&" or f[:2] == "-&" else f for f in fields]
 
 
 def column_widths(form: str, widths: tuple[int, ...]) -> list[int]:
@@ -175,14 +175,19 @@ Spec = tuple[tuple[str, int, str], ...]
 """Name, width and kind (i or f) of each column."""
 
 
-def table(deck: Deck, block: Block, spec: Spec, every: int = 1, first: int = 0, keep: tuple[str, ...] = ()) -> Table:
+def table(
+    parameters: Parameters, block: Block, spec: Spec, every: int = 1, first: int = 0, keep: tuple[str, ...] = ()
+) -> Table:
     """Each line a row, blank ones left out; of elements with `every` lines each, the line `first`. keep: columns whose
     texts are kept. Raises InputError E-DCK-004."""
     lines, rows = _rows(block, every, first)
     widths = tuple(width for _, width, _ in spec)
     free = any(b"," in row or b"&" in row for row in rows)
     if free:
-        grid = [split(deck, block.form, row, f"{block.file}:{at}", widths) for at, row in zip(lines, rows, strict=True)]
+        grid = [
+            split(parameters, block.form, row, f"{block.file}:{at}", widths)
+            for at, row in zip(lines, rows, strict=True)
+        ]
         cells = {name: [row[k] if k < len(row) else "" for row in grid] for k, (name, _, _) in enumerate(spec)}
         raw = {name: np.array([text.encode("latin-1") for text in column], "S") for name, column in cells.items()}
     else:

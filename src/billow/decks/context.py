@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from billow.base.errors import InputError
+from billow.decks.block import Block
 from billow.decks.cards import Cards, Field
 from billow.decks.draft import Said, said
 from billow.decks.fields import CARDS, known
-from billow.decks.keyword_file import Block
 from billow.decks.report import Report
 from billow.decks.tables import Model, has_title
 from billow.decks.units import Units
@@ -47,7 +47,7 @@ class Context:
 
     def cards(self, block: Block) -> Cards:
         """The cards of a block, its title and id read."""
-        cards = Cards(self.model.deck, block)
+        cards = Cards(self.model.deck.parameters, block)
         if (has_title(block) or "_ID" in block.name) and cards.left:
             cards.text()
         return cards

@@ -10,10 +10,10 @@ from __future__ import annotations
 import numpy as np
 
 from billow.base.errors import InputError
+from billow.decks.block import Block
 from billow.decks.cards import Field
 from billow.decks.context import Context
 from billow.decks.draft import said
-from billow.decks.keyword_file import Block
 
 FABRICS_DIFFER = InputError.declare(
     "E-DCK-014",

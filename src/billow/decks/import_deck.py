@@ -15,13 +15,14 @@ from billow.base.toml_file import read_toml
 from billow.case.schema import Case
 from billow.decks import airbag as gas
 from billow.decks.bag_mesh import BagMesh, Choices, bag_mesh, material_of
+from billow.decks.block import Block
 from billow.decks.cards import Cards, Field
 from billow.decks.context import Context
 from billow.decks.draft import Said, case_text, plain, said, source_of
 from billow.decks.fabric import FABRICS_DIFFER, fabric_cards, leakage, put_fabric
 from billow.decks.fields import known
 from billow.decks.jets import put_jets
-from billow.decks.keyword_file import Block, Deck
+from billow.decks.keyword_file import Deck
 from billow.decks.obstacles import lift, put_contact, put_obstacles, raise_all, turn_of
 from billow.decks.report import REFUSED, Report
 from billow.decks.tables import Model
@@ -96,7 +97,7 @@ def translated(path: Path, options: Options) -> tuple[Context, BagMesh]:
     units = _units(model, block, options, path, report)
     context = Context(model, units, report)
     base = read_toml(options.base) if options.base is not None else {}
-    context.tables |= {"title": model.deck.path.stem, "bag": {}, "fabric": {}, "gas": {}}
+    context.tables |= {"title": _title(model), "bag": {}, "fabric": {}, "gas": {}}
     context.turn = turn_of(context, options.parts)
     bag, place = _bag(context, block, options)
     _fabric(context, bag, place, options, base)
@@ -111,6 +112,14 @@ def translated(path: Path, options: Options) -> tuple[Context, BagMesh]:
     counted = Counter(one.name for one in model.deck.blocks if one.name not in read)
     report.keywords = dict(counted)
     return context, bag
+
+
+def _title(model: Model) -> str:
+    for block in model.all("TITLE"):
+        text = " ".join(line.decode("latin-1") for _, line in block.lines()).strip()
+        if text and text.isprintable():
+            return text
+    return model.deck.path.stem
 
 
 def _units(model: Model, block: Block | None, options: Options, path: Path, report: Report) -> Units:
@@ -136,9 +145,9 @@ def _evidence(model: Model, block: Block | None, options: Options):
             if part.material == fabric_id and section and section[0]:
                 yield Evidence("thickness of fabric", section[0], section[2].place)
     if block is not None:
-        yield from _gas_evidence(deck, block)
+        yield from _gas_evidence(model, block)
     for one in model.all("CONTROL_TERMINATION"):
-        end = Cards(deck, one).optional("termination", "ENDTIM")["ENDTIM"]
+        end = Cards(deck.parameters, one).optional("termination", "ENDTIM")["ENDTIM"]
         if end.number:
             yield Evidence("end of the run", end.number, end.place)
     shells = model.shells
@@ -151,11 +160,9 @@ def _evidence(model: Model, block: Block | None, options: Options):
         yield Evidence("size of the bag", size, deck.path.name)
 
 
-def _gas_evidence(deck: Deck, block: Block):
+def _gas_evidence(model: Model, block: Block):
     """Numbers of the airbag's cards that tell the units, read without meaning."""
-    from billow.decks.context import Context as Reader
-
-    reader = Reader(Model(deck), SYSTEMS["kg-m-s"], Report())
+    reader = Context(model, SYSTEMS["kg-m-s"], Report())
     cards = reader.cards(block)
     kind = known(block.name)
     names = {"AIRBAG_HYBRID": ("ambient",), "AIRBAG_WANG_NEFSKE": ("gas", "exits", "ambient"),

@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass, field
 from pathlib import Path
 
 from billow.base.errors import InputError
 from billow.base.input_file import LARGEST_DATA, read_bytes
+from billow.decks.block import I10, LONG, SIGNS, STANDARD, Block, Transform
+from billow.decks.cards import Cards
 from billow.decks.parameters import Parameters
 
 NO_DECK = InputError.declare(
@@ -30,56 +31,11 @@ BAD_INCLUDE = InputError.declare(
     remedy="put the file into the deck's folder, or name its folder with *INCLUDE_PATH",
 )
 
-STANDARD, LONG, I10 = "standard", "long", "i10"
-_SIGNS = {"+": LONG, "-": STANDARD, "%": I10}
 MOST_INCLUDES_DEEP = 16
 MOST_FILES = 1000
 _KEYWORD = re.compile(rb"^\*", re.MULTILINE)
 _NO_TEXT = re.compile(rb"[\x00-\x08\x0e-\x1f]")
 _TRANSFORM_OFFSETS = ("node", "element", "part", "material", "set", "curve", "define")
-
-
-@dataclass(frozen=True)
-class Transform:
-    """What *INCLUDE_TRANSFORM does to an included file: offsets of ids by kind, and factors of units (mass, time,
-    length). place: where it stands."""
-
-    offsets: dict[str, int]
-    factors: tuple[float, float, float]
-    place: str
-
-
-@dataclass(frozen=True)
-class Block:
-    """A keyword (upper case, without * and sign) and what follows it. form: how wide its columns are. line: of the
-    keyword, from 1. body: all bytes up to the next keyword. transforms: those of the files around it, innermost
-    first."""
-
-    name: str
-    body: bytes = field(repr=False)
-    form: str
-    file: str
-    line: int
-    transforms: tuple[Transform, ...] = ()
-
-    @property
-    def place(self) -> str:
-        return f"{self.file}:{self.line}"
-
-    def lines(self) -> Iterator[tuple[int, bytes]]:
-        """Number in the file and text of each line that is no comment; blank lines at the end are left out."""
-        held = []
-        for number, line in enumerate(self.body.split(b"\n"), self.line + 1):
-            if line[:1] == b"$":
-                continue
-            held.append((number, line))
-            if line.strip():
-                yield from held
-                held = []
-
-    def is_a(self, name: str) -> bool:
-        """Whether it is this keyword, with or without options."""
-        return self.name == name or self.name.startswith(name + "_")
 
 
 class Deck:
@@ -178,9 +134,7 @@ class Deck:
         return hit
 
     def _transform(self, block: Block) -> Transform:
-        from billow.decks.cards import Cards
-
-        cards = Cards(self, block)
+        cards = Cards(self.parameters, block)
         cards.text()
         offsets = cards.card("offsets", "IDNOFF IDEOFF IDPOFF IDMOFF IDSOFF IDFOFF IDDOFF")
         rest = cards.card("more", "IDROFF PREFIX SUFFIX") if cards.left else None
@@ -207,8 +161,8 @@ def _require_text(data: bytes) -> None:
 def _name_and_form(head: str) -> tuple[str, str | None]:
     """Keyword and, if a sign behind it says so, its form."""
     word, _, rest = head.strip().partition(" ")
-    sign = rest.strip() if rest.strip() in _SIGNS else word[-1:]
-    return (word.rstrip("+-%"), _SIGNS[sign]) if sign in _SIGNS else (word, None)
+    sign = rest.strip() if rest.strip() in SIGNS else word[-1:]
+    return (word.rstrip("+-%"), SIGNS[sign]) if sign in SIGNS else (word, None)
 
 
 def _joined(lines: list[tuple[int, str]]) -> Iterator[tuple[int, str]]:

@@ -4,17 +4,16 @@ replace."""
 from __future__ import annotations
 
 import math
-import re
 from typing import Any
 
 import numpy as np
 
-from billow.decks.bag_mesh import material_of
+from billow.decks.bag_mesh import material_of, plain_name
+from billow.decks.block import Block
 from billow.decks.cards import Cards, Field
 from billow.decks.context import Context
 from billow.decks.draft import Said, said
 from billow.decks.fields import known
-from billow.decks.keyword_file import Block
 
 BOXY = 4.0
 """Degree of a super-ellipsoid that stands for a body of facets."""
@@ -46,7 +45,7 @@ def put_obstacles(context: Context, taken: set[int], kinds: dict[int, str], bag_
         if names[one["name"]] > 1:
             one["name"] += f"_{names[one['name']]}"
     for block in context.model.all("BOUNDARY_PRESCRIBED_MOTION"):
-        cards = Cards(context.model.deck, block)
+        cards = Cards(context.model.deck.parameters, block)
         if "_ID" in block.name and cards.left:
             cards.text()
         one = cards.optional("motion", "ID DOF VAD LCID SF VID DEATH BIRTH")["ID"]
@@ -109,9 +108,13 @@ def raise_all(obstacles: list[dict[str, Any]], height: float) -> None:
 
 def _wall(context: Context, block: Block) -> list[dict[str, Any]]:
     report, kind = context.report, known(block.name)
-    cards = context.cards(block)
     if kind is None:
         return []
+    cards = Cards(context.model.deck.parameters, block)
+    called = "wall"
+    if "_ID" in block.name:
+        given = cards.card("id", "ID TITLE", widths=(10, 70))["TITLE"].text
+        called = plain_name(given) or called
     if "MOTION" in block.name or "MOVING" in block.name:
         report.remarks.append(f"{block.place}: *{block.name} moves; in a case it stands still")
     context.card(cards, "nodes")
@@ -125,7 +128,7 @@ def _wall(context: Context, block: Block) -> list[dict[str, Any]]:
         report.mapped(f[name], context.si(f[name], "length"), "obstacles.normal" if name[1] == "H" else "obstacles")
     friction = f["FRIC"].number
     report.mapped(f["FRIC"], min(friction, 2.0))
-    shared = {"name": _name(block, context), "friction": said(min(friction, 2.0), f["FRIC"])}
+    shared = {"name": called, "friction": said(min(friction, 2.0), f["FRIC"])}
     if "SPHERE" in block.name:
         size = context.card(cards, "sphere")["RADSPH"]
         report.mapped(size, context.si(size, "length"), "obstacles.radii")
@@ -144,10 +147,6 @@ def _wall(context: Context, block: Block) -> list[dict[str, Any]]:
         report.refused(f["ZH"], "a plate of a case crosses the z axis, as another wall does: turn the model")
         return []
     return [_plate(shared, tail, normal, f"{block.place} {block.name}")]
-
-
-def _name(block: Block, context: Context) -> str:
-    return "wall" if block.name.startswith("RIGIDWALL") else "part"
 
 
 def _plate(shared: dict[str, Any], point: np.ndarray, normal: np.ndarray, source: str) -> dict[str, Any]:
@@ -181,8 +180,7 @@ def _part(
     low, high = points.min(axis=0), points.max(axis=0)
     centre, half = 0.5 * (low + high), 0.5 * (high - low)
     title = model.parts[part].title if part in model.parts else ""
-    word = re.sub(r"[^A-Za-z0-9]+", "_", title).strip("_")[:30].lower()
-    name = word if re.match(r"[a-z]", word) else f"part_{part}"
+    name = plain_name(title) or f"part_{part}"
     place = model.parts[part].place if part in model.parts else shells.place(rows[0])
     source = f"{place} PART {part}"
     rigid = _rigid(context, material[1]) if material and material[0] == "MAT_RIGID" else None
@@ -247,7 +245,7 @@ def _mass(context: Context, part: int, rows: np.ndarray, rigid: dict[str, Any] |
     """Of the shells, area times thickness times density [kg]; of *PART_INERTIA if the deck has it."""
     model = context.model
     for block in model.all("PART_INERTIA"):
-        cards = Cards(model.deck, block)
+        cards = Cards(model.deck.parameters, block)
         cards.text()
         if cards.card("part", "PID")["PID"].whole == part and cards.left:
             mass = cards.card("inertia", "XC YC ZC TM IRCS NODEID")["TM"]

@@ -11,12 +11,9 @@ import ast
 import math
 import operator
 import re
-from typing import TYPE_CHECKING
 
 from billow.base.errors import InputError
-
-if TYPE_CHECKING:
-    from billow.decks.keyword_file import Block
+from billow.decks.block import Block
 
 BAD_PARAMETER = InputError.declare(
     "E-DCK-003",

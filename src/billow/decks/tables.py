@@ -12,8 +12,10 @@ from functools import cached_property
 import numpy as np
 
 from billow.base.errors import InputError
+from billow.decks.block import Block
 from billow.decks.cards import Cards, Field, split, table
-from billow.decks.keyword_file import Block, Deck
+from billow.decks.keyword_file import Deck
+from billow.decks.parameters import Parameters
 
 NOT_THERE = InputError.declare(
     "E-DCK-006",
@@ -134,7 +136,7 @@ class Model:
     @cached_property
     def nodes(self) -> Nodes:
         blocks = [block for block in self.all("NODE") if block.name == "NODE"]
-        tables = [table(self.deck, block, NODE, keep=("x", "y", "z")) for block in blocks]
+        tables = [table(self.deck.parameters, block, NODE, keep=("x", "y", "z")) for block in blocks]
         ids = [t["nid"] + shift(t.block, "node") for t in tables]
         if not ids:
             empty = np.empty((0, 3))
@@ -176,13 +178,13 @@ class Model:
     def _shell_block(self, block: Block) -> tuple[np.ndarray, ...]:
         options = block.name.removeprefix("ELEMENT_SHELL").split("_")
         lines = 1 + any(option in _SECOND_LINE for option in options)
-        cells = table(self.deck, block, SHELL, every=lines)
+        cells = table(self.deck.parameters, block, SHELL, every=lines)
         corners = np.column_stack([cells[f"n{k}"] for k in range(1, 5)])
         corners[(corners[:, 3] == 0) | (corners[:, 3] == corners[:, 2]), 3] = -1
         corners = np.where(corners >= 0, corners + shift(block, "node"), -1)
         beta, thick = np.zeros(len(cells)), np.zeros(len(cells))
         if lines == 2:
-            second = table(self.deck, block, _THICKNESS, every=2, first=1)
+            second = table(self.deck.parameters, block, _THICKNESS, every=2, first=1)
             if len(second) < len(cells):
                 place = cells.place(len(cells) - 1)
                 raise NOT_THERE(kind="second line of shell", number=int(cells["eid"][-1]), who=block.name, place=place)
@@ -197,7 +199,7 @@ class Model:
         for block in self.all("PART"):
             if block.name not in ("PART", "PART_INERTIA", "PART_CONTACT", "PART_PRINT"):
                 continue
-            cards = Cards(self.deck, block)
+            cards = Cards(self.deck.parameters, block)
             while cards.left:
                 title = cards.text()
                 place = cards.place
@@ -218,7 +220,7 @@ class Model:
         """Of *SECTION_SHELL by id: T1 [unit of the deck], ELFORM, and the field."""
         found = {}
         for block in self.all("SECTION_SHELL"):
-            cards = Cards(self.deck, block)
+            cards = Cards(self.deck.parameters, block)
             while cards.left >= 2 + has_title(block):
                 if has_title(block):
                     cards.text()
@@ -236,7 +238,7 @@ class Model:
         for block in self.all("DEFINE_CURVE"):
             if block.name not in ("DEFINE_CURVE", "DEFINE_CURVE_TITLE"):
                 continue
-            cards = Cards(self.deck, block)
+            cards = Cards(self.deck.parameters, block)
             title = cards.text() if has_title(block) and cards.left else ""
             place = cards.place
             head = cards.card("curve", "LCID SIDR SFA SFO OFFA OFFO DATTYP LCINT")
@@ -262,18 +264,18 @@ class Model:
     def set_of(self, kind: str, wanted: int, who: str, place: str) -> np.ndarray:
         """Ids in a *SET_PART or *SET_NODE. Raises InputError E-DCK-006."""
         for block in self.all(f"SET_{kind}"):
-            cards = titled(self.deck, block)
+            cards = titled(self.deck.parameters, block)
             if not cards.left:
                 continue
             widths = (10,) * 8
-            head = [self._whole(text, cards.place) for text in _cells(self.deck, cards, widths)]
+            head = [self._whole(text, cards.place) for text in _cells(self.deck.parameters, cards, widths)]
             if head[0] + shift(block, "set") != wanted:
                 continue
             by = shift(block, kind.lower())
             ids: list[int] = []
             while cards.left:
                 at = cards.place
-                row = [self._whole(text, at) for text in _cells(self.deck, cards, widths) if text]
+                row = [self._whole(text, at) for text in _cells(self.deck.parameters, cards, widths) if text]
                 if "GENERATE" in block.name:
                     for a, b in zip(row[::2], row[1::2], strict=False):
                         if a and b - a > 10_000_000:
@@ -291,16 +293,16 @@ class Model:
     def segments(self, wanted: int, who: str, place: str) -> tuple[np.ndarray, str]:
         """Corners (n, 4) of a *SET_SEGMENT, -1 last for triangles, and its place. Raises InputError E-DCK-006."""
         for block in self.all("SET_SEGMENT"):
-            cards = titled(self.deck, block)
+            cards = titled(self.deck.parameters, block)
             if not cards.left:
                 continue
             at = cards.place
-            number_ = self._whole(_cells(self.deck, cards, (10,) * 5)[0], at) + shift(block, "set")
+            number_ = self._whole(_cells(self.deck.parameters, cards, (10,) * 5)[0], at) + shift(block, "set")
             if number_ != wanted:
                 continue
             skip = 2 if has_title(block) else 1
             spec = tuple((name, 10, "i") for name in ("n1", "n2", "n3", "n4"))
-            rows = table(self.deck, rest(block, skip), spec)
+            rows = table(self.deck.parameters, rest(block, skip), spec)
             corners = np.column_stack([rows[name] for name, _, _ in spec])
             corners[(corners[:, 3] == 0) | (corners[:, 3] == corners[:, 2]), 3] = -1
             return np.where(corners >= 0, corners + shift(block, "node"), -1), at
@@ -311,18 +313,18 @@ class Model:
         return Field("SET", "id", text, place).whole
 
 
-def _cells(deck: Deck, cards: Cards, widths: tuple[int, ...]) -> list[str]:
+def _cells(parameters: Parameters, cards: Cards, widths: tuple[int, ...]) -> list[str]:
     place, form = cards.place, cards.block.form
-    return split(deck, form, cards._line("ids"), place, widths) or [""]
+    return split(parameters, form, cards._line("ids"), place, widths) or [""]
 
 
 def has_title(block: Block) -> bool:
     return block.name.endswith("_TITLE") or "_TITLE_" in block.name
 
 
-def titled(deck: Deck, block: Block) -> Cards:
+def titled(parameters: Parameters, block: Block) -> Cards:
     """The cards of a block, its title read."""
-    cards = Cards(deck, block)
+    cards = Cards(parameters, block)
     if has_title(block) and cards.left:
         cards.text()
     return cards

@@ -81,7 +81,8 @@ def _directions(context: Context, bag: BagMesh, f: dict[str, Field], mine: np.nd
         context.report.refused(f["AOPT"], "a coordinate system: set bag.parts.warp_angle yourself")
         return None
     axis = axis - np.sum(axis * normal, axis=1, keepdims=True) * normal
-    beta = np.radians(f["BETA"].number + context.model.shells.beta[bag.shell[mine]])[:, None]
+    own = f["BETA"].number if aopt != 2 else 0.0  # the manual: BETA of the material is for AOPT 0 and 3
+    beta = np.radians(own + context.model.shells.beta[bag.shell[mine]])[:, None]
     return np.cos(beta) * axis + np.sin(beta) * np.cross(normal, axis)
 
 
