@@ -85,7 +85,7 @@ def import_deck(path: str | Path, out: str | Path, options: Options | None = Non
             (folder / name).write_text(text, encoding="utf-8")
         (folder / "case.toml").write_text(case_text(head, case), encoding="utf-8")
         report.write(folder, path.name)
-        _require_loadable(folder / "case.toml", case, path)
+        _require_loadable(folder / "case.toml", case, path, bag.place)
     return report
 
 
@@ -242,12 +242,14 @@ def _fabric(context: Context, bag: BagMesh, place: str, options: Options, base: 
             if not report.settled(one) and name in f and other is not f:
                 report.mapped(one, note="as the fabric of the bag")
     thick = {n: _thickness(context, bag, n) for n in cloth}
-    base_thickness = thick[first] or next((t for t in thick.values() if t), None)
+    # Layers are counted from the thinnest part on.
+    base_thickness = min((t for t in thick.values() if t), default=None)
     if base_thickness is None:
         if "thickness" not in base.get("fabric", {}):
             raise NO_AIRBAG(what="how thick the fabric is", place=place, why="its parts have no *SECTION_SHELL")
     else:
-        source = model.thicknesses.get(model.parts[first].section)
+        thinnest = next(number for number, value in thick.items() if value == base_thickness)
+        source = model.thicknesses.get(model.parts[thinnest].section) if thinnest in model.parts else None
         context.set("fabric.thickness", base_thickness, source[2] if source else "ELEMENT_SHELL_THICKNESS")
         for number, value in thick.items():
             if value and not math.isclose(value, base_thickness, rel_tol=1e-9):
@@ -365,13 +367,13 @@ def _run(context: Context, base: dict[str, Any]) -> None:
     context.tables["run"] = run
 
 
-def _require_loadable(path: Path, tables: dict[str, Any], deck: Path) -> None:
+def _require_loadable(path: Path, tables: dict[str, Any], deck: Path, bag_place: str) -> None:
     """Raises InputError E-DCK-018, with the field that a value comes from, if the case does not load."""
     try:
         Case.load(path)
     except InputError as error:
         key = error.where.partition(", key ")[2].partition(",")[0]
-        source = source_of(tables, key.split(".")) or key
+        source = source_of(tables, key.split(".")) or f"{bag_place} (the bag)"
         raise NO_SUCH_CASE(key=key or "the case", place=f"{deck}: {source}", why=f"{error.what}: {error.why}") from None
 
 
