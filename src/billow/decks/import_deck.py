@@ -188,7 +188,7 @@ def _bag(context: Context, block: Block | None, options: Options) -> tuple[BagMe
     choices = Choices(options.parts, options.close, options.merge)
     if block is None:
         members = np.array([n for n, kind in options.parts.items() if kind in ("fabric", "mouth", "vent")], np.int64)
-        place = context.model.deck.path.name
+        place = f"{context.model.deck.path.name}:1"
         if not len(members):
             parts = "; ".join(f"{p.number} {p.title}" for p in context.model.parts.values()) or "none"
             raise NO_AIRBAG(
