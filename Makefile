@@ -31,6 +31,7 @@ mutants: $(READY)         ## mistakes put into a copy of the package: each is ca
 docs: $(READY)            ## regenerate the references of cases, studies and errors
 	$(BIN)/python docs/make_reference.py
 	$(BIN)/python docs/make_study.py
+	$(BIN)/python docs/make_decks.py
 	$(BIN)/python docs/make_errors.py
 
 vendor:                   ## bundle three.js and uPlot again, after a change in vendor/; needs npm

@@ -29,6 +29,7 @@ GROUPS = {
     "CLI": "The command line",
     "CMP": "Comparisons",
     "CONV": "Convergence studies",
+    "DCK": "Decks of LS-DYNA",
     "CPL": "Force inputs and coupled models",
     "FAB": "Fabric",
     "GAS": "Gas",

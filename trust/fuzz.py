@@ -22,7 +22,7 @@ from pathlib import Path
 from random import Random
 
 from billow.base.errors import LONGEST_TEXT, BillowError
-from trust import fuzz_files, fuzz_inputs
+from trust import fuzz_decks, fuzz_files, fuzz_inputs
 from trust.payloads import security
 
 __all__ = ["FuzzReport", "fuzz", "security"]
@@ -62,6 +62,7 @@ KINDS: dict[str, tuple[float, Callable]] = {
     "damaged surrogates": (0.02, fuzz_inputs.damaged_surrogates),
     "forged surrogates": (0.04, fuzz_inputs.forged_surrogates),
     "meshes": (0.08, fuzz_files.meshes),
+    "decks": (0.06, fuzz_decks.decks),
     "tables": (0.10, fuzz_files.tables),
     "tank cases": (0.04, fuzz_files.tank_cases),
     "runs of others": (0.03, fuzz_files.imports),

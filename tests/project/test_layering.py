@@ -28,6 +28,7 @@ MAY_IMPORT = {
     "rom": {"base", "geometry", "results", "injury", "pictures"},
     "pages": {"base", "geometry", "results", "injury", "pictures", "rom"},
     "reproductions": {"base", "results", "injury", "pictures", "rom"},
+    "decks": MODEL | {"case", "results"},
     "apps": MODEL | {"case", "results", "injury", "run", "pictures", "rom"},
 }
 """Room -> rooms it may import besides itself; `cli` is on top of everything."""

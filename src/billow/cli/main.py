@@ -26,6 +26,7 @@ from billow.cli import (
     converge,
     couple,
     coupon,
+    decks,
     explore,
     fold,
     paper,
@@ -338,6 +339,8 @@ for command in (
     render.render, explore.explore, view.view, view.report,
 ):  # fmt: skip
     app.command()(command)
+app.command("import-deck")(decks.import_deck)
+app.command("export-deck")(decks.export_deck)
 for group in (tank.app, couple.app):
     app.add_typer(group)
 

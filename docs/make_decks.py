@@ -1,0 +1,132 @@
+"""Write docs/decks.md: a guide, and tables of the keywords and fields that are read, from the code that reads them.
+
+`make docs` runs it; a test compares its output with the file and executes the guide's commands.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from billow.decks import airbag
+from billow.decks.fields import ALIASES, CARDS, TARGETS
+from billow.decks.units import RANGES, SYSTEMS
+
+TARGET = Path(__file__).with_name("decks.md")
+
+GUIDE = """# From your LS-DYNA deck to a running bag in ten minutes
+
+`billow import-deck` reads a keyword file of LS-DYNA and writes a case: the bag's mesh at the start, its flat cut,
+curves, `case.toml` with a comment behind each value that says which field it comes from, and a report of **every**
+field of the airbag, material and contact cards. `billow export-deck` goes the other way.
+
+## The first run
+
+No deck at hand? Billow writes one from a case:
+
+```
+billow check --example > bag.toml
+billow export-deck bag.toml --out driver.k --set bag.element_size=0.06
+```
+
+From here on, take your own deck in place of `driver.k`.
+
+```
+billow import-deck driver.k --out driver
+billow check driver/case.toml
+billow run driver/case.toml --out driver_run --set run.end_time=0.01
+```
+
+Then open `driver/import.md`. It lists each field under one of four words:
+
+| word | meaning |
+|---|---|
+| mapped | the case says the same; the row has the value in SI and the key of the case |
+| approximated | the case says nearly the same; the note says how far |
+| ignored | without effect in Billow; the note says why |
+| refused | the deck means something that a case cannot say yet; the note says what to do |
+
+A refused field does not stop the import, but the command prints it and ends with exit code 1. `import.json` holds the
+same for programs. Keywords that Billow does not read are listed at the end.
+
+## When the command asks
+
+**Units.** No deck says its units. Billow looks for evidence (gas constant, ambient pressure, density, thickness and
+modulus of the fabric, size, end time). If all of it fits exactly one system, that is taken; otherwise the command
+says what each system would mean and asks: `--units kg-mm-ms`, `t-mm-s`, `kg-m-s`, `g-mm-ms` or `lbf-in-s`.
+
+**Parts.** Parts of *MAT_FABRIC are fabric, rigid parts of the bag its mouth, parts that A23 < 0 or a vent card names
+are vents. For others say `--part 7=vent`, `=mouth`, `=fabric` or `=ignore`. Rigid parts that do not belong to the bag
+become obstacles; `--part 2=obstacle` and `--part 1=plate` make others obstacles too.
+
+**Open edges.** A bag must be closed. The command lists its open edges, the longest first, with place and width; say
+what closes them: `--close 1=mouth --close 2=vent`. Nodes of a seam that are there twice are merged: those on open
+edges that lie within a thousandth of the shortest such edge, or within `--merge` metres. The command prints the
+tolerance.
+
+**Normals** may point anywhere: neighbours are made to agree, and the sign of the volume decides. An edge of three
+shells is refused with its place and shells.
+
+**Several airbags.** `--airbag 2` takes the second.
+
+**A deck of a mesh alone.** What it does not say comes from a case: `--base CASE.toml`, with the bag's parts by
+`--part`.
+
+**Several fabrics.** A case has one fabric, whose thickness and leakage may differ by part. `--fabric MID` takes one
+for all.
+
+**Curves of fabric.** A deck does not say whether curves of FORM 4 and 14 hold true, engineering or Green strain:
+`--fabric-curves true`, `engineering` or `green`. The report repeats what was taken.
+
+## What is worth knowing
+
+- Walls become plates. If the first wall stands upright, the whole model is turned so that it lies level. Rigid parts
+  become super-ellipsoids of degree 4 with the same extents; the command says how far nodes of the part stand out of
+  them.
+- All obstacles must stand above z = 0, from where a case counts clearances; otherwise the whole model is raised, and
+  the command says by how much.
+- Each gas of *AIRBAG_HYBRID becomes an inflator of one species, because each has its own mass flow and temperature.
+- If CP - CV is no gas constant of a gas, which decks in inches and pounds often have, the flow of enthalpy and the
+  ratio of heats are kept, with the molar mass of nitrogen. The report says so.
+- One keyword switches from uniform pressure to particles, *AIRBAG_HYBRID or *AIRBAG_PARTICLE; in a case it is
+  `gas.model`.
+- Files are included from the deck's folder and below; `--allow-outside` allows others. A deck has at most 2 GB,
+  includes are at most 16 deep, and expressions of *PARAMETER_EXPRESSION are plain arithmetic.
+
+## The way out
+
+```
+billow export-deck driver/case.toml --out again.k --units t-mm-s
+```
+
+The deck is in LONG format, so that nothing is rounded: imported again it gives the same bits of the mesh in every
+metric system, and every number to 1e-6. The command lists what a deck cannot hold: straps, jets of uniform pressure,
+shapes other than planes and spheres, which become rigid shells of triangles. Bags of several chambers are refused.
+"""
+
+BESIDES = """Besides: *NODE, *ELEMENT_SHELL (_THICKNESS, _BETA), *PART, *SECTION_SHELL, *SET_PART, *SET_NODE, *SET_SEGMENT,
+*DEFINE_CURVE, *DEFINE_VECTOR, *AIRBAG_REFERENCE_GEOMETRY, *AIRBAG_SHELL_REFERENCE_GEOMETRY, *INCLUDE, *PARAMETER."""
+
+
+def render() -> str:
+    """The whole page."""
+    lines = [GUIDE, "## Units", "", "| system | mass | length | time |", "|---|---|---|---|"]
+    lines += [f"| `{u.name}` | {u.mass:.9g} kg | {u.length:g} m | {u.time:g} s |" for u in SYSTEMS.values()]
+    lines += ["", "A system passes if the SI value of each piece of evidence lies in its range:", ""]
+    lines += ["| evidence | from | to | unit |", "|---|---|---|---|"]
+    lines += [f"| {kind} | {low:g} | {high:g} | {unit} |" for kind, (_, low, high, unit) in RANGES.items()]
+    lines += ["", "## Keywords and fields", "", "Columns of each card, in their order; a dot is one that is not used."]
+    others = {name: [alias for alias, meant in ALIASES.items() if meant == name] for name in CARDS}
+    for keyword, cards in CARDS.items():
+        also = f" (also {', '.join(f'*{alias}' for alias in others[keyword])})" if others[keyword] else ""
+        lines += ["", f"### *{keyword}{also}", "", "| card | columns |", "|---|---|"]
+        lines += [f"| {card} | {columns} |" for card, columns in cards.items()]
+    lines += ["", BESIDES]
+    lines += ["", "## Airbags that are refused by name", "", "| keyword | because |", "|---|---|"]
+    lines += [f"| *{name} | {why} |" for name, why in airbag.WHY_NOT.items()]
+    lines += ["", "## Where fields go", "", "| field | key of the case |", "|---|---|"]
+    lines += [f"| {name} | `{key}` |" for name, key in sorted(TARGETS.items())]
+    return "\n".join(lines) + "\n"
+
+
+if __name__ == "__main__":
+    TARGET.write_text(render(), encoding="utf-8")

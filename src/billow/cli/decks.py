@@ -1,0 +1,113 @@
+"""`billow import-deck` and `billow export-deck`: decks of LS-DYNA in and out."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from billow.cli.options import CaseFile, Settings, parse_settings, usable
+
+
+class Measure(StrEnum):
+    """What curves of fabric measure."""
+
+    true = "true"
+    engineering = "engineering"
+    green = "green"
+
+
+SYSTEM_NAMES = ("auto", "kg-mm-ms", "t-mm-s", "kg-m-s", "g-mm-ms", "lbf-in-s")
+
+
+def import_deck(
+    deck: Annotated[Path, typer.Argument(help="Keyword file of LS-DYNA (.k, .key, .dyn).")],
+    out: Annotated[Path, typer.Option(help="Folder for the case; must not exist yet.")],
+    units: Annotated[
+        str, typer.Option(metavar="SYSTEM", help="auto, kg-mm-ms, t-mm-s, kg-m-s, g-mm-ms or lbf-in-s.")
+    ] = "auto",
+    airbag: Annotated[int | None, typer.Option(min=1, help="Which *AIRBAG of several, from 1.")] = None,
+    part: Annotated[
+        list[str] | None,
+        typer.Option(metavar="N=KIND", help="What a part is: fabric, mouth, vent, obstacle, plate or ignore."),
+    ] = None,
+    close: Annotated[
+        list[str] | None,
+        typer.Option(metavar="\\[N=]KIND", help="What closes an open edge, or all of them: mouth or vent."),
+    ] = None,
+    merge: Annotated[
+        float | None, typer.Option(min=0.0, help="Nodes on open edges that lie this close \\[m] are merged.")
+    ] = None,
+    base: Annotated[Path | None, typer.Option(help="Case file that gives what the deck does not say.")] = None,
+    fabric_curves: Annotated[Measure, typer.Option(help="What curves of FORM 4 and 14 measure.")] = Measure.true,
+    fabric: Annotated[int | None, typer.Option(metavar="MID", help="Material to take for all fabric.")] = None,
+    allow_outside: Annotated[
+        bool, typer.Option("--allow-outside", help="Include files that lie outside the deck's folder.")
+    ] = False,
+) -> None:
+    """Make a case from a deck of LS-DYNA, and say what became of every field.
+
+    Writes case.toml, start.vtkhdf, reference.vtkhdf if the deck has one, curves, and the report as import.md and
+    import.json. Exit code 1 if a field means something that a case cannot say.
+    """
+    from billow.decks.import_deck import Options
+    from billow.decks.import_deck import import_deck as make_case
+    from billow.decks.report import APPROXIMATED, IGNORED, MAPPED, REFUSED
+
+    command = "import-deck"
+    with usable(command, "units", units):
+        if units not in SYSTEM_NAMES:
+            raise ValueError(f"it is none of {', '.join(SYSTEM_NAMES)}")
+    options = Options(
+        units=units, airbag=airbag, parts=_numbered(command, "part", part, ("fabric", "mouth", "vent", "obstacle",
+        "plate", "ignore")), close=_numbered(command, "close", close, ("mouth", "vent")), merge=merge, base=base,
+        measure=fabric_curves.value, fabric=fabric, allow_outside=allow_outside,
+    )  # fmt: skip
+    report = make_case(deck, out, options)
+    for remark in report.remarks:
+        print(remark)
+    if report.keywords:
+        print("not read: " + ", ".join(f"*{name}" for name in report.keywords))
+    for row in report.of(REFUSED):
+        print(f"refused: {row.field} = {row.deck} ({row.place}): {row.note}")
+    counts = ", ".join(f"{len(report.of(s))} {s}" for s in (MAPPED, APPROXIMATED, IGNORED, REFUSED))
+    print(f"{out}: fields {counts}; see {out / 'import.md'}\nnext: billow check {out / 'case.toml'}")
+    raise typer.Exit(1 if report.of(REFUSED) else 0)
+
+
+def export_deck(
+    case_file: CaseFile,
+    out: Annotated[Path, typer.Option(help="Deck to write; must not exist yet.")],
+    units: Annotated[
+        str, typer.Option(metavar="SYSTEM", help="kg-mm-ms, t-mm-s, kg-m-s, g-mm-ms or lbf-in-s.")
+    ] = "kg-mm-ms",
+    settings: Settings = None,
+) -> None:
+    """Write a case as a deck of LS-DYNA, in LONG format, and say what a deck cannot hold of it."""
+    from billow.case.schema import Case
+    from billow.decks.export_deck import export_deck as write_deck
+
+    with usable("export-deck", "units", units):
+        if units not in SYSTEM_NAMES[1:]:
+            raise ValueError(f"it is none of {', '.join(SYSTEM_NAMES[1:])}")
+    for note in write_deck(Case.load(case_file).vary(parse_settings(settings)), out, units):
+        print(note)
+    print(f"{out}: written, units {units}")
+
+
+def _numbered(command: str, option: str, texts: list[str] | None, kinds: tuple[str, ...]) -> dict[int, str]:
+    """{number: kind} from "number=kind" texts; 0 for a kind without a number."""
+    found = {}
+    for text in texts or []:
+        number, equals, kind = text.partition("=")
+        if not equals and option == "close":
+            number, kind = "0", text
+        with usable(command, option, text):
+            if kind not in kinds:
+                raise ValueError(f"{kind[:20]!r} is none of {', '.join(kinds)}")
+            if not (number.isascii() and number.isdigit()):
+                raise ValueError("a number and = are expected before the kind")
+            found[int(number)] = kind
+    return found

@@ -1,0 +1,276 @@
+"""`billow export-deck`: a case as a deck of LS-DYNA, to be computed elsewhere; what a deck cannot say is listed.
+
+The mesh is that of the model, triangles; the flat cut is *AIRBAG_SHELL_REFERENCE_GEOMETRY with nodes of its own in the
+plane z = 0, warp along x. Imported again, mesh and flat cut have the same bits.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from billow.case.bag.build_bag import build_shape
+from billow.case.obstacles.obstacles import Plate, SuperEllipsoid
+from billow.case.schema import Case
+from billow.decks.deck_text import DeckText
+from billow.decks.export_gas import NOT_EXPORTED, put_gas
+from billow.decks.units import SYSTEMS
+from billow.geometry.bag_shapes import BagShape
+from billow.geometry.shapes.pose import rotation_matrix
+from billow.geometry.shapes.triangulated import triangulated
+
+LEAK_CODES = {"wang-nefske": 1, "graefe": 3, "porous-medium": 5, "velocity-curve": 7}
+FACTOR_UNITS = {"porous-medium": "per velocity", "velocity-curve": "velocity"}
+ROUGH = 2
+"""Fineness of triangulated obstacles: 320 triangles."""
+
+
+def export_deck(case: Case, path: str | Path, units: str = "kg-mm-ms") -> list[str]:
+    """Write the deck of a case; what was left out or approximated, line by line.
+
+    Raises InputError of the case, and E-DCK-020 for what a deck cannot be without. FileExistsError if path exists.
+    """
+    text, notes = deck_of(case, units)
+    with open(path, "x", encoding="ascii", errors="replace") as file:
+        file.write(text)
+    return notes
+
+
+def deck_of(case: Case, units: str) -> tuple[str, list[str]]:
+    """The text of the deck, and the notes."""
+    shape = build_shape(case.bag)
+    if shape.surface.chambers.count > 1:
+        raise NOT_EXPORTED(thing="a bag of several chambers", key="bag.parts", why="*AIRBAG_INTERACTION is not written")
+    deck, notes = DeckText(SYSTEMS[units], case.title), []
+    deck.comment(f"units {units}; written by Billow")
+    _run(deck, case)
+    vents = _mesh(deck, case, shape, notes)
+    _materials(deck, case, shape, notes)
+    put_gas(deck, case, shape, vents, notes)
+    _obstacles(deck, case, shape, notes)
+    if case.fabric.self_contact:
+        deck.keyword("CONTACT_AIRBAG_SINGLE_SURFACE")
+        deck.card(1, 0, 2, 0, 0, 0, 0, 0)
+        deck.card(case.fabric.friction, 0.0)
+        deck.card(0.0)
+    if shape.straps:
+        notes.append("bag.straps: left out; write them as seat belts or discrete elements")
+    return str(deck), notes
+
+
+def _run(deck: DeckText, case: Case) -> None:
+    run = case.run
+    end = deck.of(run.end_time, "time")
+    deck.keyword("CONTROL_TERMINATION")
+    deck.card(end, 0, 0.0, 0.0, 0.0)
+    deck.keyword("DATABASE_BINARY_D3PLOT")
+    deck.card(end / run.frames)
+    deck.keyword("DATABASE_ABSTAT")
+    deck.card(end / run.frames / run.histories_per_frame)
+    for axis, value in zip("XYZ", run.gravity, strict=True):
+        if value:
+            curve = deck.curve([0.0, 1.0], [-value, -value], "time", "acceleration", f"gravity along {axis}")
+            deck.keyword(f"LOAD_BODY_{axis}")
+            deck.card(curve, 1.0)
+
+
+def _mesh(deck: DeckText, case: Case, shape: BagShape, notes: list[str]) -> dict[str, int]:
+    """Nodes, shells, flat cut and parts; number of each part that is a vent."""
+    surface = shape.surface
+    held = shape.fixed
+    deck.node_block(shape.positions, held)
+    flat = np.concatenate([shape.reference.reshape(-1, 2), np.zeros((3 * surface.triangle_count, 1))], axis=1)
+    # Corners of one part that lie on each other are one node of the flat cut.
+    key = np.column_stack([np.repeat(surface.part, 3), flat])
+    _, first, node = np.unique(key, axis=0, return_index=True, return_inverse=True)
+    begin = deck.node_block(flat[first])
+    part = surface.part.astype(np.int64) + 1
+    vents = [k for k, kind in enumerate(surface.part_kinds, 1) if kind == "vent"]
+    if len(vents) > 1 and case.gas.model != "corpuscular":
+        part[np.isin(part, vents)] = vents[0]  # A23 names one part
+        notes.append(f"the {len(vents)} vents become one part: A23 of *AIRBAG_HYBRID names one")
+    cells, own = surface.triangles.astype(np.int64) + 1, node.reshape(-1, 3) + begin + 1
+    fabric = np.isin(np.arange(len(cells)), surface.triangles_of_kind("fabric"))
+    hole = ~fabric & (np.ptp(shape.reference, axis=1).min(axis=1) > 0.0)
+    for keyword, nodes, which in (
+        ("ELEMENT_SHELL", cells, np.ones(len(cells), bool)),
+        ("AIRBAG_SHELL_REFERENCE_GEOMETRY", own, fabric | hole),
+    ):
+        deck.keyword(keyword)
+        for k in np.flatnonzero(which):
+            a, b, c = nodes[k].tolist()
+            deck.card(int(k) + 1, int(part[k]), a, b, c, c)
+    for number, (name, kind) in enumerate(zip(surface.part_names, surface.part_kinds, strict=True), 1):
+        if number not in part:
+            continue
+        deck.keyword("PART")
+        deck.text(name)
+        deck.card(number, number, number, 0, 0, 0, 0, 0)
+        deck.keyword("SECTION_SHELL")
+        deck.card(number, 9, 1.0, 3, 1.0, 0, 0, 1)
+        mine = shape.layers[surface.triangles_of(name)]
+        if kind == "fabric" and np.ptp(mine) > 1e-9 * mine.mean():
+            notes.append(f"part {name}: layers vary from {mine.min():.3g} to {mine.max():.3g}; their mean is written")
+        thickness = case.fabric.thickness * float(mine.mean())
+        deck.card(*[deck.of(thickness, "length")] * 4)
+    deck.keyword("SET_PART_LIST")
+    deck.card(1, 0.0, 0.0, 0.0, 0.0)
+    numbers = np.unique(part).tolist()
+    for k in range(0, len(numbers), 8):
+        deck.card(*numbers[k : k + 8])
+    found = {surface.part_names[k - 1]: k for k in vents if k in part}
+    return found
+
+
+def _materials(deck: DeckText, case: Case, shape: BagShape, notes: list[str]) -> None:
+    fabric, surface = case.fabric, shape.surface
+    coating = fabric.coating
+    density = fabric.density + coating.density * coating.thickness / fabric.thickness
+    if coating.thickness:
+        notes.append("fabric.coating: its mass is in RO")
+    linear = fabric.law == "linear"
+    curves = [0] * 6 if linear else _fabric_curves(deck, fabric, notes)
+    form = {"linear": 0, "curves": 4, "curves-shear": 14}[fabric.law]
+    for number, (name, kind) in enumerate(zip(surface.part_names, surface.part_kinds, strict=True), 1):
+        if kind == "mouth":
+            deck.keyword("MAT_RIGID")
+            deck.card(number, deck.of(density, "density"), deck.of(fabric.young_warp, "pressure"), 0.3)
+            deck.card(1.0, 7, 7)
+            deck.card(0.0)
+        elif kind == "vent":
+            deck.keyword("MAT_NULL")
+            deck.card(number, deck.of(density, "density"))
+        else:
+            leaky = bool((shape.leak[surface.triangles_of(name)] > 0.0).all())
+            codes, blocked = _leakage(deck, case, name, leaky, notes)
+            deck.keyword("MAT_FABRIC")
+            young = deck.of(fabric.young_warp, "pressure"), deck.of(fabric.young_weft, "pressure")
+            minor = fabric.poisson * fabric.young_weft / fabric.young_warp
+            deck.card(number, deck.of(density, "density"), *young, None, minor, fabric.poisson, None)
+            liner = fabric.liner
+            own = (deck.of(liner.young, "pressure"), liner.poisson, liner.ratio) if liner.ratio else (0.0, 0.0, 0.0)
+            deck.card(
+                deck.of(fabric.shear, "pressure"), None, None, 0.0 if fabric.compression else 1.0, *own, fabric.damping
+            )
+            flc, fac, fvopt = codes
+            deck.card(2.0, flc, fac, blocked, 0.0, form, fvopt, 0.0)
+            birth = deck.of(getattr(case.bag, "birth_time", 0.0), "time")
+            deck.card(None, birth, 0, 1.0, 0.0, 0.0, 0.0, 1.0)
+            deck.card(0.0, 0.0, 0.0, None, None, None, 0.0, 1)
+            if not linear:
+                deck.card(*curves, 0.0)
+
+
+def _fabric_curves(deck: DeckText, fabric, notes: list[str]) -> list[int]:
+    """Ids of LCA LCB LCAB LCUA LCUB LCUAB: true strain, and true stress at constant width."""
+    curves = fabric.curves
+    if curves.yarn_angle != 90.0:
+        raise NOT_EXPORTED(thing="yarns that are not at right angles", key="fabric.curves.yarn_angle", why="no field")
+    if curves.transverse:
+        notes.append(f"fabric curves: from transverse {curves.transverse:g} to constant width, exact at their points")
+    ids = []
+    for branch in ("loading", "unloading"):
+        for name in ("warp", "weft"):
+            one = getattr(getattr(curves, name), branch)
+            strain, stress = np.array(one.strain), np.array(one.stress)
+            stress = stress * np.exp(curves.transverse * strain)  # the same second Piola-Kirchhoff stress
+            ids.append(deck.curve(strain, stress, "-", "pressure", f"{name} {branch}") if len(strain) else 0)
+        one = getattr(curves.shear, branch)
+        angle = np.radians(np.array(one.angle))
+        ids.append(deck.curve(angle, one.stress, "-", "pressure", f"shear {branch}") if len(angle) else 0)
+    return ids
+
+
+def _leakage(
+    deck: DeckText, case: Case, part: str, leaky: bool, notes: list[str]
+) -> tuple[tuple[float, float, int], float]:
+    """FLC, FAC, FVOPT, and ELA."""
+    law = case.leakage.parts.get(part, case.leakage)
+    if not leaky:
+        return (0.0, 0.0, 0), 0.0
+    if law.law == "permeability":
+        if not case.fabric.permeability:
+            return (0.0, 0.0, 0), 0.0
+        outside = case.ambient.pressure
+        over = np.concatenate([[0.0], np.geomspace(50.0, 300e3, 60)])
+        speed = case.fabric.permeability * np.sqrt(over / 500.0)
+        curve = deck.curve(outside + over, speed, "pressure", "velocity", f"{part} leak speed")
+        notes.append(f"part {part}: permeability as a curve of leak speed (FVOPT 7), exact at 61 pressures")
+        return (1.0, -float(curve), 7), 0.0
+    fvopt = LEAK_CODES[law.law] + (1 if law.blockage else 0)
+    if not isinstance(law.area, str):
+        notes.append(f"part {part}: leakage.area has fields X0 to X3 of which X2 and X3 are those of FLC and FAC")
+
+    def factor(value, axis: str, dimension: str) -> float:
+        if isinstance(value, float):
+            return deck.of(value, dimension)
+        return -float(deck.curve(getattr(value, axis), value.value, axis, dimension, f"{part} leakage"))
+
+    flc = factor(law.time_factor, "time", "-")
+    fac = factor(law.pressure_factor, "pressure", FACTOR_UNITS.get(law.law, "-"))
+    return (flc, fac, fvopt), law.through_blocked if law.blockage else 0.0
+
+
+def _obstacles(deck: DeckText, case: Case, shape: BagShape, notes: list[str]) -> None:
+    part, shell = len(shape.surface.part_names), shape.surface.triangle_count
+    for obstacle in case.obstacles:
+        if isinstance(obstacle, Plate):
+            normal = np.array(obstacle.normal) / np.linalg.norm(obstacle.normal)
+            tail = np.array([0.0, 0.0, obstacle.height])
+            deck.keyword("RIGIDWALL_PLANAR_ID")
+            deck.card(part + 1000, obstacle.name)
+            deck.card(0, 0, 0, 0.0, 0.0)
+            ends = [deck.of(v, "length") for v in (*tail, *(tail + normal))]
+            deck.card(*ends, obstacle.friction, 0.0)
+            part += 1
+        elif isinstance(obstacle, SuperEllipsoid):
+            part, shell = part + 1, _body(deck, obstacle, part + 1, shell, notes)
+        else:
+            notes.append(f"obstacles.{obstacle.name}: its shape is not written")
+
+
+def _body(deck: DeckText, obstacle: SuperEllipsoid, part: int, shell: int, notes: list[str]) -> int:
+    """A sphere that is locked as a rigid wall, anything else as a rigid part of triangles; the last shell's number."""
+    body, _, start = obstacle.build()
+    radii = np.array([obstacle.radii] * 3 if isinstance(obstacle.radii, float) else obstacle.radii)
+    if obstacle.locked and obstacle.degree == 2.0 and np.ptp(radii) == 0.0:
+        deck.keyword("RIGIDWALL_GEOMETRIC_SPHERE_ID")
+        deck.card(part + 1000, obstacle.name)
+        deck.card(0, 0, 0, 0.0)
+        head = start.centre + np.array([0.0, 0.0, radii[2]])
+        ends = [deck.of(v, "length") for v in (*start.centre, *head)]
+        deck.card(*ends, obstacle.friction)
+        deck.card(deck.of(float(radii[0]), "length"))
+        return shell
+    points, triangles = triangulated(body, ROUGH)
+    first = deck.node_block(points @ rotation_matrix(start.quaternion).T + start.centre)
+    deck.keyword("ELEMENT_SHELL")
+    for k, (a, b, c) in enumerate((triangles + first + 1).tolist(), 1):
+        deck.card(shell + k, part, a, b, c, c)
+    area = (
+        0.5
+        * np.linalg.norm(
+            np.cross(
+                points[triangles[:, 1]] - points[triangles[:, 0]], points[triangles[:, 2]] - points[triangles[:, 0]]
+            ),
+            axis=1,
+        ).sum()
+    )
+    thickness = 1e-3
+    deck.keyword("PART")
+    deck.text(obstacle.name)
+    deck.card(part, part, part, 0, 0, 0, 0, 0)
+    deck.keyword("SECTION_SHELL")
+    deck.card(part, 2, 1.0, 2, 1.0, 0, 0, 1)
+    deck.card(*[deck.of(thickness, "length")] * 4)
+    deck.keyword("MAT_RIGID")
+    deck.card(part, deck.of(obstacle.mass / (float(area) * thickness), "density"), deck.of(1e9, "pressure"), 0.3)
+    deck.card(*((1.0, 7, 7) if obstacle.locked else (0.0, 0, 0)))
+    deck.card(0.0)
+    notes.append(f"obstacles.{obstacle.name}: a rigid shell of {len(triangles)} triangles, its mass by its density")
+    if not obstacle.locked and (any(obstacle.velocity) or any(obstacle.spin)):
+        deck.keyword("INITIAL_VELOCITY_RIGID_BODY")
+        speeds = [deck.of(v, "velocity") for v in obstacle.velocity]
+        deck.card(part, *speeds, *[deck.of(w, "frequency") for w in obstacle.spin])
+    return shell + len(triangles)

@@ -1,0 +1,215 @@
+"""*MAT_FABRIC as the `[fabric]` and `[leakage]` tables.
+
+PRBA is the minor ratio: poisson = PRBA EA / EB (symmetry of the compliance). What FORM 4 and 14 measure is not said in
+a deck: `measure` names it, and curves are turned into true strain against true stress at constant width, where a
+nominal stress is the true stress, and S of Green strain becomes S times the stretch (docs/theory.md, Curve laws).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from billow.base.errors import InputError
+from billow.decks.block import Block
+from billow.decks.cards import Field
+from billow.decks.context import Context
+from billow.decks.draft import said
+
+FABRICS_DIFFER = InputError.declare(
+    "E-DCK-014",
+    "the bag is made of several fabrics",
+    where="{place}",
+    why="{one} and {other} differ in {key}; a case has one [fabric], whose thickness and leakage alone differ by part",
+    cause="panels, reinforcements and tethers with *MAT_FABRIC of their own",
+    remedy="take the fabric of one for all: --fabric MID",
+)
+
+MEASURES = ("true", "engineering", "green")
+LAWS = {0: "linear", 4: "curves", 14: "curves-shear", -14: "curves-shear", 24: "curves-shear"}
+LEAKS = {1: "wang-nefske", 2: "wang-nefske", 3: "graefe", 4: "graefe", 5: "porous-medium", 6: "porous-medium"}
+LEAKS |= {7: "velocity-curve", 8: "velocity-curve"}
+
+
+def fabric_cards(context: Context, block: Block) -> dict[str, Field]:
+    """All fields of a *MAT_FABRIC by name."""
+    cards = context.cards(block)
+    found: dict[str, Field] = {}
+    for card in ("elastic", "shear", "leakage", "axes", "vector"):
+        found |= context.card(cards, card, optional=card not in ("elastic", "shear"))
+    form = found["FORM"].whole
+    if form in (4, 14, -14, 24):
+        found |= context.card(cards, "curves")
+    if form in (-14, 24):
+        found |= context.card(cards, "more curves", optional=True)
+    return found
+
+
+def put_fabric(context: Context, f: dict[str, Field], measure: str) -> None:
+    """The `[fabric]` table."""
+    report = context.report
+    report.mapped(f["MID"], f["MID"].text, "fabric")
+    context.put("fabric.density", f["RO"], "density")
+    form = f["FORM"].whole
+    law = LAWS.get(form)
+    if law is None:
+        law = "linear"
+        report.refused(f["FORM"], f"FORM {form} has no counterpart; the moduli are used, as with FORM 0")
+    else:
+        report.mapped(f["FORM"], law)
+    context.set("fabric.law", law, f["FORM"])
+    warp = context.put("fabric.young_warp", f["EA"], "pressure")
+    weft = warp
+    if f["EB"].number:
+        weft = context.put("fabric.young_weft", f["EB"], "pressure")
+    else:
+        context.set("fabric.young_weft", warp, f["EA"])
+        report.mapped(f["EB"], warp, "fabric.young_weft", "blank: as EA")
+    _poisson(context, f, warp, weft)
+    if f["GAB"].number:
+        context.put("fabric.shear", f["GAB"], "pressure")
+    else:
+        shear = warp / (2.0 * (1.0 + f["PRBA"].number))
+        context.set("fabric.shear", shear, f["EA"])
+        report.approximated(f["GAB"], "blank: that of an isotropic sheet", shear)
+    no_compression = f["CSE"].number == 1.0
+    context.set("fabric.compression", not no_compression and not f["LRATIO"].number, f["CSE"])
+    report.mapped(f["CSE"], "false" if no_compression else "true")
+    if f["DAMP"].number:
+        value = min(f["DAMP"].number, 0.5)
+        context.set("fabric.damping", value, f["DAMP"])
+        report.approximated(f["DAMP"], "both are fractions of critical, of an element's highest mode in Billow", value)
+    _liner(context, f, law)
+    _coating(context, f)
+    if law != "linear":
+        _curves(context, f, measure)
+    if f["RGBRTH"].number:
+        context.put("bag.birth_time", f["RGBRTH"], "time")
+
+
+def _poisson(context: Context, f: dict[str, Field], warp: float, weft: float) -> None:
+    """poisson: contraction along the weft under load along the warp, nu_ab = PRBA EA / EB = PRAB."""
+    minor, major, report = f["PRBA"], f["PRAB"], context.report
+    value = minor.number * warp / weft if minor.number else major.number
+    largest = 0.99 * min(0.49, (warp / weft) ** 0.5)
+    if not 0.0 <= value <= largest:
+        clipped = min(max(value, 0.0), largest)
+        report.approximated(minor, f"{value:.4g} would be unstable: {clipped:.4g} is used", clipped)
+        context.set("fabric.poisson", clipped, minor)
+        return
+    context.set("fabric.poisson", value, minor if minor.number else major)
+    report.mapped(minor, value, note="PRBA EA / EB" if minor.number else "")
+    if major.number:
+        off = abs(major.number - value) > 0.02
+        report.mapped(major, value, note=f"it differs from PRBA EA / EB, {value:.4g}, which is used" if off else "")
+
+
+def _liner(context: Context, f: dict[str, Field], law: str) -> None:
+    ratio, report = f["LRATIO"], context.report
+    if not ratio.number or not f["EL"].number:
+        return
+    if law != "linear":
+        for name in ("EL", "PRL", "LRATIO"):
+            report.refused(f[name], "laws of curves have no liner; FORM 0 has, or leave it out")
+        return
+    context.put("fabric.liner.ratio", ratio, "-")
+    context.put("fabric.liner.young", f["EL"], "pressure")
+    context.put("fabric.liner.poisson", f["PRL"], "-")
+
+
+def _coating(context: Context, f: dict[str, Field]) -> None:
+    if "TCOAT" in f and f["TCOAT"].number:
+        for name in ("TCOAT", "ECOAT", "SCOAT"):
+            context.report.refused(f[name], "a coating that stiffens; a case has a liner for the linear law only")
+
+
+def _curves(context: Context, f: dict[str, Field], measure: str) -> None:
+    context.set("fabric.curves.transverse", 0.0, "curves of one direction, at constant width")
+    for name, loading, unloading in (("warp", "LCA", "LCUA"), ("weft", "LCB", "LCUB"), ("shear", "LCAB", "LCUAB")):
+        if not f[loading].whole:
+            if name == "weft" and f["LCA"].whole:
+                _curve(context, f["LCA"], "weft", "loading", measure)
+                context.report.mapped(f[loading], "as LCA", note="blank")
+                continue
+            context.report.refused(f[loading], f"the law needs a curve of {name}; give it, or use FORM 0")
+            continue
+        _curve(context, f[loading], name, "loading", measure)
+        if f[unloading].whole:
+            _curve(context, f[unloading], name, "unloading", measure)
+    for name in ("LCAA", "LCBB"):
+        if name in f and f[name].whole:
+            context.report.refused(f[name], "curves of coupled stress have no counterpart; they are left out")
+
+
+def _curve(context: Context, one: Field, name: str, branch: str, measure: str) -> None:
+    """Strain against stress into a CSV file, from zero on."""
+    points, _, number = context.points(one, "-", "pressure")
+    strain, stress = points[:, 0], points[:, 1]
+    kept = strain >= 0.0
+    note = "" if kept.all() else f"{(~kept).sum()} points of compression left out; "
+    strain, stress = strain[kept], stress[kept]
+    if not len(strain) or strain[0] > 0.0:
+        strain, stress = np.append(0.0, strain), np.append(0.0, stress)
+    head, key = "strain [-]", f"fabric.curves.{name}.{branch}"
+    if name == "shear":
+        strain, head = np.degrees(strain), "angle [deg]"
+        note += "shear strain is taken as the angle in radians"
+    elif measure == "engineering":
+        strain = np.log1p(strain)
+        note += "as nominal stress against engineering strain"
+    elif measure == "green":
+        stress = stress * np.sqrt(1.0 + 2.0 * strain)
+        strain = 0.5 * np.log1p(2.0 * strain)
+        note += "as second Piola-Kirchhoff stress against Green strain"
+    else:
+        note += "as true stress against true strain"
+    file = f"curves/{name}_{branch}.csv"
+    rows = "".join(f"{x!r}, {y!r}\n" for x, y in zip(strain.tolist(), stress.tolist(), strict=True))
+    context.curves[file] = f"{head}, stress [Pa]\n{rows}"
+    context.set(key, file, one)
+    context.report.approximated(one, f"curve {number}: {note}; a deck does not say which, see --fabric-curves", file)
+
+
+def leakage(context: Context, f: dict[str, Field], option: int) -> dict[str, object] | None:
+    """The `[leakage]` table of a fabric, None if it does not leak. option: OPT of the airbag, which counts where FVOPT
+    is blank."""
+    report, fvopt = context.report, f["FVOPT"].whole or option
+    law = LEAKS.get(abs(fvopt))
+    if not f["FLC"].number and not f["FAC"].number:
+        return None
+    if law is None:
+        for name in ("FLC", "FAC"):
+            report.ignored(f[name], "FVOPT and OPT are 0: the airbag's own cards say how the fabric leaks")
+        return None
+    report.mapped(f["FVOPT"], law)
+    table: dict[str, object] = {"law": said(law, f["FVOPT"])}
+    table["time_factor"] = _factor(context, f["FLC"], "time", "-")
+    unit = {"porous-medium": "per velocity", "velocity-curve": "velocity"}.get(law, "-")
+    table["pressure_factor"] = _factor(context, f["FAC"], "pressure", unit)
+    if fvopt % 2 == 0:
+        table["blockage"] = said(True, f["FVOPT"])
+        if f["ELA"].number < 0.0:
+            report.refused(f["ELA"], "a curve of the effective area has no counterpart: through_blocked is 0")
+        else:
+            table["through_blocked"] = said(min(f["ELA"].number, 1.0), f["ELA"])
+            report.mapped(f["ELA"], min(f["ELA"].number, 1.0))
+    x0, x1 = f["X0"].number, f["X1"].number
+    if x0 == 1.0:
+        for name in ("X0", "X1"):
+            report.refused(f[name], "X2 and X3 share their fields with FLC and FAC; set leakage.area yourself")
+    elif x0 < 0.0:
+        report.refused(f["X0"], "vents that seal under tension have no counterpart")
+    else:
+        table["area"] = said("deformed", f["X1"])
+        report.mapped(f["X1"], "deformed", note="" if x1 == 1.0 else "blank: the stretched area, as LS-DYNA")
+    return table
+
+
+def _factor(context: Context, one: Field, axis: str, dimension: str):
+    """A number, or a curve if it is negative."""
+    if one.number < 0.0:
+        curve = context.curve(one, axis, dimension, "leakage.pressure_factor", axis)
+        context.report.mapped(one, f"curve {abs(one.whole)}")
+        return said(curve, one)
+    value = one.number * context.units.factor(dimension)
+    context.report.mapped(one, value)
+    return said(value, one)

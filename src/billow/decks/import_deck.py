@@ -1,0 +1,382 @@
+"""`billow import-deck`: from a deck to a case that loads, its meshes, curves, and a report of every field."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from billow.base.errors import InputError
+from billow.base.toml_file import read_toml
+from billow.case.schema import Case
+from billow.decks import airbag as gas
+from billow.decks.bag_mesh import BagMesh, Choices, bag_mesh, material_of
+from billow.decks.block import Block
+from billow.decks.cards import Cards, Field
+from billow.decks.context import Context
+from billow.decks.draft import Said, case_text, plain, said, source_of
+from billow.decks.fabric import FABRICS_DIFFER, fabric_cards, leakage, put_fabric
+from billow.decks.fields import known
+from billow.decks.jets import put_jets
+from billow.decks.keyword_file import Deck
+from billow.decks.obstacles import lift, put_contact, put_obstacles, raise_all, turn_of
+from billow.decks.report import REFUSED, Report
+from billow.decks.tables import Model
+from billow.decks.units import SYSTEMS, Evidence, Units, find_units
+from billow.decks.warp import put_warp
+from billow.geometry.mesh_writing import write_mesh
+from billow.results.atomic import new_folder, new_place
+
+NO_AIRBAG = InputError.declare(
+    "E-DCK-017",
+    "the deck does not say {what}",
+    where="{place}",
+    cause="a deck of a mesh alone, or a file that is not included",
+    remedy="take what is missing from a case: --base CASE.toml",
+)
+NO_SUCH_CASE = InputError.declare(
+    "E-DCK-018",
+    "{key} cannot be what the deck says",
+    where="{place}",
+    cause="a number in another unit, or a model beyond what Billow is made for",
+    remedy="check the field and --units; the case it would have made was not written",
+)
+
+BASE_TABLES = ("fabric", "gas", "leakage", "inflator", "ambient")
+
+
+@dataclass
+class Options:
+    """What the command says beside the deck. parts: number -> kind; close: number of an open edge -> kind; merge: [m];
+    base: case that gives what the deck lacks; measure: what curves of fabric measure; fabric: id of the material of all
+    fabric."""
+
+    units: str = "auto"
+    airbag: int | None = None
+    parts: dict[int, str] = field(default_factory=dict)
+    close: dict[int, str] = field(default_factory=dict)
+    merge: float | None = None
+    base: Path | None = None
+    measure: str = "true"
+    fabric: int | None = None
+    allow_outside: bool = False
+
+
+def import_deck(path: str | Path, out: str | Path, options: Options | None = None) -> Report:
+    """Write a case folder from a deck; the report says what became of each field.
+
+    Raises InputError E-DCK-001..018 and those of a case; nothing is written then. E-RES-009 if out exists.
+    """
+    path, options = Path(path), options or Options()
+    new_place(Path(out))
+    context, bag = translated(path, options)
+    case, report = context.tables, context.report
+    head = [f"From {path.name}, units {context.units.name}. What became of each field: import.md."]
+    with new_folder(Path(out)) as folder:
+        (folder / "curves").mkdir()
+        write_mesh(folder / "start.vtkhdf", bag.start)
+        if bag.reference is not None:
+            write_mesh(folder / "reference.vtkhdf", bag.reference)
+        for name, text in context.curves.items():
+            (folder / name).write_text(text, encoding="utf-8")
+        (folder / "case.toml").write_text(case_text(head, case), encoding="utf-8")
+        report.write(folder, path.name)
+        _require_loadable(folder / "case.toml", case, path, bag.place)
+    return report
+
+
+def translated(path: Path, options: Options) -> tuple[Context, BagMesh]:
+    """The draft of a case and its meshes."""
+    model = Model(Deck(path, options.allow_outside))
+    report = Report()
+    block = gas.choose(model.all("AIRBAG"), options.airbag)
+    units = _units(model, block, options, path, report)
+    context = Context(model, units, report)
+    base = read_toml(options.base) if options.base is not None else {}
+    context.tables |= {"title": _title(model), "bag": {}, "fabric": {}, "gas": {}}
+    context.turn = turn_of(context, options.parts)
+    bag, place = _bag(context, block, options)
+    _fabric(context, bag, place, options, base)
+    _rest_of_base(context, base, block is None, path)
+    _bag_tables(context, bag)
+    put_obstacles(context, set(bag.parts), options.parts, bag.start.points)
+    put_contact(context, set(bag.parts))
+    bag = _raised(context, bag)
+    _run(context, base)
+    report.finish()
+    read = model.used | {"KEYWORD", "END", "TITLE", "COMMENT"}
+    counted = Counter(one.name for one in model.deck.blocks if one.name not in read)
+    report.keywords = dict(counted)
+    return context, bag
+
+
+def _title(model: Model) -> str:
+    for block in model.all("TITLE"):
+        text = " ".join(line.decode("latin-1") for _, line in block.lines()).strip()
+        if text and text.isprintable():
+            return text
+    return model.deck.path.stem
+
+
+def _units(model: Model, block: Block | None, options: Options, path: Path, report: Report) -> Units:
+    if options.units != "auto":
+        report.remarks.append(f"units {options.units}, as said")
+        return SYSTEMS[options.units]
+    found = find_units(list(_evidence(model, block, options)), str(path))
+    report.remarks.append(f"units {found.name}: the one system in which everything fits")
+    return found
+
+
+def _evidence(model: Model, block: Block | None, options: Options):
+    deck = model.deck
+    for one in model.all("MAT_FABRIC", "MAT_034", "MAT_34"):
+        context = Context(model, SYSTEMS["kg-m-s"], Report())
+        f = fabric_cards(context, one)
+        for kind, name in (("density of fabric", "RO"), ("modulus of fabric", "EA")):
+            if f[name].number:
+                yield Evidence(kind, f[name].number, f[name].place)
+        fabric_id = f["MID"].whole
+        for part in model.parts.values():
+            section = model.thicknesses.get(part.section)
+            if part.material == fabric_id and section and section[0]:
+                yield Evidence("thickness of fabric", section[0], section[2].place)
+    if block is not None:
+        yield from _gas_evidence(model, block)
+    for one in model.all("CONTROL_TERMINATION"):
+        end = Cards(deck.parameters, one).optional("termination", "ENDTIM")["ENDTIM"]
+        if end.number:
+            yield Evidence("end of the run", end.number, end.place)
+    shells = model.shells
+    wanted = [n for n, kind in options.parts.items() if kind == "fabric"]
+    rows = np.isin(shells.part, wanted) if wanted else np.ones(len(shells.part), bool)
+    ids = np.unique(shells.corners[rows][shells.corners[rows] >= 0])
+    if len(ids) and len(model.nodes.number):
+        at = np.minimum(np.searchsorted(model.nodes.number, ids), len(model.nodes.number) - 1)
+        size = float(np.ptp(model.nodes.points[at], axis=0).max())
+        yield Evidence("size of the bag", size, deck.path.name)
+
+
+def _gas_evidence(model: Model, block: Block):
+    """Numbers of the airbag's cards that tell the units, read without meaning."""
+    reader = Context(model, SYSTEMS["kg-m-s"], Report())
+    cards = reader.cards(block)
+    kind = known(block.name)
+    names = {"AIRBAG_HYBRID": ("ambient",), "AIRBAG_WANG_NEFSKE": ("gas", "exits", "ambient"),
+             "AIRBAG_SIMPLE_AIRBAG_MODEL": ("gas",)}.get(kind, ())  # fmt: skip
+    found: dict[str, Field] = {}
+    if kind == "AIRBAG_PARTICLE":
+        reader.card(cards, "bag")
+        found = reader.card(cards, "particles")
+        if found["PATM"].number != 1.0 and found["PATM"].number:
+            yield Evidence("ambient pressure", found["PATM"].number, found["PATM"].place)
+        return
+    reader.card(cards, "core")
+    for card in names:
+        found |= reader.card(cards, card)
+    if kind == "AIRBAG_HYBRID" and found["GC"].number:
+        yield Evidence("gas constant", found["GC"].number, found["GC"].place)
+    for name in ("ATMOSP", "PE"):
+        if name in found and found[name].number:
+            yield Evidence("ambient pressure", found[name].number, found[name].place)
+
+
+def _bag(context: Context, block: Block | None, options: Options) -> tuple[BagMesh, str]:
+    choices = Choices(options.parts, options.close, options.merge)
+    if block is None:
+        members = np.array([n for n, kind in options.parts.items() if kind in ("fabric", "mouth", "vent")], np.int64)
+        place = f"{context.model.deck.path.name}:1"
+        if not len(members):
+            parts = "; ".join(f"{p.number} {p.title}" for p in context.model.parts.values()) or "none"
+            raise NO_AIRBAG(
+                what="which parts are the bag",
+                place=place,
+                why=f"it has no *AIRBAG that is read; its parts are {parts}",
+                remedy="name them: --part 3=fabric",
+            )
+        vents: set[int] = set()
+        segments = None
+    else:
+        airbag = gas.put_airbag(context, block)
+        members, segments, place, vents = airbag.parts, airbag.segments, airbag.place, airbag.vents
+        context.airbag = airbag
+    bag = bag_mesh(context.model, members, segments, vents, place, context.units, choices, context.report)
+    if context.turn is not None:
+        bag.start = replace(bag.start, points=context.turned(bag.start.points))
+        if bag.reference is not None:
+            bag.reference = replace(bag.reference, points=context.turned(bag.reference.points))
+    if block is not None:
+        put_jets(context, context.airbag, bag)
+    return bag, place
+
+
+def _fabric(context: Context, bag: BagMesh, place: str, options: Options, base: dict[str, Any]) -> None:
+    """The fabric of the bag, and what of it differs from part to part: thickness and leakage."""
+    model, report = context.model, context.report
+    found: dict[int, dict[str, Field]] = {}
+    cloth = [n for n, table in bag.parts.items() if table["kind"] == "fabric"]
+    for number in cloth:
+        material = material_of(model, number)
+        if material and material[0] == "MAT_FABRIC":
+            found[number] = fabric_cards(context, material[1])
+    if not found:
+        if "fabric" not in base:
+            raise NO_AIRBAG(what="what the fabric is", place=place, why="no part of the bag has *MAT_FABRIC")
+        return
+    first = next(iter(found))
+    if options.fabric is not None:
+        first = next((n for n, f in found.items() if f["MID"].whole == options.fabric), first)
+    f = found[first]
+    for number, other in found.items():
+        for name in ("RO", "EA", "EB", "PRBA", "GAB", "CSE", "FORM", "EL", "LRATIO", "LCA", "LCB", "LCAB"):
+            if name in other and name in f and other[name].number != f[name].number:
+                if options.fabric is None:
+                    raise FABRICS_DIFFER(place=other[name].place, one=f["MID"].text, other=other["MID"].text, key=name)
+                report.refused(other[name], f"the fabric of part {number} is taken to be {f['MID'].text}, as said")
+    put_fabric(context, f, options.measure)
+    for other in found.values():
+        for name, one in other.items():
+            if not report.settled(one) and name in f and other is not f:
+                report.mapped(one, note="as the fabric of the bag")
+    thick = {n: _thickness(context, bag, n) for n in cloth}
+    # Layers are counted from the thinnest part on.
+    base_thickness = min((t for t in thick.values() if t), default=None)
+    if base_thickness is None:
+        if "thickness" not in base.get("fabric", {}):
+            raise NO_AIRBAG(what="how thick the fabric is", place=place, why="its parts have no *SECTION_SHELL")
+    else:
+        thinnest = next(number for number, value in thick.items() if value == base_thickness)
+        source = model.thicknesses.get(model.parts[thinnest].section) if thinnest in model.parts else None
+        context.set("fabric.thickness", base_thickness, source[2] if source else "ELEMENT_SHELL_THICKNESS")
+        for number, value in thick.items():
+            if value and not math.isclose(value, base_thickness, rel_tol=1e-9):
+                bag.parts[number]["layers"] = value / base_thickness
+    laws = {n: leakage(context, g, getattr(getattr(context, "airbag", None), "option", 0)) for n, g in found.items()}
+    if any(laws.values()):
+        if all(plain(law) == plain(laws[first]) for law in laws.values()) and len(laws) == len(cloth):
+            context.tables["leakage"] = {**context.tables.get("leakage", {}), **laws[first]}
+        else:
+            names = {bag.parts[n]["name"]: law for n, law in laws.items() if law}
+            context.tables.setdefault("leakage", {})["parts"] = names
+    put_warp(context, bag, found)
+
+
+def _thickness(context: Context, bag: BagMesh, number: int) -> float | None:
+    """Of a part [m]: of its shells if they say it, else of its section."""
+    shells, model = context.model.shells, context.model
+    mine = bag.shell[(bag.shell >= 0) & (bag.start.part == number)]
+    own = shells.thickness[mine]
+    if (own > 0.0).all():
+        spread = float(np.ptp(own) / own.mean())
+        if spread > 1e-6:
+            context.report.remarks.append(f"part {number}: thickness varies by {100 * spread:.2g} %; its mean is used")
+        return float(own.mean()) * context.units.length
+    section = model.thicknesses.get(model.parts[number].section) if number in model.parts else None
+    if section is None:
+        return None
+    context.report.take([section[2]])
+    context.report.mapped(section[2], section[0] * context.units.length, "fabric.thickness")
+    return section[0] * context.units.length or None
+
+
+def _rest_of_base(context: Context, base: dict[str, Any], needs_gas: bool, path: Path) -> None:
+    """What the deck lacks, from the other case."""
+    if needs_gas and not ("inflator" in base or base.get("gas", {}).get("model") == "none"):
+        raise NO_AIRBAG(what="what gas fills the bag", place=path, why="it has no *AIRBAG that is read")
+    for name in BASE_TABLES:
+        table, mine = base.get(name), context.tables.get(name)
+        if isinstance(table, dict) and not isinstance(mine, list):
+            if name in ("gas", "inflator", "ambient") and not needs_gas:
+                continue
+            context.tables[name] = {**table, **(mine or {})}
+            context.report.remarks.append(f"[{name}] from the case given with --base, where the deck says nothing")
+        elif table is not None and mine is None and needs_gas:
+            context.tables[name] = table
+
+
+def _bag_tables(context: Context, bag: BagMesh) -> None:
+    if bag.birth is not None and bag.birth.number:
+        context.put("bag.birth_time", bag.birth, "time")
+    own = context.tables["bag"]
+    has_vent = any(part["kind"] == "vent" for part in bag.parts.values())
+    if not has_vent:
+        own.pop("vents", None)
+    table: dict[str, Any] = {"shape": "mesh", "start": "start.vtkhdf"}
+    if bag.reference is not None:
+        table["reference"] = Said("reference.vtkhdf", bag.reference_source)
+    if bag.held:
+        table["fixed_nodes"] = Said(list(bag.held), "NODE.TC")
+    context.tables["bag"] = {**table, **own, "parts": list(bag.parts.values())}
+
+
+def _raised(context: Context, bag: BagMesh) -> BagMesh:
+    """Lift the whole model so that obstacles stand above z = 0."""
+    obstacles = context.tables["obstacles"]
+    height = lift(obstacles)
+    if not height:
+        return bag
+    raise_all(obstacles, height)
+    points = bag.start.points + np.array([0.0, 0.0, height])
+    context.report.remarks.append(f"the model is raised by {height:.6g} m, so that obstacles stand above z = 0")
+    bag.start = replace(bag.start, points=points)
+    return bag
+
+
+def _run(context: Context, base: dict[str, Any]) -> None:
+    run = dict(base.get("run", {}))
+    model, report = context.model, context.report
+    end = None
+    for block in model.all("CONTROL_TERMINATION"):
+        f = context.card(context.cards(block), "termination")
+        if f["ENDTIM"].number:
+            end = context.si(f["ENDTIM"], "time")
+            run["end_time"] = said(end, f["ENDTIM"])
+            report.mapped(f["ENDTIM"], end)
+    frame = None
+    for name, key in (("DATABASE_BINARY_D3PLOT", "frames"), ("DATABASE_ABSTAT", "histories_per_frame")):
+        for block in model.all(name):
+            one = context.card(context.cards(block), "interval")["DT"]
+            step = context.si(one, "time")
+            whole = end if key == "frames" else frame
+            if not step > 0.0 or not whole:
+                continue
+            count = max(1, min(round(whole / step), 1000))
+            frame = end / count if key == "frames" else frame
+            run[key] = said(count, one)
+            report.mapped(one, count, f"run.{key}")
+    for block in model.all("LOAD_BODY"):
+        axis = "XYZ".find(block.name.removeprefix("LOAD_BODY_")[:1])
+        f = context.card(context.cards(block), "load")
+        if axis < 0 or block.name.startswith("LOAD_BODY_R"):
+            report.refused(f["LCID"], "a body load of this kind has no counterpart")
+            continue
+        points = model.curve(f["LCID"]).points
+        value = float(points[0, 1]) * (f["SF"].number or 1.0) * context.units.factor("acceleration")
+        gravity = list(plain(run.get("gravity", [0.0, 0.0, 0.0])))
+        # The load is an acceleration of the frame: bodies go the other way.
+        load = context.turned(np.where(np.arange(3) == axis, -value, 0.0))
+        gravity = (np.array(gravity) + load).tolist()
+        run["gravity"] = said(gravity, f["LCID"])
+        if np.ptp(points[:, 1]):
+            report.approximated(f["LCID"], "it varies in time; its first value is kept", -value, "run.gravity")
+        else:
+            report.mapped(f["LCID"], -value, "run.gravity")
+    context.tables["run"] = run
+
+
+def _require_loadable(path: Path, tables: dict[str, Any], deck: Path, bag_place: str) -> None:
+    """Raises InputError E-DCK-018, with the field that a value comes from, if the case does not load."""
+    try:
+        Case.load(path)
+    except InputError as error:
+        key = error.where.partition(", key ")[2].partition(",")[0]
+        source = source_of(tables, key.split(".")) or f"{bag_place} (the bag)"
+        raise NO_SUCH_CASE(key=key or "the case", place=f"{deck}: {source}", why=f"{error.what}: {error.why}") from None
+
+
+def refused(report: Report) -> int:
+    """How many fields mean something that the case cannot say."""
+    return len(report.of(REFUSED))

@@ -1,0 +1,344 @@
+"""Rigid walls and rigid parts of a deck as obstacles of a case: plates, and super-ellipsoids that fit what they
+replace."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from billow.decks.bag_mesh import material_of, plain_name
+from billow.decks.block import Block
+from billow.decks.cards import Cards, Field
+from billow.decks.context import Context
+from billow.decks.draft import Said, said
+from billow.decks.fields import known
+
+BOXY = 4.0
+"""Degree of a super-ellipsoid that stands for a body of facets."""
+UPRIGHT = 1e-6
+"""z component of a unit normal below which a plane runs along the z axis."""
+THINNEST = 0.01
+"""Least radius [m] of a super-ellipsoid that stands for a flat body."""
+
+
+def put_obstacles(context: Context, taken: set[int], kinds: dict[int, str], bag_points: np.ndarray) -> None:
+    """The `[[obstacles]]` of walls and of rigid parts that do not belong to the bag, taken. kinds: what the command
+    says of parts. bag_points: nodes of the bag [m], (n, 3), towards which plates face."""
+    obstacles: list[dict[str, Any]] = []
+    for block in context.model.all("RIGIDWALL"):
+        obstacles += _wall(context, block)
+    velocity = _velocities(context)
+    for part in np.unique(context.model.shells.part).tolist():
+        if part in taken or kinds.get(part) in ("ignore", "fabric", "mouth", "vent"):
+            continue
+        material = material_of(context.model, part)
+        if kinds.get(part) is None and (material is None or material[0] != "MAT_RIGID"):
+            name = f"*{material[1].name}" if material else "no material"
+            context.report.remarks.append(f"part {part} is left out: it has {name}; --part {part}=obstacle or =plate")
+            continue
+        obstacles.append(_part(context, part, material, kinds.get(part), velocity.get(part), bag_points))
+    names: dict[str, int] = {}
+    for one in obstacles:
+        names[one["name"]] = names.get(one["name"], 0) + 1
+        if names[one["name"]] > 1:
+            one["name"] += f"_{names[one['name']]}"
+    for block in context.model.all("BOUNDARY_PRESCRIBED_MOTION"):
+        cards = Cards(context.model.deck.parameters, block)
+        if "_ID" in block.name and cards.left:
+            cards.text()
+        one = cards.optional("motion", "ID DOF VAD LCID SF VID DEATH BIRTH")["ID"]
+        context.report.take([one])
+        context.report.refused(one, "a motion that is prescribed: the part is locked, or free with its velocity")
+    context.tables["obstacles"] = obstacles
+
+
+def turn_of(context: Context, kinds: dict[int, str]) -> np.ndarray | None:
+    """Rotation (3, 3) that turns the first wall that stands upright level, so that a plate of a case can be it; None if
+    there is none. Axes are exchanged where that does."""
+    for normal, place in _plane_normals(context, kinds):
+        length = np.linalg.norm(normal)
+        if not length > 0.0 or abs(normal[2]) > UPRIGHT * length:
+            return None
+        up, z = normal / length, np.array([0.0, 0.0, 1.0])
+        axis = np.cross(up, z)  # up is level, so this is a quarter turn about it
+        turn = np.outer(axis, axis) + np.outer(z, up) - np.outer(up, z)
+        turn = np.where(np.abs(turn - np.round(turn)) < UPRIGHT, np.round(turn), turn)
+        context.report.remarks.append(f"{place}: the model is turned so that this wall lies level")
+        return turn
+    return None
+
+
+def _plane_normals(context: Context, kinds: dict[int, str]):
+    """Normals of rigid walls, and of parts that are said to be plates, with their place."""
+    for block in context.model.all("RIGIDWALL"):
+        if known(block.name) is None or "SPHERE" in block.name or "CYLINDER" in block.name:
+            continue
+        cards = context.cards(block)
+        cards.card("nodes", "NSID")
+        f = cards.card("wall", "XT YT ZT XH YH ZH")
+        yield np.array([f[n + "H"].number - f[n + "T"].number for n in "XYZ"]), f["XT"].place
+    shells, nodes = context.model.shells, context.model.nodes
+    for part in [number for number, kind in kinds.items() if kind == "plate"]:
+        rows = np.flatnonzero(shells.part == part)
+        if len(rows):
+            ids = np.unique(shells.corners[rows][shells.corners[rows] >= 0])
+            points = nodes.points[nodes.rows(ids, f"part {part}", shells.place(rows[0]))]
+            normal = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2][2]
+            towards = nodes.points.mean(axis=0) - points.mean(axis=0)
+            yield normal if towards @ normal >= 0.0 else -normal, shells.place(rows[0])
+
+
+def lift(obstacles: list[dict[str, Any]]) -> float:
+    """Height [m] by which the whole model must rise so that no super-ellipsoid lies below z = 0, where a case counts
+    clearances from."""
+    lowest = [o["clearance"].value for o in obstacles if o["shape"] == "super-ellipsoid"]
+    return max(0.0, -min(lowest, default=0.0))
+
+
+def raise_all(obstacles: list[dict[str, Any]], height: float) -> None:
+    """Move obstacles up by a height [m]."""
+    for one in obstacles:
+        if one["shape"] == "super-ellipsoid":
+            one["clearance"] = Said(max(one["clearance"].value + height, 0.0), one["clearance"].source)
+        else:
+            one["height"] = Said(one["height"].value + height, one["height"].source)
+
+
+def _wall(context: Context, block: Block) -> list[dict[str, Any]]:
+    report, kind = context.report, known(block.name)
+    if kind is None:
+        return []
+    cards = Cards(context.model.deck.parameters, block)
+    called = "wall"
+    if "_ID" in block.name:
+        given = cards.card("id", "ID TITLE", widths=(10, 70))["TITLE"].text
+        called = plain_name(given) or called
+    if "MOTION" in block.name or "MOVING" in block.name:
+        report.remarks.append(f"{block.place}: *{block.name} moves; in a case it stands still")
+    context.card(cards, "nodes")
+    f = context.card(cards, "wall")
+    tail, head = (context.turned(np.array([context.si(f[n + e], "length") for n in "XYZ"])) for e in "TH")
+    normal = head - tail
+    if not np.linalg.norm(normal) > 0.0:
+        raise f["XH"].bad("head and tail of its normal are one point")
+    normal /= np.linalg.norm(normal)
+    for name in ("XT", "YT", "ZT", "XH", "YH", "ZH"):
+        report.mapped(f[name], context.si(f[name], "length"), "obstacles.normal" if name[1] == "H" else "obstacles")
+    friction = f["FRIC"].number
+    report.mapped(f["FRIC"], min(friction, 2.0))
+    shared = {"name": called, "friction": said(min(friction, 2.0), f["FRIC"])}
+    if "SPHERE" in block.name:
+        size = context.card(cards, "sphere")["RADSPH"]
+        report.mapped(size, context.si(size, "length"), "obstacles.radii")
+        return [_ellipsoid(shared, tail, np.full(3, context.si(size, "length")), 2.0, f"{block.place} {block.name}")]
+    if "CYLINDER" in block.name:
+        size = context.card(cards, "cylinder")
+        radius, length = (context.si(size[n], "length") for n in ("RADCYL", "LENCYL"))
+        half = np.where(np.abs(normal) > 0.9, 0.5 * length, radius)
+        for name in ("RADCYL", "LENCYL"):
+            report.approximated(size[name], f"a super-ellipsoid of degree {BOXY:g}, along the nearest axis")
+        return [_ellipsoid(shared, tail + 0.5 * length * normal, half, BOXY, f"{block.place} {block.name}")]
+    if "FLAT" in block.name or "PRISM" in block.name:
+        for one in context.card(cards, "flat", optional=True).values():
+            report.approximated(one, "an infinite plate stands for the finite face")
+    if abs(normal[2]) < UPRIGHT:
+        report.refused(f["ZH"], "a plate of a case crosses the z axis, as another wall does: turn the model")
+        return []
+    return [_plate(shared, tail, normal, f"{block.place} {block.name}")]
+
+
+def _plate(shared: dict[str, Any], point: np.ndarray, normal: np.ndarray, source: str) -> dict[str, Any]:
+    return {
+        "shape": "plate", **shared, "height": Said(float(point @ normal / normal[2]), source),
+        "normal": Said([float(v) for v in normal], source),
+    }  # fmt: skip
+
+
+def _ellipsoid(
+    shared: dict[str, Any], centre: np.ndarray, half: np.ndarray, degree: float, source: str
+) -> dict[str, Any]:
+    return {
+        "shape": "super-ellipsoid", **shared, "radii": Said([float(v) for v in half], source), "degree": degree,
+        "offset": Said([float(centre[0]), float(centre[1])], source),
+        "clearance": Said(float(centre[2] - half[2]), source),
+    }  # fmt: skip
+
+
+def _part(
+    context: Context, part: int, material: tuple[str, Block] | None, kind: str | None, velocity: tuple | None,
+    bag_points: np.ndarray,
+) -> dict[str, Any]:  # fmt: skip
+    model, report = context.model, context.report
+    shells = model.shells
+    rows = np.flatnonzero(shells.part == part)
+    corners = shells.corners[rows]
+    ids = np.unique(corners[corners >= 0])
+    at = model.nodes.rows(ids, f"a shell of part {part}", shells.place(rows[0]))
+    points = context.turned(model.nodes.points[at] * context.units.length)
+    low, high = points.min(axis=0), points.max(axis=0)
+    centre, half = 0.5 * (low + high), 0.5 * (high - low)
+    title = model.parts[part].title if part in model.parts else ""
+    name = plain_name(title) or f"part_{part}"
+    place = model.parts[part].place if part in model.parts else shells.place(rows[0])
+    source = f"{place} PART {part}"
+    rigid = _rigid(context, material[1]) if material and material[0] == "MAT_RIGID" else None
+    friction = {"friction": 0.2}
+    flat = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)
+    if kind == "plate" or (kind is None and flat[1][2] < 1e-3 * flat[1][0]):
+        normal = flat[2][2]
+        middle = points.mean(axis=0)
+        normal = normal if (bag_points.mean(axis=0) - middle) @ normal >= 0.0 else -normal
+        off = float(np.abs((points - middle) @ normal).max())
+        report.remarks.append(
+            f"part {part} becomes an infinite plate; its nodes lie up to {1e3 * off:.3g} mm away from it"
+        )
+        if abs(normal[2]) > UPRIGHT:
+            return _plate({"name": name, **friction}, middle, normal, source)
+        report.remarks.append(f"part {part}: its plane is parallel to the z axis; a super-ellipsoid stands for it")
+    half = np.maximum(half, THINNEST)
+    fitted = np.abs((points - centre) / half)
+    # Of a point, how much larger a super-ellipsoid would pass through it.
+    gap = float((np.sum(fitted**BOXY, axis=1) ** (1.0 / BOXY) - 1.0).max() * half.min())
+    made = _ellipsoid({"name": name, **friction}, centre, half, BOXY, source)
+    report.remarks.append(
+        f"part {part} becomes a super-ellipsoid of degree {BOXY:g} with its extents; its nodes stand out by up to "
+        f"{1e3 * max(gap, 0.0):.3g} mm"
+    )
+    mass = _mass(context, part, rows, rigid)
+    free = kind is not None or (rigid is not None and not rigid["locked"])
+    if free and mass and mass > 1e-3:
+        made["locked"] = Said(False, source)
+        made["mass"] = Said(float(mass), source)
+        if velocity is not None:
+            made["velocity"] = velocity[0]
+            if any(velocity[1].value):
+                made["spin"] = velocity[1]
+    else:
+        made["locked"] = Said(True, source)
+        if free:
+            report.remarks.append(f"part {part} has no mass that is known: it is locked")
+    return made
+
+
+def _rigid(context: Context, block: Block) -> dict[str, Any]:
+    cards, report = context.cards(block), context.report
+    f = context.card(cards, "rigid")
+    f |= context.card(cards, "constraint", optional=True)
+    if cards.left:
+        context.card(cards, "axes")
+    for name in ("MID", "RO"):
+        report.mapped(f[name], f[name].text, "obstacles.mass")
+    for name in ("E", "PR"):
+        report.ignored(f[name], "contact has a stiffness of its own: obstacles.slope")
+    locked = f["CMO"].number == 1.0 and f["CON1"].whole == 7
+    for name in ("CMO", "CON1", "CON2"):
+        if f["CMO"].number and not locked and f[name].number:
+            report.approximated(f[name], "constraints of single directions: the body moves freely")
+        else:
+            report.mapped(f[name], "locked" if locked else "free", "obstacles.locked")
+    return {"density": context.si(f["RO"], "density"), "locked": locked}
+
+
+def _mass(context: Context, part: int, rows: np.ndarray, rigid: dict[str, Any] | None) -> float | None:
+    """Of the shells, area times thickness times density [kg]; of *PART_INERTIA if the deck has it."""
+    model = context.model
+    for block in model.all("PART_INERTIA"):
+        cards = Cards(model.deck.parameters, block)
+        cards.text()
+        if cards.card("part", "PID")["PID"].whole == part and cards.left:
+            mass = cards.card("inertia", "XC YC ZC TM IRCS NODEID")["TM"]
+            context.report.take([mass])
+            context.report.mapped(mass, context.si(mass, "mass"), "obstacles.mass")
+            return context.si(mass, "mass")
+    if rigid is None or part not in model.parts:
+        return None
+    section = model.thicknesses.get(model.parts[part].section)
+    if section is None:
+        return None
+    shells = model.shells
+    corners = np.where(shells.corners[rows] < 0, shells.corners[rows, :1], shells.corners[rows])
+    at = model.nodes.rows(corners, f"a shell of part {part}", shells.place(rows[0]))
+    a, b, c, d = (model.nodes.points[at[:, k]] * context.units.length for k in range(4))
+    area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1) + 0.5 * np.linalg.norm(np.cross(c - a, d - a), axis=1)
+    if (shells.corners[rows, 3] < 0).any():
+        triangle = shells.corners[rows, 3] < 0
+        area[triangle] = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)[triangle]
+    return float(area.sum()) * section[0] * context.units.length * rigid["density"]
+
+
+def _velocities(context: Context) -> dict[int, tuple[Said, Said]]:
+    """Velocity [m/s] and spin [rad/s] of parts at the start."""
+    found: dict[int, tuple[Said, Said]] = {}
+    model, report = context.model, context.report
+
+    def keep(parts: list[int], v: list[Field], w: list[Field]) -> None:
+        moves = [context.si(one, "velocity") for one in v]
+        turns = [context.si(one, "frequency") for one in w] or [0.0, 0.0, 0.0]
+        for one, value in zip(v, moves, strict=True):
+            report.mapped(one, value, "obstacles.velocity")
+        for one, value in zip(w, turns, strict=False):
+            report.mapped(one, value, "obstacles.spin")
+        speeds = said(context.turned(np.array(moves)).tolist(), v[0])
+        spins = said(context.turned(np.array(turns)).tolist(), (w or v)[0])
+        for part in parts:
+            found[part] = speeds, spins
+
+    for block in model.all("INITIAL_VELOCITY_RIGID_BODY"):
+        cards = context.cards(block)
+        while cards.left:
+            f = context.card(cards, "velocity")
+            report.mapped(f["PID"], f["PID"].whole, "obstacles")
+            keep([f["PID"].whole], [f[n] for n in ("VX", "VY", "VZ")], [f[n] for n in ("VXR", "VYR", "VZR")])
+    for block in model.all("INITIAL_VELOCITY_GENERATION"):
+        cards = context.cards(block)
+        f = context.card(cards, "velocity")
+        context.card(cards, "axis", optional=True)
+        one, kind = f["ID"], f["STYP"].whole
+        if kind not in (1, 2):
+            report.refused(one, "a velocity of single nodes, or of all: give it to a rigid part")
+            continue
+        parts = model.set_of("PART", one.whole, one.shown, one.place).tolist() if kind == 1 else [one.whole]
+        report.mapped(one, str(parts)[1:-1], "obstacles")
+        if f["OMEGA"].number:
+            report.refused(f["OMEGA"], "a spin about an axis: write obstacles.spin yourself")
+        keep(parts, [f[n] for n in ("VX", "VY", "VZ")], [])
+    return found
+
+
+def put_contact(context: Context, bag_parts: set[int]) -> None:
+    """Friction, and whether layers of fabric are kept apart."""
+    report = context.report
+    for block in context.model.all("CONTACT"):
+        cards = context.cards(block)
+        if not cards.left or cards.left < 2:
+            continue
+        sides = context.card(cards, "sides")
+        friction = context.card(cards, "friction")
+        scales = context.card(cards, "scales", optional=True)
+        for card in ("A", "B", "C"):
+            if cards.left:
+                context.card(cards, card)
+        fs = friction["FS"]
+        itself = "SINGLE_SURFACE" in block.name
+        for name in ("SSID", "MSID", "SSTYP", "MSTYP"):
+            report.ignored(sides[name], "a case keeps all fabric apart from itself and from all obstacles")
+        value = min(max(fs.number, 0.0), 2.0)
+        if itself:
+            context.set("fabric.self_contact", True, f"{block.place} {block.name}")
+            if value:
+                report.approximated(fs, "friction between layers counts with fabric.self_contact = layers only", value)
+                context.set("fabric.friction", value, fs)
+            else:
+                report.mapped(fs, value, "fabric.friction")
+        else:
+            report.mapped(fs, value, "obstacles.friction")
+            for one in context.tables.get("obstacles", []):
+                if one["name"] != "wall":
+                    one["friction"] = said(value, fs)
+        if friction["FD"].number and not math.isclose(friction["FD"].number, fs.number):
+            report.approximated(friction["FD"], "one coefficient of friction: FS")
+        for one in scales.values():
+            if not one.is_blank:
+                report.ignored(one, "contact of a case has a stiffness of its own: obstacles.slope")

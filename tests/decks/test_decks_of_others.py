@@ -1,0 +1,305 @@
+"""Decks as they come: normals at random, seams of duplicate nodes, open bags, triangles as quads, units that contradict
+each other, gases that are none."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from billow.base.errors import InputError
+from billow.case.bag.build_bag import build_shape
+from billow.case.build import build_model
+from billow.case.schema import Case
+from billow.decks.import_deck import Options, import_deck
+from billow.geometry.surface import check_closed
+
+SIDE, ROWS = 600.0, 6
+GAS = """*DEFINE_CURVE
+1
+0,0
+10,1e-3
+40,0
+*DEFINE_CURVE
+2
+0,600
+100,600
+*AIRBAG_HYBRID
+1,1
+293,1.01e-4,,8.314,1
+0,,0
+0,,1
+1,2,,0.028,1,29
+
+*CONTROL_TERMINATION
+20
+"""
+CLOTH = """*SECTION_SHELL
+1,9
+0.3,0.3,0.3,0.3
+*MAT_FABRIC
+1,8e-7,0.4,0.35,,0.2
+0.01,,,1
+2
+,,,1
+
+"""
+
+
+class Pillow:
+    """Two square panels of quads sewn at their edges, in mm; part 1 below, part 2 above. What a test changes are its
+    points, cells and parts."""
+
+    def __init__(self):
+        s = np.linspace(0.0, SIDE, ROWS + 1)
+        x, y = (a.ravel() for a in np.meshgrid(s, s))
+        bump = 100.0 * np.sin(np.pi * x / SIDE) * np.sin(np.pi * y / SIDE)
+        rim = (x == 0) | (y == 0) | (x == SIDE) | (y == SIDE)
+        n = ROWS + 1
+        low = np.array([[j * n + i, j * n + i + 1, (j + 1) * n + i + 1, (j + 1) * n + i] for j in range(ROWS)
+                        for i in range(ROWS)])  # fmt: skip
+        upper = np.arange(n * n)
+        upper[~rim] = n * n + np.arange((~rim).sum())
+        self.points = np.concatenate([np.column_stack([x, y, -bump]), np.column_stack([x, y, bump])[~rim]])
+        self.cells = [[a, d, c, b] for a, b, c, d in low.tolist()] + upper[low].tolist()
+        self.parts = [1] * len(low) + [2] * len(low)
+
+    def deck(self, more: str = "", cloth: str = CLOTH, gas: str = GAS) -> str:
+        nodes = "".join(f"{k},{x!r},{y!r},{z!r}\n" for k, (x, y, z) in enumerate(self.points.tolist(), 1))
+        shells = "".join(
+            f"{k},{part},{','.join(str(node + 1) for node in cell)}\n"
+            for k, (part, cell) in enumerate(zip(self.parts, self.cells, strict=True), 1)
+        )
+        numbers = sorted(set(self.parts))
+        parts = "".join(f"panel {n}\n{n},1,1\n" for n in numbers)
+        sets = "*SET_PART_LIST\n1\n" + ",".join(map(str, numbers)) + "\n"
+        return f"*KEYWORD\n*NODE\n{nodes}*ELEMENT_SHELL\n{shells}*PART\n{parts}{sets}{cloth}{gas}{more}*END\n"
+
+
+@pytest.fixture
+def use(tmp_path):
+    """Import a deck: its case and report."""
+
+    def make(text: str, **options):
+        (tmp_path / "bag.k").write_text(text)
+        report = import_deck(tmp_path / "bag.k", tmp_path / "case", Options(**options))
+        return Case.load(tmp_path / "case" / "case.toml"), report
+
+    return make
+
+
+def volume(case: Case) -> float:
+    shape = build_shape(case.bag)
+    check_closed(shape.surface, shape.positions, "bag")
+    return shape.surface.volume(shape.positions)
+
+
+@pytest.fixture(scope="module")
+def expected(tmp_path_factory):
+    place = tmp_path_factory.mktemp("pillow")
+    (place / "bag.k").write_text(Pillow().deck())
+    import_deck(place / "bag.k", place / "case")
+    found = volume(Case.load(place / "case" / "case.toml"))
+    assert 0.02 < found < 0.04
+    return found
+
+
+def test_normals_that_point_inwards_or_at_random_are_turned(use, expected):
+    pillow = Pillow()
+    rng = np.random.default_rng(3)
+    pillow.cells = [cell[::-1] if rng.random() < 0.5 else cell for cell in pillow.cells]
+    case, report = use(pillow.deck())
+    assert volume(case) == pytest.approx(expected, rel=1e-12)
+    assert any("turned so that" in remark for remark in report.remarks)
+
+
+def test_all_normals_inwards(use, expected):
+    pillow = Pillow()
+    pillow.cells = [cell[::-1] for cell in pillow.cells]
+    case, report = use(pillow.deck())
+    assert volume(case) == pytest.approx(expected, rel=1e-12)
+    assert any("72 of 72 cells turned" in remark for remark in report.remarks)
+
+
+def test_nodes_along_a_seam_that_are_there_twice_are_merged_by_a_tolerance_that_is_said(use, expected):
+    pillow = Pillow()
+    offset = len(pillow.points)
+    rng = np.random.default_rng(4)
+    pillow.points = np.concatenate([pillow.points, pillow.points + rng.uniform(-0.01, 0.01, pillow.points.shape)])
+    pillow.cells = [
+        [n + offset for n in cell] if part == 2 else cell for cell, part in zip(pillow.cells, pillow.parts, strict=True)
+    ]
+    case, report = use(pillow.deck())
+    assert volume(case) == pytest.approx(expected, rel=1e-3)
+    assert any("24 nodes on open edges merged with others within 0.1 mm" in r for r in report.remarks), report.remarks
+
+
+def test_without_merging_the_seam_is_open_and_its_edges_are_named(use):
+    pillow = Pillow()
+    offset = len(pillow.points)
+    pillow.points = np.concatenate([pillow.points, pillow.points + np.array([0.0, 0.0, 0.01])])
+    pillow.cells = [
+        [n + offset for n in cell] if part == 2 else cell for cell, part in zip(pillow.cells, pillow.parts, strict=True)
+    ]
+    with pytest.raises(InputError, match=r"E-DCK-011.*\n.*\n.*1: 24 nodes.*2: 24 nodes"):
+        use(pillow.deck(), merge=0.0)
+
+
+def opened() -> Pillow:
+    """A pillow with a hole of four quads in its lower panel."""
+    pillow = Pillow()
+    middle = {j * ROWS + i for j in (2, 3) for i in (2, 3)}
+    keep = [k for k in range(len(pillow.cells)) if k not in middle]
+    pillow.cells, pillow.parts = [pillow.cells[k] for k in keep], [pillow.parts[k] for k in keep]
+    return pillow
+
+
+def test_an_open_bag_names_its_edges_and_is_closed_as_said(use, expected):
+    with pytest.raises(InputError) as error:
+        use(opened().deck())
+    assert error.value.code == "E-DCK-011"
+    assert "1: 8 nodes" in error.value.why
+    assert "(0.3, 0.3," in error.value.why
+    assert "bag.k:" in error.value.where
+
+
+@pytest.mark.parametrize("kind", ["mouth", "vent"])
+def test_what_closes_the_bag_is_mouth_or_vent(use, expected, kind):
+    case, report = use(opened().deck(), close={0: kind})
+    shape = build_shape(case.bag)
+    check_closed(shape.surface, shape.positions, "bag")
+    assert [p.kind for p in case.bag.parts].count(kind) == 1
+    assert 0.9 * expected < shape.surface.volume(shape.positions) < expected
+    if kind == "mouth":
+        assert shape.fixed.sum() == 8
+        assert abs(shape.mouth_axis[2]) == pytest.approx(1.0)
+        assert shape.mouth_axis[2] > 0.0
+    assert any("open edge 1" in remark for remark in report.remarks)
+
+
+def test_quads_with_two_equal_nodes_are_triangles_and_warped_quads_stay(use, expected):
+    pillow = Pillow()
+    a, b, c, d = pillow.cells[0]
+    pillow.cells[0:1] = [[a, b, c, c], [a, c, d, d]]
+    pillow.parts.insert(0, 1)
+    case, _ = use(pillow.deck())
+    assert volume(case) == pytest.approx(expected, rel=2e-3)
+    assert build_shape(case.bag).surface.triangle_count == 144
+
+
+def test_an_edge_of_three_shells_is_refused_with_the_shells(use):
+    pillow = Pillow()
+    a, b, *_ = pillow.cells[40]
+    pillow.cells.append([a, b, b + 30, a + 30])
+    pillow.parts.append(2)
+    with pytest.raises(InputError) as error:
+        use(pillow.deck())
+    assert error.value.code == "E-DCK-012"
+    assert "3 shells share one edge" in error.value.why
+    assert "41" in error.value.why
+    assert error.value.where.startswith("bag.k:")
+
+
+def test_segments_name_the_bag_too(use, expected):
+    pillow = Pillow()
+    rows = "".join(",".join(str(n + 1) for n in cell) + "\n" for cell in pillow.cells)
+    gas = GAS.replace("*AIRBAG_HYBRID\n1,1", "*AIRBAG_HYBRID\n7,0")
+    case, _ = use(pillow.deck(more=f"*SET_SEGMENT\n7\n{rows}", gas=gas))
+    assert volume(case) == pytest.approx(expected, rel=1e-12)
+
+
+def test_units_that_contradict_each_other_are_asked_for(use):
+    with pytest.raises(InputError) as error:
+        use(Pillow().deck(gas=GAS.replace("1.01e-4", "0.101")))
+    assert error.value.code == "E-DCK-009"
+    assert "kg-mm-ms: ambient pressure 1.01e+08 Pa" in error.value.why
+    assert "--units" in error.value.remedy
+    for other in ("t-mm-s", "kg-m-s", "g-mm-ms", "lbf-in-s"):
+        assert other in error.value.why
+
+
+def test_a_gas_constant_that_is_none_keeps_flow_of_enthalpy_and_gamma(use):
+    """Seen in public decks: cp - cv = 694 in inches and pounds; only mdot cp T and gamma mean anything."""
+    begin, end = GAS.index("*AIRBAG_HYBRID"), GAS.index("*CONTROL")
+    model = "*AIRBAG_SIMPLE_AIRBAG_MODEL\n1,1\n17.36,24.30,600,1,0.7,100,1.01e-4,1.2e-9\n"
+    case, report = use(Pillow().deck(gas=GAS[:begin] + model + GAS[end:]), units="kg-mm-ms")
+    (inflator,) = case.inflators
+    species = case.gas.species["gas_1"]
+    cp = species.a / species.molar_mass
+    flow = inflator.mass_flow.value[1] * cp * inflator.temperature
+    assert flow == pytest.approx(1.0 * 24.30 * 600.0, rel=1e-9)
+    assert species.a / (species.a - 8.31446261815324) == pytest.approx(2430 / 1736)
+    assert [row.field.split(".")[1] for row in report.of("approximated")].count("CP") == 1
+
+
+def test_contacts_walls_and_motion_become_what_a_case_has(use):
+    more = (
+        "*RIGIDWALL_PLANAR\n0\n0,0,-150,0,0,-149,0.3\n*RIGIDWALL_GEOMETRIC_SPHERE_ID\n1,head\n0\n"
+        "300,300,400,300,300,401,0.1\n82.5\n*CONTACT_AIRBAG_SINGLE_SURFACE\n1\n0.25\n\n*LOAD_BODY_Z\n9,1\n"
+        "*DEFINE_CURVE\n9\n0,9.81e-3\n100,9.81e-3\n*UNHEARD_OF\n1,2\n"
+    )
+    case, report = use(Pillow().deck(more=more))
+    wall, head = case.obstacles
+    assert (wall.friction, wall.normal, head.name) == (0.3, (0.0, 0.0, 1.0), "head")
+    assert wall.height == pytest.approx(-0.15)
+    assert head.radii == pytest.approx((0.0825,) * 3)
+    assert head.clearance == pytest.approx(0.4 - 0.0825)
+    assert case.run.gravity == pytest.approx((0.0, 0.0, -9.81))
+    assert case.fabric.self_contact is True
+    assert case.fabric.friction == 0.25
+    assert report.keywords == {"UNHEARD_OF": 1}
+
+
+def test_an_upright_wall_turns_the_model_and_keeps_its_volume(use, expected):
+    case, report = use(Pillow().deck(more="*RIGIDWALL_PLANAR\n0\n0,-50,0,0,-49,0,0.3\n"))
+    assert case.obstacles[0].normal == pytest.approx((0.0, 0.0, 1.0))
+    assert case.obstacles[0].height == pytest.approx(-0.05)
+    assert volume(case) == pytest.approx(expected, rel=1e-12)
+    assert np.ptp(build_shape(case.bag).positions, axis=0) == pytest.approx([0.6, 0.2, 0.6], abs=0.02)
+    assert any("turned so that this wall lies level" in remark for remark in report.remarks)
+    build_model(case)
+
+
+def test_a_rigid_part_becomes_a_body_with_its_mass_and_speed(use):
+    pillow = Pillow()
+    cube = np.array([[x, y, z] for z in (200, 300) for y in (250, 350) for x in (250, 350)], float)
+    first = len(pillow.points)
+    pillow.points = np.concatenate([pillow.points, cube])
+    sides = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [1, 3, 7, 5], [3, 2, 6, 7], [2, 0, 4, 6]]
+    shells = "".join(f"{900 + k},9,{','.join(str(first + n + 1) for n in c)}\n" for k, c in enumerate(sides))
+    more = (
+        f"*ELEMENT_SHELL\n{shells}*PART\nbox\n9,9,9\n*SECTION_SHELL\n9,2\n1,1,1,1\n*MAT_RIGID\n9,7.8e-6,210\n"
+        "*INITIAL_VELOCITY_RIGID_BODY\n9,0,0,-5\n*BOUNDARY_PRESCRIBED_MOTION_RIGID\n9,3,2,1\n"
+    )
+    case, report = use(pillow.deck(more=more))
+    (box,) = case.obstacles
+    assert box.mass == pytest.approx(6 * 0.01 * 1e-3 * 7800.0)
+    assert (box.locked, box.velocity) == (False, pytest.approx((0.0, 0.0, -5.0)))
+    assert box.radii == pytest.approx((0.05,) * 3)
+    assert box.clearance == pytest.approx(0.2)
+    assert [row.field for row in report.of("refused")] == ["BOUNDARY_PRESCRIBED_MOTION_RIGID.ID"]
+
+
+def test_a_node_based_reference_is_the_flat_cut(use):
+    pillow = Pillow()
+    rows = "".join(f"{k},{x!r},{y!r},0.0\n" for k, (x, y, _) in enumerate(pillow.points.tolist(), 1))
+    case, _ = use(pillow.deck(more=f"*AIRBAG_REFERENCE_GEOMETRY_BIRTH\n2\n{rows}"))
+    shape = build_shape(case.bag)
+    assert np.abs(0.5 * np.linalg.det(np.diff(shape.reference, axis=1))).sum() == pytest.approx(2 * 0.36)
+    assert case.bag.birth_time == pytest.approx(2e-3)
+
+
+def test_the_warp_runs_as_vectors_and_angles_say(use):
+    flat = "".join(f"{k},{x!r},{y!r},0.0\n" for k, (x, y, _) in enumerate(Pillow().points.tolist(), 1))
+    for card, angle in (("2\n,,,1,1,0", 45.0), ("3\n,,,,,,\n0,1,0,,,,30", -30.0), ("3\n\n0,1,0,,,,30", -30.0)):
+        cloth = CLOTH.replace("2\n,,,1\n\n", card + "\n\n" if card.count("\n") == 1 else card + "\n")
+        case, _ = use(Pillow().deck(cloth=cloth, more=f"*AIRBAG_REFERENCE_GEOMETRY\n{flat}"))
+        low, up = case.bag.parts
+        assert abs(up.warp_angle) == pytest.approx(abs(angle)), card
+        assert abs(low.warp_angle) == pytest.approx(abs(angle)), card
+        if "30" in card:  # BETA counts about each normal, so the panels differ in the drawing
+            assert low.warp_angle == pytest.approx(-up.warp_angle)
+            assert up.warp_angle == pytest.approx(30.0)
+        shutil.rmtree(Path(case.bag.start).parent)

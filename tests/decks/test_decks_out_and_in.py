@@ -1,0 +1,229 @@
+"""A case that is exported and imported again is the same case: bits of the mesh, and every number, in any units."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from billow.case.bag.build_bag import build_shape
+from billow.case.build import build_model
+from billow.case.schema import Case
+from billow.decks.exact_lengths import metres, written
+from billow.decks.export_deck import deck_of, export_deck
+from billow.decks.fields import known
+from billow.decks.import_deck import Options, import_deck
+from billow.decks.keyword_file import Deck
+from billow.decks.units import SYSTEMS
+
+SMOKE = {"molar_mass": 0.028, "a": 29.0, "b": 1e-3, "c": -1e-7}
+CASE = {
+    "title": "A driver bag",
+    "bag": {
+        "element_size": 0.06,
+        "seam": {"layers": 1.0},
+        "vents": {"count": 1, "discharge": 0.65, "opening_pressure": 2000.0},
+        "straps": {"count": 0},
+    },
+    "fabric": {"young_weft": 0.3e9, "poisson": 0.25, "damping": 0.04, "liner": {"ratio": 0.02}, "self_contact": True},
+    "gas": {
+        "species": {"gas_1": SMOKE, "gas_2": {"molar_mass": 0.018, "a": 33.5}},
+        "initial": {"gas": {"gas_1": 0.4, "gas_2": 0.6}, "fractions": "mass"},
+        "heat_transfer": 12.0,
+        "orifices": [{"name": "porosity", "between": ["bag", "ambient"], "area": 2e-4, "discharge": 0.6}],
+    },
+    "leakage": {"law": "wang-nefske", "time_factor": 0.01, "pressure_factor": 0.5, "area": "deformed"},
+    "inflator": [
+        {
+            "name": name,
+            "gas": {name: 1.0},
+            "mass_flow": {"time": [0.0, 0.01, 0.04], "value": [0.0, flow, 0.0]},
+            "temperature": {"time": [0.0, 0.05], "value": [700.0, 450.0]},
+            "jets": {"count": 0},
+        }
+        for name, flow in (("gas_1", 1.5), ("gas_2", 0.3))
+    ],
+    "ambient": {"pressure": 98000.0, "temperature": 291.0},
+    "obstacles": [
+        {"shape": "plate", "name": "table", "friction": 0.3, "height": -0.01},
+        {"shape": "super-ellipsoid", "name": "head", "radii": [0.08, 0.08, 0.08], "clearance": 0.2},
+    ],
+    "run": {"end_time": 0.04, "frames": 20, "histories_per_frame": 5},
+}
+
+
+@pytest.fixture(scope="module")
+def case():
+    return Case.from_dict(CASE)
+
+
+@pytest.fixture(scope="module")
+def imported(case, tmp_path_factory):
+    """The case that comes back from a deck in each system of units."""
+    place = tmp_path_factory.mktemp("decks")
+    found = {}
+    for units in SYSTEMS:
+        export_deck(case, place / f"{units}.k", units)
+        report = import_deck(place / f"{units}.k", place / units)
+        assert report.remarks[0].startswith(f"units {units}:")
+        assert not report.of("refused")
+        found[units] = Case.load(place / units / "case.toml")
+    return found
+
+
+RING = {"count": 8, "ring_radius": 0.03, "hole_diameter": 0.004, "angle": 60.0, "cone": 12.0}
+
+
+def numbers(tree, path=""):
+    if isinstance(tree, dict):
+        return {k: v for key, value in tree.items() for k, v in numbers(value, f"{path}.{key}").items()}
+    if isinstance(tree, list | tuple):
+        return {k: v for n, value in enumerate(tree) for k, v in numbers(value, f"{path}.{n}").items()}
+    return {path: tree}
+
+
+def same(one: Case, other: Case, tolerance: float) -> None:
+    a, b = (numbers(c.to_dict()) for c in (one, other))
+    assert a.keys() == b.keys()
+    for key, value in a.items():
+        if key.endswith(("start", "reference", "digest")):
+            continue
+        if isinstance(value, float):
+            assert value == pytest.approx(b[key], rel=tolerance, abs=1e-15), key
+        else:
+            assert value == b[key], key
+
+
+def test_one_bag_in_five_systems_of_units_is_the_same_case(imported):
+    first = imported["kg-mm-ms"]
+    mine = build_shape(first.bag)
+    for units, other in imported.items():
+        same(first, other, 1e-9)
+        theirs = build_shape(other.bag)
+        assert np.array_equal(mine.surface.triangles, theirs.surface.triangles), units
+        assert np.allclose(mine.positions, theirs.positions, rtol=1e-9, atol=1e-15)
+        assert np.allclose(mine.reference, theirs.reference, rtol=1e-9, atol=1e-15)
+
+
+@pytest.mark.parametrize("units", ["kg-mm-ms", "t-mm-s", "kg-m-s", "g-mm-ms"])
+def test_mesh_and_flat_cut_keep_their_bits(case, imported, units):
+    before, after = build_shape(case.bag), build_shape(imported[units].bag)
+    assert np.array_equal(before.surface.triangles, after.surface.triangles)
+    assert before.surface.part_names == after.surface.part_names
+    assert before.surface.part_kinds == after.surface.part_kinds
+    assert before.positions.tobytes() == (after.positions + 0.0).tobytes() or np.array_equal(
+        before.positions, after.positions
+    )
+    fabric = before.surface.triangles_of_kind("fabric")
+    assert np.array_equal(before.reference[fabric], after.reference[fabric])
+    assert np.array_equal(before.fixed, after.fixed)
+
+
+def test_every_number_comes_back(case, imported):
+    """What both cases say: the tables of a mesh are others than those of a driver bag."""
+    before, after = numbers(case.to_dict()), numbers(imported["kg-mm-ms"].to_dict())
+    shared = [key for key in before if not key.startswith(".bag") or key.startswith(".bag.vents")]
+    for key in shared:
+        if key.split(".")[-1] in ("count", "diameter", "distance"):
+            continue
+        value = before[key]
+        if isinstance(value, float):
+            assert after[key] == pytest.approx(value, rel=1e-6, abs=1e-12), key
+        else:
+            assert after[key] == value, key
+
+
+def test_masses_and_volume_are_those_of_the_case(case, imported):
+    before, after = build_model(case), build_model(imported["t-mm-s"])
+    assert after.mass.sum() == pytest.approx(before.mass.sum(), rel=1e-9)
+    assert after.surface.volume(after.start) == pytest.approx(before.surface.volume(before.start), rel=1e-12)
+    areas = [{p.name: p.area for p in m.gas.supply.passages.rows} for m in (before, after)]
+    assert sorted(areas[0].values()) == pytest.approx(sorted(areas[1].values()), rel=1e-9)
+
+
+def test_exporting_again_gives_the_same_deck(imported):
+    first = imported["kg-mm-ms"]
+    once, _ = deck_of(first, "kg-mm-ms")
+    assert once == deck_of(first, "kg-mm-ms")[0]
+    assert "*AIRBAG_HYBRID" in once
+
+
+def test_one_keyword_makes_it_particles(case, tmp_path):
+    made = Case.from_dict(
+        CASE
+        | {
+            "gas": {**CASE["gas"], "model": "corpuscular", "particles": 20_000, "orifices": [], "switch_time": 0.03},
+            "inflator": [
+                {
+                    **table,
+                    "jets": {"count": 8, "ring_radius": 0.03, "hole_diameter": 0.004, "angle": 60.0, "cone": 12.0},
+                }
+                for table in CASE["inflator"]
+            ],
+        }
+    )
+    for units in ("kg-mm-ms", "g-mm-ms"):
+        export_deck(made, tmp_path / f"{units}.k", units)
+        report = import_deck(tmp_path / f"{units}.k", tmp_path / units)
+        after = Case.load(tmp_path / units / "case.toml")
+        assert not report.of("refused")
+        assert (after.gas.model, after.gas.particles) == ("corpuscular", 20_000)
+        assert after.gas.switch_time == pytest.approx(0.03)
+        assert after.bag.vents.discharge == pytest.approx(0.65)
+        assert after.bag.vents.opening_pressure == pytest.approx(2000.0)
+        for before, back in zip(made.inflators, after.inflators, strict=True):
+            assert back.jets.count == 8
+            assert (back.jets.ring_radius, back.jets.angle) == pytest.approx((0.03, 60.0))
+            assert (back.jets.hole_diameter, back.jets.cone) == pytest.approx((0.004, 12.0))
+            assert back.mass_flow.value == pytest.approx(before.mass_flow.value)
+
+
+@pytest.mark.parametrize("units", ["kg-mm-ms", "lbf-in-s"])
+def test_every_field_of_airbag_material_and_contact_has_a_row(case, tmp_path, units):
+    export_deck(case, tmp_path / "bag.k", units)
+    import_deck(tmp_path / "bag.k", tmp_path / "case")
+    rows = json.loads((tmp_path / "case" / "import.json").read_text())["fields"]
+    named = {(row["field"], row["at"] if "at" in row else row["place"]) for row in rows}
+    counted = 0
+    for block in Deck(tmp_path / "bag.k").blocks:
+        if not block.is_a("AIRBAG_HYBRID") and not block.is_a("MAT_FABRIC") and not block.is_a("CONTACT"):
+            continue
+        mine = [field for field, place in named if field.startswith(block.name + ".")]
+        filled = 0
+        for number, line in block.lines():
+            texts = [line[k : k + 20].strip() for k in range(0, len(line), 20)]
+            here = sum(place == f"{block.file}:{number}" for _, place in named)
+            assert here >= sum(map(bool, texts)), (block.name, number)
+            filled += here
+        assert mine
+        assert known(block.name)
+        counted += filled
+    assert counted > 100
+    assert {row["status"] for row in rows} <= {"mapped", "approximated", "ignored", "refused"}
+    assert all(row["note"] for row in rows if row["status"] != "mapped")
+
+
+@given(st.floats(-5.0, 5.0), st.sampled_from(["kg-mm-ms", "kg-m-s"]))
+def test_lengths_are_written_exactly(value, name):
+    units = SYSTEMS[name]
+    text = np.array([[written(value, units, 20).encode()] * 3])
+    assert (metres(text, np.zeros((1, 3)), np.ones(1), units) == value).all()
+    assert float(written(value, units, 20)) == pytest.approx(value / units.length, rel=1e-15)
+
+
+def test_a_case_that_no_deck_can_be_is_refused_by_name(tmp_path):
+    from billow.base.errors import InputError
+
+    several = Case.from_dict({"bag": {"shape": "rectangular", "chambers": 2, "element_size": 0.05}})
+    with pytest.raises(InputError, match="E-DCK-020"):
+        export_deck(several, tmp_path / "a.k")
+    assert not (tmp_path / "a.k").exists()
+
+
+def test_units_that_are_said_count(case, tmp_path):
+    export_deck(case, tmp_path / "bag.k", "kg-m-s")
+    import_deck(tmp_path / "bag.k", tmp_path / "case", Options(units="kg-m-s"))
+    assert Case.load(tmp_path / "case" / "case.toml").run.end_time == pytest.approx(0.04)

@@ -1,0 +1,187 @@
+"""Decks of LS-DYNA, damaged: each is imported or refused with its file and, where there is one, the line."""
+
+from __future__ import annotations
+
+import re
+import shutil
+from pathlib import Path
+from random import Random
+
+from billow.base.errors import InputError
+from billow.case.schema import Case
+from billow.decks.export_deck import deck_of
+from billow.decks.import_deck import Options, import_deck
+from trust.fuzz_inputs import Attempt, Bench
+from trust.mutations import mutate_bytes
+
+TETRAHEDRON = """*KEYWORD
+*TITLE
+a bag of four triangles
+*PARAMETER
+R size         300.0I bag              3
+*PARAMETER_EXPRESSION
+R half    size/2+sqrt(4)-2
+*NODE
+       1             0.0             0.0             0.0
+       2           300.0             0.0             0.0
+       3             0.0           300.0             0.0
+       4             0.0             0.0           300.0
+*NODE
+11,&half,0,400
+12,200,0,400
+13,150,100,400
+14,150,0,500
+*ELEMENT_SHELL
+       1       3       1       3       2       2
+       2       3       1       2       4       4
+       3       3       1       4       3       3
+       4       3       2       3       4       4
+      11       9      11      13      12      12
+      12       9      11      12      14      14
+*PART
+bag
+         3         3         3
+box
+         9         9         9
+*SECTION_SHELL
+         3         9
+       0.3       0.3       0.3       0.3
+         9         2
+       1.0       1.0       1.0       1.0
+*SET_PART_LIST
+         1
+      &bag
+*MAT_FABRIC
+         3    8.0E-7       0.4      0.35                 0.2
+      0.01                           1.0                           0.05
+       2.0      0.02       0.5       0.0         0       -14         1
+                 0.0                 1.0
+       0.0       0.0       0.0                          30.0         1
+         4         4         4
+         0
+*MAT_RIGID
+         9    7.8E-6     210.0       0.3
+*DEFINE_CURVE
+         1
+                 0.0                 0.0
+                10.0              1.0E-3
+                40.0                 0.0
+*DEFINE_CURVE
+         2
+                 0.0               600.0
+               100.0               500.0
+*DEFINE_CURVE
+         4
+                 0.0                 0.0
+                 0.2                0.02
+*AIRBAG_HYBRID
+         1         1
+     293.0   1.01E-4               8.314       1.0
+       0.7               20.0
+         0                   2
+         1         2             0.028       1.0      29.0     1.E-3
+
+         1         2             0.018                33.0
+
+*AIRBAG_SHELL_REFERENCE_GEOMETRY
+       1       3       1       3       2       2
+*RIGIDWALL_PLANAR
+         0
+       0.0       0.0    -100.0       0.0       0.0       0.0       0.3
+*INITIAL_VELOCITY_GENERATION
+         9         2       0.0       0.0       0.0      -2.0
+       0.0
+*CONTACT_AIRBAG_SINGLE_SURFACE
+         1
+      0.25
+       0.0
+*INCLUDE
+more.k
+*CONTROL_TERMINATION
+      40.0
+*DATABASE_BINARY_D3PLOT
+       1.0
+*END
+"""
+MORE = "*SET_SEGMENT\n         7\n         1         3         2         2\n"
+FIELDS = [
+    *("", "0", "-1", "1", "3", "7", "nan", "1e999", "1.5D+3", "1.2-5", "&size", "&none", "x", "1" * 300, "\x00", "é"),
+]
+"""What a column is replaced by."""
+LINES = [
+    *("*END", "*NODE", "$", "", "*KEYWORD LONG=Y", "*INCLUDE\nbag.k", "*INCLUDE\n/etc/passwd", "1,2,3"),
+    *("*SET_PART_ADD", "*AIRBAG_PARTICLE", "*PARAMETER_EXPRESSION\nR x       (" + "(" * 400, "*" + "A" * 5000),
+]
+"""What is put between lines."""
+UNNUMBERED = {"E-DCK-001", "E-DCK-009", "E-DCK-017"}
+"""Codes of errors that are of the whole deck, or say the line otherwise."""
+
+
+class NoLineNamed(Exception):
+    """A message that names no line."""
+
+
+def decks(attempt: Attempt, count: int, random: Random, bench: Bench) -> None:
+    """Decks in standard and LONG format, of uniform and of particle gas."""
+    place = bench.place / "decks"
+    place.mkdir()
+    (place / "more.k").write_text(MORE)
+    sound = [TETRAHEDRON]
+    for gas in ("uniform-pressure", "corpuscular"):
+        bag = {"element_size": 0.1, "diameter": 0.5, "straps": {"count": 0}, "vents": {"count": 1}}
+        case = Case.from_dict({"bag": bag, "gas": {"model": gas}, "fabric": {"permeability": 0.1}})
+        sound.append(deck_of(case, "kg-mm-ms")[0])
+    path = place / "bag.k"
+    for number in range(count):
+        text = sound[0] if number % 2 else sound[1 + number // 2 % 2]
+        data = _damaged(text, random)
+        path.write_bytes(data)
+        options = Options(
+            units=random.choice(["auto", "auto", "kg-mm-ms", "lbf-in-s"]),
+            parts=random.choice([{}, {}, {3: "fabric"}, {9: "plate"}, {9: "obstacle"}, {4: "ignore"}]),
+            close=random.choice([{}, {0: "mouth"}, {0: "vent"}]),
+            measure=random.choice(["true", "engineering", "green"]),
+        )
+        attempt(lambda options=options: _imported(path, options), data, "bag.k")
+
+
+def _imported(path: Path, options: Options) -> None:
+    out = path.parent / "case"
+    try:
+        import_deck(path, out, options)
+    except InputError as error:
+        of_a_line = error.code.startswith("E-DCK") and error.code not in UNNUMBERED
+        if of_a_line and not re.search(r"\.k:\d+", str(error)):
+            raise NoLineNamed(str(error)) from None
+        raise
+    finally:
+        shutil.rmtree(out, ignore_errors=True)
+
+
+def _damaged(text: str, random: Random) -> bytes:
+    if random.random() < 0.15:
+        return mutate_bytes(text.encode(), random)
+    for _ in range(random.randint(1, 3)):
+        lines = text.split("\n")
+        at = random.randrange(len(lines))
+        match random.randrange(7):
+            case 0:
+                del lines[at]
+            case 1:
+                lines.insert(at, random.choice(LINES))
+            case 2:
+                lines[at] = lines[at][: random.randrange(len(lines[at]) + 1)]
+            case 3:
+                begin = 10 * random.randrange(8)
+                cell = random.choice(FIELDS).rjust(10)
+                lines[at] = lines[at].ljust(begin)[:begin] + cell + lines[at][begin + 10 :]
+            case 4:
+                other = random.randrange(len(lines))
+                lines[at], lines[other] = lines[other], lines[at]
+            case 5:
+                end = min(len(lines), at + random.randrange(1, 40))
+                lines[at:end] = lines[at:end] * random.choice([0, 2])
+            case _:
+                lines[at] = ",".join(lines[at].split())
+        text = "\n".join(lines)
+    return text.encode("latin-1", "replace")
