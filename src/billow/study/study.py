@@ -13,7 +13,7 @@ from billow.results.dataset_files import read_design, read_split, write_design, 
 from billow.results.ownership import LOCK, discard, owned
 from billow.run.case_folder import keep_case
 from billow.study.attempt import Runner, cannot_write
-from billow.study.corners import build_corners, check_values, vary
+from billow.study.corners import build_corners, check_values, meshed_once, vary
 from billow.study.definition import StudyDefinition
 from billow.study.design import Design, Values, draw
 from billow.study.drive import Drive, ProgressEvent, StudySummary
@@ -78,7 +78,7 @@ class Study:
         """
         definition_file, folder = Path(definition_file), Path(folder).absolute()  # "." has a name only in full
         definition = StudyDefinition.load(definition_file)
-        case = _load_case(definition_file.parent / definition.case)
+        case = meshed_once(_load_case(definition_file.parent / definition.case), definition)
         check_values(definition_file, definition, case)
         table = definition.added_designs
         added = read_added_designs(definition_file.parent / table, definition.axes) if table else []
@@ -93,7 +93,7 @@ class Study:
             existing = study.design if study else draw(definition)
             design = grown(existing, definition, added, folder)
             for run in design.runs.keys() - (study.runs.keys() if study else ()):
-                vary(case, definition, design.runs[run], f"{definition_file}: run {run} of its design")
+                vary(case, definition.variables, design.runs[run], f"{definition_file}: run {run} of its design")
             if study is None:
                 fresh = not folder.exists()
                 with owned(folder):
@@ -133,7 +133,7 @@ class Study:
 
     def case(self, run: str):
         """The `billow.Case` of one run."""
-        return vary(self._case, self.definition, self.runs[run], f"{self.folder}: run {run}")
+        return vary(self._case, self.definition.variables, self.runs[run], f"{self.folder}: run {run}")
 
     def dataset(self) -> Dataset:
         """The runs made so far, as what a surrogate learns from; errors as `Dataset.open`."""
