@@ -3,6 +3,9 @@
 OpenBLAS splits a product among its threads, and each waits, spinning, for the slowest: where another program keeps a
 core busy, an answer of 0.3 ms takes 100 to 200 ms (p90, two cores with two busy loops), and on idle cores no less than
 with one thread. The last bits of a product depend on the number of threads as well.
+
+threadpoolctl does not fit: its limit belongs to the first thread that sets one (3.8), and ends when that thread leaves,
+while others still answer.
 """
 
 from __future__ import annotations
