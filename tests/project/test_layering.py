@@ -26,6 +26,7 @@ MAY_IMPORT = {
     "run": MODEL | {"case", "results"},
     "study": {"base", "geometry", "results", "case", "run"},
     "rom": {"base", "geometry", "results", "injury", "pictures"},
+    "design": {"base", "geometry", "results", "injury", "study", "rom"},
     "reproductions": {"base", "results", "injury", "pictures", "rom"},
     "apps": MODEL | {"case", "results", "injury", "run", "pictures", "rom"},
 }

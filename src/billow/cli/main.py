@@ -21,7 +21,7 @@ import typer
 
 from billow import __version__
 from billow.base.errors import BillowError, InputError, ResourceError
-from billow.cli import compare, converge, couple, coupon, fold, paper, plot, render, schema, surrogates, tank
+from billow.cli import compare, converge, couple, coupon, design, fold, paper, plot, render, schema, surrogates, tank
 from billow.cli.endings import CONTINUES, end_as_with_ctrl_c, interruptible, lasting_streams
 from billow.cli.options import CaseFile, Quiet, Settings, Threads, make_console, parse_settings
 from billow.results.atomic import NOT_WRITTEN
@@ -321,10 +321,10 @@ def demo(
 for command in (
     surrogates.train, surrogates.evaluate, surrogates.predict, surrogates.suggest, surrogates.export,
     converge.converge, coupon.coupon, fold.fold, paper.paper, schema.schema, plot.plot, compare.compare,
-    render.render,
+    render.render, design.respond,
 ):  # fmt: skip
     app.command()(command)
-for group in (tank.app, couple.app):
+for group in (tank.app, couple.app, design.app):
     app.add_typer(group)
 
 if __name__ == "__main__":

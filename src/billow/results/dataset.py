@@ -192,6 +192,8 @@ class Dataset:
             digest.update(repr(part).encode())
         for run in (*self.train, *self.test):
             digest.update(f"{run} {self._design[run]}".encode())
+            if self.own_starts:
+                digest.update(self.starts([run]).tobytes())
             for field in SNAPSHOT_FIELDS:
                 digest.update(self.snapshots(field, [run]).tobytes())
         return digest.hexdigest()

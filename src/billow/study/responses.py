@@ -12,7 +12,7 @@ from billow.study.variables import StrictTable, Text, Unit, VariableName
 OF_HISTORY = ("peak", "least", "final", "mean", "at", "time_of_peak", "time_to", "integral")
 """Measures of a curve over time, which need a quantity."""
 OF_OBSTACLE = ("hic15", "hic36", "clip3ms", "penetration", "first_contact", "contact_duration")
-OF_BOOKS = ("energy_share", "vented_mass")
+OF_BOOKS = ("energy_share", "vented_mass", "fill_time")
 OF_FRAMES = ("height", "width", "distance")
 OF_REFERENCE = ("rating",)
 MEASURES = (*OF_HISTORY, *OF_OBSTACLE, *OF_BOOKS, *OF_FRAMES, *OF_REFERENCE)

@@ -135,6 +135,22 @@ class Study:
         """The `billow.Case` of one run."""
         return vary(self._case, self.definition.variables, self.runs[run], f"{self.folder}: run {run}")
 
+    def with_run(self, values: Values) -> tuple[Study, str]:
+        """The study with one more training design, kept in its folder, and the name of that run; a design that it has
+        already adds none. InputError E-STU-007: the case does not accept it; E-RES-023: another process runs it."""
+        for run, known in self.runs.items():
+            if known == values:
+                return self, run
+        vary(self._case, self.definition.variables, values, f"{self.folder}: an added design")
+        table = self.folder / ADDED_FILE
+        added = read_added_designs(table, self.definition.axes) if self.definition.added_designs else []
+        added.append(tuple(values))
+        definition = self.definition.model_copy(update={"added_designs": ADDED_FILE})
+        design = grown(self.design, definition, added, self.folder)
+        with self.store.driving():
+            _write(self.folder, self._case, definition, added, design)
+        return Study.open(self.folder), list(design.train)[-1]
+
     def dataset(self) -> Dataset:
         """The runs made so far, as what a surrogate learns from; errors as `Dataset.open`."""
         return Dataset.open(self.folder)
