@@ -32,11 +32,22 @@ begin the study with the line `#:schema ./study.schema.json`.
 """
 
 
+TABLES = {
+    "`[[parameters]]`": "StudyParameter",
+    "`[[factors]]`": "StudyFactor",
+    "`[[factors.levels]]`": "StudyLevel",
+    "`[[constraints]]`": "StudyConstraint",
+    "`[[responses]]`": "StudyResponse",
+    "`[responses.limit]`": "Limit",
+}
+"""Title of each table -> its schema."""
+
+
 def render() -> str:
     """The whole page."""
     schema = schema_of("study")
-    parameter = schema["$defs"]["StudyParameter"]
-    return "\n".join([INTRODUCTION, *_table("Top level", schema), *_table("`[[parameters]]`", parameter)])
+    tables = [line for title, name in TABLES.items() for line in _table(title, schema["$defs"][name])]
+    return "\n".join([INTRODUCTION, *_table("Top level", schema), *tables])
 
 
 def _table(title: str, table: dict[str, Any]) -> list[str]:
@@ -54,9 +65,13 @@ def _kind(told: dict[str, Any]) -> str:
     if "anyOf" in told:
         return _kind(told["anyOf"][0])
     if told.get("type") == "array":
+        if "prefixItems" in told:
+            return f"list of {len(told['prefixItems'])} numbers"
         items = told["items"]
         return "tables" if "$ref" in items else f"list of {_kind(items)}"
-    word = {"string": "text", "integer": "whole number", "number": "number"}[told["type"]]
+    if "$ref" in told or told.get("type") == "object":
+        return "table"
+    word = {"string": "text", "integer": "whole number", "number": "number", "boolean": "true or false"}[told["type"]]
     low, high = told.get("minimum"), told.get("maximum")
     if "exclusiveMinimum" in told:
         return f"{word} above {told['exclusiveMinimum']:g}"

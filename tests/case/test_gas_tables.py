@@ -223,3 +223,22 @@ def test_what_cannot_be_used_is_refused_with_its_key(tables, key, words):
         Case.from_dict(tables)
     assert caught.value.where.endswith(f"key {key}")
     assert words in caught.value.why + caught.value.remedy
+
+
+def test_scales_of_an_inflator_multiply_mass_flow_and_times():
+    flow = {"time": [0.0, 0.01, 0.05], "value": [0.0, 2.0, 0.0]}
+    table = {"mass_flow": flow, "delay": 0.003, "scale": 1.5, "time_scale": 2.0}
+    case = Case.from_dict({"bag": SMALL, "inflator": table})
+    inflator = build_gas(case, build_shape(case.bag)).supply.inflators[0]
+    assert inflator.delivered(1.0) == pytest.approx(1.5 * 2.0 * 0.05)
+    assert inflator.flow_time.tolist() == pytest.approx([0.003, 0.023, 0.103])
+
+
+def test_curves_of_an_inflator_come_from_files(tmp_path):
+    (tmp_path / "flow.csv").write_text("time [ms], mass_flow [g/ms]\n0, 0\n8, 2\n50, 0\n")
+    (tmp_path / "hot.csv").write_text("time, temperature\n0, 700\n0.05, 600\n")
+    (tmp_path / "case.toml").write_text('[inflator]\nmass_flow = "flow.csv"\ntemperature = "hot.csv"\n')
+    inflator = Case.load(tmp_path / "case.toml").inflator
+    assert inflator.mass_flow.time == pytest.approx((0.0, 0.008, 0.05))
+    assert inflator.mass_flow.value == pytest.approx((0.0, 2.0, 0.0))
+    assert inflator.temperature.value == (700.0, 600.0)

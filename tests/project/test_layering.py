@@ -27,6 +27,7 @@ MAY_IMPORT = {
     "study": {"base", "geometry", "results", "case", "run"},
     "rom": {"base", "geometry", "results", "injury", "pictures"},
     "pages": {"base", "geometry", "results", "injury", "pictures", "rom"},
+    "design": {"base", "geometry", "results", "injury", "study", "rom"},
     "reproductions": {"base", "results", "injury", "pictures", "rom"},
     "decks": MODEL | {"case", "results"},
     "apps": MODEL | {"case", "results", "injury", "run", "pictures", "rom"},

@@ -61,8 +61,7 @@ def driver(key, low, high, unit="m"):
 @pytest.mark.parametrize(
     ("key", "low", "high", "what", "told"),
     [
-        ("bag.vents.diameter", 0.03, 0.06, "the mesh", "triangles"),
-        ("bag.initial_gap", 0.004, 0.02, "the start shape", "another of the same triangles"),
+        ("bag.element_size", 0.05, 0.06, "the mesh", "triangles"),
         ("run.end_time", 0.02, 0.04, "the recorded times", "frames to 0.02 s"),
     ],
 )

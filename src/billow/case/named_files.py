@@ -1,4 +1,5 @@
-"""Files that a case names: curves of the fabric are read into it, meshes of the bag are noted with their digest."""
+"""Files that a case names: curves of fabric and inflators are read into it, meshes of the bag are noted with their
+digest."""
 
 from __future__ import annotations
 
@@ -14,8 +15,9 @@ from billow.parts.fabric.curve_file import read_curve_file
 def with_files_settled(data: dict[str, Any], folder: Path) -> dict[str, Any]:
     """The tables of a case, no longer dependent on `folder`, from which relative paths count.
 
-    `fabric.curves.*.loading = "file.csv"` is replaced by the points of that file (likewise unloading), so that the
-    effective case is complete in itself. Paths of mesh files become absolute, and bag.digest holds their SHA-256.
+    `fabric.curves.*.loading = "file.csv"` is replaced by the points of that file (likewise unloading, and mass_flow and
+    temperature of inflators), so that the effective case is complete in itself. Paths of mesh files become absolute,
+    and bag.digest holds their SHA-256.
     Whatever does not fit the schema stays as it is, for the schema to refuse.
 
     Raises InputError E-FAB-001 and E-FAB-002 for curve files that cannot be used.
@@ -24,6 +26,11 @@ def with_files_settled(data: dict[str, Any], folder: Path) -> dict[str, Any]:
     if isinstance(fabric, dict) and isinstance(fabric.get("curves"), dict):
         curves = {name: _with_points(name, table, folder) for name, table in fabric["curves"].items()}
         data = {**data, "fabric": {**fabric, "curves": curves}}
+    inflators = data.get("inflator")
+    if isinstance(inflators, dict):
+        data = {**data, "inflator": _with_flow(inflators, folder)}
+    elif isinstance(inflators, list):
+        data = {**data, "inflator": [_with_flow(one, folder) for one in inflators]}
     if isinstance(bag, dict) and bag.get("shape") == "mesh":
         data = {**data, "bag": _with_digest(bag, folder)}
     return data
@@ -59,6 +66,19 @@ def _with_points(name: str, table: Any, folder: Path) -> Any:
     x = "angle" if name == "shear" else "strain"
     named = [branch for branch in ("loading", "unloading") if isinstance(table.get(branch), str)]
     return {**table, **{branch: read_curve_file(folder / table[branch], x) for branch in named}}
+
+
+def _with_flow(inflator: Any, folder: Path) -> Any:
+    """The table of an inflator, with the points of the files it names; a temperature may also be a number in a text."""
+    if not isinstance(inflator, dict):
+        return inflator
+    read = {}
+    for key in ("mass_flow", "temperature"):
+        name = inflator.get(key)
+        if isinstance(name, str) and (key == "mass_flow" or name.lower().endswith(".csv")):
+            points = read_curve_file(folder / name, "time", key)
+            read[key] = {"time": points["time"], "value": points[key]}
+    return {**inflator, **read}
 
 
 def _with_digest(bag: dict[str, Any], folder: Path) -> dict[str, Any]:

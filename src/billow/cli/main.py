@@ -27,6 +27,7 @@ from billow.cli import (
     couple,
     coupon,
     decks,
+    design,
     explore,
     fold,
     paper,
@@ -336,12 +337,12 @@ def demo(
 for command in (
     surrogates.train, surrogates.evaluate, surrogates.predict, surrogates.suggest, surrogates.export,
     converge.converge, coupon.coupon, fold.fold, paper.paper, schema.schema, plot.plot, compare.compare,
-    render.render, explore.explore, view.view, view.report,
+    render.render, explore.explore, view.view, view.report, design.respond,
 ):  # fmt: skip
     app.command()(command)
 app.command("import-deck")(decks.import_deck)
 app.command("export-deck")(decks.export_deck)
-for group in (tank.app, couple.app):
+for group in (tank.app, couple.app, design.app):
     app.add_typer(group)
 
 if __name__ == "__main__":

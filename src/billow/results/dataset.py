@@ -19,7 +19,6 @@ from billow.results.dataset_files import (
     DatasetRecord,
     MeshParts,
     Parameter,
-    mesh_sha256,
     read_dataset_file,
     read_design,
     read_split,
@@ -134,6 +133,15 @@ class Dataset:
         """[m], (nodes, 3) float32: the start shape, the same in every run. InputError E-RES-010 without any run."""
         return self._first.reference
 
+    @property
+    def own_starts(self) -> bool:
+        """Whether each run has a start shape of its own; `reference` is then that of the first."""
+        return self._shared.own_starts
+
+    def starts(self, runs: Sequence[str]) -> np.ndarray:
+        """Start shapes of several runs: [m], (runs, nodes, 3) float32. Errors as `snapshots`."""
+        return np.array([self._checked(run).reference for run in runs], np.float32).reshape(len(runs), -1, 3)
+
     triangles = property(attrgetter("_first.triangles"), doc="(triangles, 3) int64: nodes of each triangle.")
 
     @property
@@ -184,6 +192,8 @@ class Dataset:
             digest.update(repr(part).encode())
         for run in (*self.train, *self.test):
             digest.update(f"{run} {self._design[run]}".encode())
+            if self.own_starts:
+                digest.update(self.starts([run]).tobytes())
             for field in SNAPSHOT_FIELDS:
                 digest.update(self.snapshots(field, [run]).tobytes())
         return digest.hexdigest()
@@ -221,8 +231,8 @@ class Dataset:
 
 def difference(shared: DatasetRecord, result: Result) -> str:
     """What a run has other than its dataset, mesh or times; empty if it has the same."""
-    if mesh_sha256(result.reference, result.triangles) != shared.mesh_sha256:
-        return "its start mesh is not the one in dataset.toml"
+    if not shared.has_mesh(result.reference, result.triangles):
+        return f"its {shared.mesh} is not the one in dataset.toml"
     if not same_times(result.times, shared.times):
         return f"it recorded {len(result.times)} times up to {result.times[-1:]} s, not those in dataset.toml"
     return ""

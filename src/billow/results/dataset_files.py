@@ -6,7 +6,7 @@ from __future__ import annotations
 import hashlib
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -40,13 +40,15 @@ DATASET_FILE, DESIGN_FILE, SPLIT_FILE = "dataset.toml", "design.csv", "split.tom
 
 @dataclass(frozen=True)
 class Parameter:
-    """One axis of the design space; low and high are in `unit`."""
+    """One axis of the design space; low and high are in `unit`. levels: names of the levels of a factor, whose values
+    are the whole numbers from 0."""
 
     name: str
     label: str
     unit: str
     low: float
     high: float
+    levels: tuple[str, ...] = field(default=(), repr=False)
 
 
 @dataclass(frozen=True)
@@ -59,7 +61,8 @@ class MeshParts:
 
 @dataclass(frozen=True)
 class DatasetRecord:
-    """What dataset.toml holds. reference_length: [m]; times: [s], (times,)."""
+    """What dataset.toml holds. reference_length: [m]; times: [s], (times,). own_starts: whether each run has a start
+    shape of its own, on the same triangles."""
 
     title: str
     reference_length: float
@@ -67,6 +70,21 @@ class DatasetRecord:
     mesh_sha256: str
     times: tuple[float, ...]
     parameters: tuple[Parameter, ...]
+    own_starts: bool = False
+
+    @property
+    def mesh(self) -> str:
+        """Which mesh it is, for messages."""
+        return "triangles" if self.own_starts else "start mesh"
+
+    def has_mesh(self, reference: np.ndarray, triangles: np.ndarray) -> bool:
+        """Whether a run's mesh is that of the dataset."""
+        return fingerprint(reference, triangles, self.own_starts) == self.mesh_sha256
+
+
+def fingerprint(reference: np.ndarray, triangles: np.ndarray, own_starts: bool) -> str:
+    """`mesh_sha256`, without the start shape if each run has its own."""
+    return mesh_sha256(reference[:0] if own_starts else reference, triangles)
 
 
 def mesh_sha256(reference: np.ndarray, triangles: np.ndarray) -> str:
@@ -107,6 +125,7 @@ def read_dataset_file(folder: str | Path) -> DatasetRecord:
             mesh_sha256=_text(content["mesh_sha256"]),
             times=tuple(map(_number, _list(content["times"]))),
             parameters=tuple(map(parameter_of, _list(content["parameters"]))),
+            own_starts=content.get("own_starts") is True,
         )
     except (OSError, ValueError, TypeError, KeyError) as error:
         raise DATASET_FILE_DAMAGED(path=path, why=error) from error
@@ -115,7 +134,8 @@ def read_dataset_file(folder: str | Path) -> DatasetRecord:
 def parameter_of(entry: Mapping[str, object]) -> Parameter:
     """A parameter as read from a file. KeyError, TypeError or ValueError if it is none."""
     texts = (_text(entry[key]) for key in ("name", "label", "unit"))
-    return Parameter(*texts, _number(entry["low"]), _number(entry["high"]))
+    levels = tuple(map(_text, _list(entry.get("levels") or [])))
+    return Parameter(*texts, _number(entry["low"]), _number(entry["high"]), levels)
 
 
 def _text(value: object) -> str:

@@ -15,7 +15,7 @@ from billow.case.concerns import concerns_of, start_panels
 from billow.case.gas.models import GAS_MODELS
 from billow.case.schema import Case
 from billow.geometry.crossings import CrossingCount
-from billow.results.dataset_files import mesh_sha256
+from billow.results.dataset_files import fingerprint
 from billow.run.names import owners, require_distinct
 from billow.solver.checkpoint import flatten
 from billow.solver.model import Model, start_state
@@ -27,12 +27,13 @@ MEGABYTES = 250.0  # of the program itself
 
 class Outline(NamedTuple):
     """What all runs of a study have in common. nodes, triangles: how many; mesh: fingerprint of the start shape; times:
-    of the frames [s]."""
+    of the frames [s]. topology: fingerprint of the triangles alone."""
 
     nodes: int
     triangles: int
     mesh: str
     times: tuple[float, ...]
+    topology: str = ""
 
 
 def outline(case: Case) -> Outline:
@@ -41,7 +42,8 @@ def outline(case: Case) -> Outline:
     require_start_clear(model)
     schedule, surface = build_schedule(case.run), model.surface
     times = tuple(schedule.end * frame / schedule.frames for frame in range(schedule.frames + 1))
-    return Outline(surface.node_count, surface.triangle_count, mesh_sha256(model.start, surface.triangles), times)
+    mesh, topology = (fingerprint(model.start, surface.triangles, own_starts) for own_starts in (False, True))
+    return Outline(surface.node_count, surface.triangle_count, mesh, times, topology)
 
 
 def describe(case: Case) -> str:

@@ -1,7 +1,7 @@
 """Designs of a study: which values its parameters take in each run.
 
-Training designs are a Latin hypercube, or several nested ones. Test designs are another, from a separate random stream,
-so that the tests of a surrogate never depend on its training.
+Training designs are a Latin hypercube, or several nested ones, or a Sobol' sequence. Test designs are another Latin
+hypercube, from a separate random stream, so that the tests of a surrogate never depend on its training.
 """
 
 from __future__ import annotations
@@ -10,13 +10,23 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from billow.study.definition import StudyDefinition, StudyParameter
+from billow.base.errors import InputError
+from billow.study.definition import StudyDefinition
 
+TOO_TIGHT = InputError.declare(
+    "E-STU-041",
+    "the constraints leave too few designs",
+    where="[[constraints]]",
+    why="of {drawn} designs drawn from the whole space, {allowed} fulfil them; {count} are needed",
+    cause="conditions that contradict each other, or the ranges",
+    remedy="loosen the constraints, or narrow the ranges to where they hold",
+)
+
+MOST_DOUBLINGS = 12
+"""Times that a sample is doubled in search of designs that fulfil the constraints."""
+EXCHANGES = 200
+"""Exchanges that are tried for each point of a maximin design."""
 _TRAIN_STREAM, _TEST_STREAM = 0, 1
-_DIGITS = 10
-"""Significant digits of a design value: fewer than a float holds, so that the last bits of `pow`, which differ
-between machines, never reach a design; more than any stratum needs."""
-
 Values = tuple[float, ...]
 """Value of each parameter in its unit."""
 
@@ -58,9 +68,12 @@ def refine(points: np.ndarray, count: int, random: np.random.Generator) -> np.nd
 
 
 def draw(definition: StudyDefinition) -> Design:
-    """The designs of a study, without `added_designs`; the same for the same definition on every machine."""
-    train = _rows(definition, _nested(definition.sizes, definition, _TRAIN_STREAM))
-    test = _rows(definition, _nested((definition.test,), definition, _TEST_STREAM))
+    """The designs of a study, without `added_designs`; the same for the same definition on every machine.
+
+    InputError E-STU-041 if constraints leave too few designs.
+    """
+    train = _allowed(definition, definition.train, _TRAIN_STREAM)
+    test = _allowed(definition, definition.test, _TEST_STREAM)
     return numbered(Design({}, {}), train, test)
 
 
@@ -74,12 +87,60 @@ def numbered(existing: Design, train: list[Values], test: list[Values]) -> Desig
     )
 
 
-def _nested(sizes: tuple[int, ...], definition: StudyDefinition, stream: int) -> np.ndarray:
-    """The first sizes[k] points are a Latin hypercube, for every k; larger sizes never change the points before."""
-    dimensions = len(definition.parameters)
-    points = latin_hypercube(sizes[0], dimensions, _random(definition.seed, stream))
-    for size in sizes[1:]:
-        points = np.vstack([points, refine(points, size, _random(definition.seed, stream, size))])
+def _allowed(definition: StudyDefinition, count: int, stream: int) -> list[Values]:
+    """So many designs that fulfil the constraints: the first of larger and larger samples of the whole space."""
+    if not definition.constraints:
+        return _rows(definition, _points(definition, count, stream))
+    for drawn in (count << doubling for doubling in range(MOST_DOUBLINGS)):
+        rows = _rows(definition, _points(definition, drawn, stream))
+        allowed = [row for row, may in zip(rows, definition.allows(np.array(rows)), strict=True) if may]
+        if len(allowed) >= count:
+            return allowed[:count]
+    raise TOO_TIGHT(count=count, drawn=drawn, allowed=len(allowed))
+
+
+def _points(definition: StudyDefinition, count: int, stream: int) -> np.ndarray:
+    """(count, variables) in [0, 1)."""
+    dimensions, seed = len(definition.variables), definition.seed
+    if stream == _TEST_STREAM:
+        return latin_hypercube(count, dimensions, _random(seed, stream))
+    if definition.sampling == "sobol":
+        from scipy.stats import qmc
+
+        points = qmc.Sobol(dimensions, rng=_random(seed, stream)).random(1 << max(count - 1, 1).bit_length())
+        return points[:count]
+    sizes = (count,) if definition.constraints else definition.sizes
+    random = _random(seed, stream)
+    maximin = definition.sampling == "maximin"
+    points = (maximin_hypercube if maximin else latin_hypercube)(sizes[0], dimensions, random)
+    for size in sizes[1:]:  # larger sizes never change the points before
+        points = np.vstack([points, refine(points, size, _random(seed, stream, size))])
+    return points
+
+
+def maximin_hypercube(count: int, dimensions: int, random: np.random.Generator) -> np.ndarray:
+    """A Latin hypercube of points in the middle of their strata that are far apart: (count, dimensions) in [0, 1).
+
+    Exchanges of two coordinates on one axis are kept if they lower the sum of distances^-15 over all pairs (Morris and
+    Mitchell, Journal of Statistical Planning and Inference 43 (1995) 381-402, equation 2.1).
+    """
+    points = (np.floor(latin_hypercube(count, dimensions, random) * count) + 0.5) / count
+    if count < 3:
+        return points
+
+    def closeness(row: int, point: np.ndarray, other: int) -> float:
+        square = np.square(points - point).sum(axis=1)
+        square[[row, other]] = np.inf
+        return float((square**-7.5).sum())
+
+    for _ in range(EXCHANGES * count):
+        axis = random.integers(dimensions)
+        one, two = random.choice(count, 2, replace=False)
+        now = closeness(one, points[one], two) + closeness(two, points[two], one)
+        new_one, new_two = points[one].copy(), points[two].copy()
+        new_one[axis], new_two[axis] = new_two[axis], new_one[axis]
+        if closeness(one, new_one, two) + closeness(two, new_two, one) < now:
+            points[one], points[two] = new_one, new_two
     return points
 
 
@@ -88,13 +149,4 @@ def _random(*entropy: int) -> np.random.Generator:
 
 
 def _rows(definition: StudyDefinition, points: np.ndarray) -> list[Values]:
-    return [tuple(_value(p, u) for p, u in zip(definition.parameters, point, strict=True)) for point in points.tolist()]
-
-
-def _value(parameter: StudyParameter, fraction: float) -> float:
-    """The value a fraction of the way from low to high."""
-    if parameter.scale == "log":
-        value = parameter.low * (parameter.high / parameter.low) ** fraction
-    else:
-        value = parameter.low + fraction * (parameter.high - parameter.low)
-    return min(max(float(f"{value:.{_DIGITS}g}"), parameter.low), parameter.high)
+    return [tuple(v.value(u) for v, u in zip(definition.variables, point, strict=True)) for point in points.tolist()]

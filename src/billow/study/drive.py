@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 from billow.base.errors import IntegrityError, ResourceError
 from billow.base.quality import VERDICTS, doubts
 from billow.results.dataset import difference, why_failed
-from billow.results.dataset_files import DATASET_FILE, DatasetRecord, mesh_sha256, read_dataset_file, write_dataset_file
+from billow.results.dataset_files import DATASET_FILE, DatasetRecord, fingerprint, read_dataset_file, write_dataset_file
 from billow.results.ownership import discard
 from billow.results.result import Result
 from billow.study.attempt import Outcome, Runner, Task, attempt_run
@@ -31,7 +31,7 @@ OTHER_MESH = IntegrityError.declare(
     where="{folder}",
     why="{difference}; a surrogate needs all runs on one mesh at the same times",
     cause="a parameter that changes the mesh or the recorded times is varied",
-    remedy="vary only parameters that change neither; start anew in another folder",
+    remedy="vary only parameters that change neither, or set same_mesh = false; start anew in another folder",
 )
 
 
@@ -170,9 +170,10 @@ class Drive:
             raise OTHER_RUN(run=run, folder=result.folder)
         folder, d = self.study.folder, self.study.definition
         if not (folder / DATASET_FILE).is_file():  # the first run in sets mesh and times; the others must have the same
-            mesh, times = mesh_sha256(result.reference, result.triangles), tuple(result.times.tolist())
-            write_dataset_file(folder, DatasetRecord(d.title, d.reference_length, d.seed, mesh, times, d.axes))
-        elif other := difference(read_dataset_file(folder), result):
+            own = d.own_starts
+            mesh, times = fingerprint(result.reference, result.triangles, own), tuple(result.times.tolist())
+            write_dataset_file(folder, DatasetRecord(d.title, d.reference_length, d.seed, mesh, times, d.axes, own))
+        elif d.same_mesh and (other := difference(read_dataset_file(folder), result)):
             raise OTHER_MESH(run=run, folder=result.folder, difference=other)
         self.completed.add(run)
         self.quality[run] = result.record.get("quality", {})

@@ -37,7 +37,7 @@ UNUSABLE_DESIGNS = InputError.declare(
     remedy="write one column for each parameter, headed name [unit], and one row for each run",
 )
 
-MAY_GROW = ("train", "nested", "added_designs")
+MAY_GROW = ("train", "nested", "added_designs", "responses")
 """Entries of study.toml that may change after runs were made."""
 
 
@@ -59,6 +59,8 @@ def merged(existing: StudyDefinition, given: StudyDefinition, folder: Path) -> S
         why = between and f"its {existing.train} training runs were not drawn with nested = {between}"
     if why:
         raise ANOTHER_STUDY(folder=folder, why=why)
+    if given.sampling == "sobol":
+        return given
     later = [size for size in given.sizes if size > existing.train]
     sizes = (*existing.sizes, *later)
     if any(later) and later[0] % existing.train:

@@ -13,7 +13,7 @@ from billow.results.dataset_files import read_design, read_split, write_design, 
 from billow.results.ownership import LOCK, discard, owned
 from billow.run.case_folder import keep_case
 from billow.study.attempt import Runner, cannot_write
-from billow.study.corners import build_corners, check_values, vary
+from billow.study.corners import build_corners, check_values, meshed_once, vary
 from billow.study.definition import StudyDefinition
 from billow.study.design import Design, Values, draw
 from billow.study.drive import Drive, ProgressEvent, StudySummary
@@ -78,7 +78,7 @@ class Study:
         """
         definition_file, folder = Path(definition_file), Path(folder).absolute()  # "." has a name only in full
         definition = StudyDefinition.load(definition_file)
-        case = _load_case(definition_file.parent / definition.case)
+        case = meshed_once(_load_case(definition_file.parent / definition.case), definition)
         check_values(definition_file, definition, case)
         table = definition.added_designs
         added = read_added_designs(definition_file.parent / table, definition.axes) if table else []
@@ -93,7 +93,7 @@ class Study:
             existing = study.design if study else draw(definition)
             design = grown(existing, definition, added, folder)
             for run in design.runs.keys() - (study.runs.keys() if study else ()):
-                vary(case, definition, design.runs[run], f"{definition_file}: run {run} of its design")
+                vary(case, definition.variables, design.runs[run], f"{definition_file}: run {run} of its design")
             if study is None:
                 fresh = not folder.exists()
                 with owned(folder):
@@ -133,7 +133,23 @@ class Study:
 
     def case(self, run: str):
         """The `billow.Case` of one run."""
-        return vary(self._case, self.definition, self.runs[run], f"{self.folder}: run {run}")
+        return vary(self._case, self.definition.variables, self.runs[run], f"{self.folder}: run {run}")
+
+    def with_run(self, values: Values) -> tuple[Study, str]:
+        """The study with one more training design, kept in its folder, and the name of that run; a design that it has
+        already adds none. InputError E-STU-007: the case does not accept it; E-RES-023: another process runs it."""
+        for run, known in self.runs.items():
+            if known == values:
+                return self, run
+        vary(self._case, self.definition.variables, values, f"{self.folder}: an added design")
+        table = self.folder / ADDED_FILE
+        added = read_added_designs(table, self.definition.axes) if self.definition.added_designs else []
+        added.append(tuple(values))
+        definition = self.definition.model_copy(update={"added_designs": ADDED_FILE})
+        design = grown(self.design, definition, added, self.folder)
+        with self.store.driving():
+            _write(self.folder, self._case, definition, added, design)
+        return Study.open(self.folder), list(design.train)[-1]
 
     def dataset(self) -> Dataset:
         """The runs made so far, as what a surrogate learns from; errors as `Dataset.open`."""

@@ -31,7 +31,7 @@ def answer(path: Path, label: str, other: Path, there: Side | None, design: Mapp
     coupled = load_if_coupled(path)
     surrogate = (Surrogate.load(path) if coupled is None else coupled.surrogate).despite_verdict()
     values = _design(path, other, surrogate) if design is None else design
-    positions = surrogate.reference + surrogate.predict(values)
+    positions = surrogate.start(values) + surrogate.predict(values)
     part, names = np.zeros(len(surrogate.triangles), np.int64), ["fabric"]
     if surrogate.parts is not None:
         part, names = surrogate.parts.part, list(surrogate.parts.names)

@@ -18,6 +18,7 @@ from billow.case.named_files import files_digest
 from billow.geometry.bag_shapes import DOES_NOT_FIT, BagShape, StrapLine, TearLine, along_warp, joined
 from billow.geometry.cover import covered
 from billow.geometry.driver_bag import driver_bag
+from billow.geometry.driver_sizes import DriverSizes, resized
 from billow.geometry.folding.fold_plan import FoldPlan
 from billow.geometry.local_thickness import doubled, rim_depth, ring_depth
 from billow.geometry.mesh_bag import MeshPart, mesh_bag, require_nodes
@@ -127,15 +128,19 @@ def fold_plan(bag: schema_bag.Bag) -> FoldPlan | None:
 def _driver(bag: schema_bag.DriverBag) -> BagShape:
     _require_modest(bag, "bag.diameter", 0.25 * math.pi * bag.diameter**2)
     _require_apart(bag.vents)
+    own = DriverSizes(bag.diameter, bag.mouth_radius, bag.vents.diameter, bag.vents.distance, bag.straps.stitch_radius)
+    meshed = replace(own, **{key: size for key, size in bag.mesh_of if size != "own"})
     plan = fold_plan(bag)
     shape = driver_bag(
-        diameter=bag.diameter, element_size=bag.element_size, mouth_radius=bag.mouth_radius,
-        vent_count=bag.vents.count, vent_diameter=bag.vents.diameter, vent_radius=bag.vents.distance,
-        strap_count=bag.straps.count, strap_width=bag.straps.width, strap_stitch_radius=bag.straps.stitch_radius,
+        diameter=meshed.diameter, element_size=bag.element_size, mouth_radius=meshed.mouth_radius,
+        vent_count=bag.vents.count, vent_diameter=meshed.vent_diameter, vent_radius=meshed.vent_radius,
+        strap_count=bag.straps.count, strap_width=bag.straps.width, strap_stitch_radius=meshed.stitch_radius,
         initial_gap=bag.initial_gap, folds=(plan.rows(0), plan.rows(1)) if plan else NO_ROWS,
     )  # fmt: skip
+    if meshed != own:
+        shape = resized(shape, meshed, own, bag.initial_gap)
     straps = tuple(strap_line(bag.straps, line.bars, shape.positions) for line in shape.straps)
-    rim = rim_depth(0.5 * bag.diameter, bag.element_size, bag.seam.width)
+    rim = rim_depth(0.5 * bag.diameter, bag.element_size * bag.diameter / meshed.diameter, bag.seam.width)
     return doubled(replace(shape, straps=straps), (FRONT, REAR), rim, bag.seam.layers)
 
 

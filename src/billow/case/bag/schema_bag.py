@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import AfterValidator, field_validator
+from pydantic import AfterValidator, field_validator, model_validator
 
 from billow.base.units import CONVERSIONS
 from billow.case.bag.schema_folds import Fold
@@ -28,6 +28,7 @@ Pressure = quantity("Pa", 0.0, 1e7)
 Angle = quantity("deg", -180.0, 180.0)
 Layers = quantity("-", 1.0, 20.0)
 Panel = Literal["front", "rear"]
+Own = Literal["own"]
 Node = whole(-(10**7), 10**7)
 MOST_FOLDS = 20
 ONE_TABLE_EACH = "write one [[bag.parts]] table for each part of the mesh"
@@ -236,6 +237,22 @@ class PanelBag(Strict):
         return value
 
 
+class MeshOf(Strict):
+    """Sizes for which the mesh is made before it is moved to the bag's own, so that bags of different sizes have the
+    same nodes and triangles; own: the bag's own size. A study that varies sizes fills this in."""
+
+    diameter: quantity("m", 0.05, 5.0) | Own = "own"
+    """As bag.diameter."""
+    mouth_radius: quantity("m", 5e-3, 1.0) | Own = "own"
+    """As bag.mouth_radius."""
+    vent_diameter: quantity("m", 1e-3, 0.2) | Own = "own"
+    """As bag.vents.diameter."""
+    vent_radius: Length | Own = "own"
+    """As bag.vents.distance."""
+    stitch_radius: quantity("m", 1e-3, 2.0) | Own = "own"
+    """As bag.straps.stitch_radius."""
+
+
 class DriverBag(PanelBag):
     """Driver bag: two round panels sewn at the rim, lying flat on the plane z = 0, mouth and vents in the rear
     panel."""
@@ -247,6 +264,13 @@ class DriverBag(PanelBag):
     reinforcements: tuple[Reinforcement, ...] = ()
     vents: Vents = Vents()
     straps: Straps = Straps()
+    mesh_of: MeshOf = MeshOf()
+
+    @model_validator(mode="after")
+    def _moves_flat(self):
+        if self.folds and self.mesh_of != MeshOf():
+            raise refused("a folded bag has its nodes on its folds, so its mesh cannot be moved", "remove bag.mesh_of")
+        return self
 
 
 class SquareBag(PanelBag):
@@ -371,6 +395,15 @@ class MeshBag(Strict):
             raise refused("a bag has at least one part", ONE_TABLE_EACH)
         return value
 
+
+MOVABLE = {
+    "bag.diameter": "diameter",
+    "bag.mouth_radius": "mouth_radius",
+    "bag.vents.diameter": "vent_diameter",
+    "bag.vents.distance": "vent_radius",
+    "bag.straps.stitch_radius": "stitch_radius",
+}
+"""Sizes of a driver bag that its mesh can be moved to -> their key in `MeshOf`."""
 
 BAGS = {"driver": DriverBag, "square": SquareBag, "rectangular": RectangularBag, "mesh": MeshBag}
 """Table of each shape."""

@@ -118,7 +118,7 @@ def build_source(case: schema.Case, inflator: schema_gas.Inflator, gas: GasNames
 
 
 def build_inflator(case: schema.Case, inflator: schema_gas.Inflator, gas: GasNames, shape: BagShape) -> Inflator:
-    """One inflator, its delay in its curves."""
+    """One inflator, its scales and its delay in its curves."""
     given = inflator.temperature
     times, temperatures = ([0.0, 1.0], [given, given]) if isinstance(given, float) else (given.time, given.value)
     names, chamber = shape.surface.chambers.names, inflator.chamber
@@ -126,9 +126,9 @@ def build_inflator(case: schema.Case, inflator: schema_gas.Inflator, gas: GasNam
         mouths = np.unique(shape.surface.chambers.behind[shape.surface.triangles_of_kind("mouth")])
         chamber = names[mouths[0] if chamber == "mouth" and len(mouths) == 1 else 0]
     return Inflator(
-        flow_time=np.array(inflator.mass_flow.time) + inflator.delay,
-        mass_flow=np.array(inflator.mass_flow.value),
-        temperature_time=np.array(times) + inflator.delay,
+        flow_time=inflator.time_scale * np.array(inflator.mass_flow.time) + inflator.delay,
+        mass_flow=inflator.scale * np.array(inflator.mass_flow.value),
+        temperature_time=inflator.time_scale * np.array(times) + inflator.delay,
         temperature=np.array(temperatures),
         mass_fractions=gas.mass_fractions(inflator.gas, inflator.fractions),
         name=inflator.name,

@@ -158,6 +158,10 @@ class Inflator(Strict):
     first."""
     delay: quantity("s", 0.0, 10.0) = 0.0
     """Added to the times of its curves."""
+    scale: quantity("-", 0.01, 100.0) = 1.0
+    """Factor on the mass flow."""
+    time_scale: quantity("-", 0.01, 100.0) = 1.0
+    """Factor on the times of its curves, before the delay is added: 2 blows twice as long, and twice the mass."""
     gas: Fractions = Field(default_factory=lambda: {"N2": 0.45, "H2O": 0.30, "CO2": 0.25})
     """Composition; fractions must sum to 1."""
     fractions: Literal["mole", "mass"] = "mole"

@@ -358,6 +358,9 @@ def _require_alike(surrogate: Surrogate, motions: list[ImpactorMotion]) -> None:
     if surrogate.forces is not None:
         why = "it needs the contact forces of the previous time, which are not known in advance"
         raise CANNOT_COUPLE(where="surrogate", why=why)
+    if surrogate.starts is not None:
+        why, remedy = "its bags have sizes of their own, the law of contact knows one mesh", "vary no size of the bag"
+        raise CANNOT_COUPLE(where="surrogate", why=why, remedy=remedy)
     for run, motion in zip(runs, motions, strict=True):
         if not same_times(motion.times, first.times):
             raise CANNOT_COUPLE(where=f"run {run}", why=f"its histories have other times than those of run {runs[0]}")

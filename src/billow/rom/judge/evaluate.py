@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from billow.base.errors import InputError
-from billow.results.dataset_files import mesh_sha256, same_times
+from billow.results.dataset_files import fingerprint, same_times
 from billow.rom.judge import errors
 from billow.rom.judge.timing import Timing, measure, training_seconds
 from billow.rom.judge.unseen import UnseenRuns, unseen_runs
@@ -188,11 +188,16 @@ def evaluate(
     )
 
 
+def _same_mesh(dataset, surrogate) -> bool:
+    own = getattr(dataset, "own_starts", False)
+    return fingerprint(dataset.reference, dataset.triangles, own) == surrogate.training["mesh_sha256"]
+
+
 def _require_match(dataset, surrogate):
     names = [parameter.name for parameter in dataset.parameters]
     if names != [parameter.name for parameter in surrogate.parameters]:
         why = f"the dataset varies {', '.join(names)}"
-    elif mesh_sha256(dataset.reference, dataset.triangles) != surrogate.training["mesh_sha256"]:
+    elif not _same_mesh(dataset, surrogate):
         why = "their start meshes differ"
     elif not same_times(dataset.times, surrogate.times):
         why = "their times differ"

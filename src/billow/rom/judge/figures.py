@@ -129,17 +129,22 @@ def cross_sections(evaluation: Evaluation, dataset: Dataset, run: str) -> Figure
     index = evaluation.test.index(run)
     truth = dataset.snapshots("displacement", [run])[0]
     predicted = surrogate.predict(evaluation.design[index])
+    own = getattr(dataset, "own_starts", False)
+    start = dataset.starts([run])[0] if own else surrogate.reference
     count = len(times)
     chosen = np.unique(np.linspace(count / 6, count, 6).round().astype(int) - 1)
-    window = window_of(MIDDLE, [surrogate.reference + truth[step] for step in chosen])
+    window = window_of(MIDDLE, [start + truth[step] for step in chosen])
     rows = -(-len(chosen) // 3)
     height = rows * (8.8 / 3 * np.ptp(window[1]) / np.ptp(window[0]) + 0.35) + 0.7
     figure, panels = new_figure(8.8, height, min(len(chosen), 3) * rows, rows=rows, sharex=True, sharey=True)
     result = dataset.result(run)
     for axes, step in zip(np.ravel(panels), chosen, strict=False):
         draw_obstacles(axes, MIDDLE, [o for o in obstacles_at(result, times[step]) if has_end(o)], window)
-        for displacement, colour, width in ((truth, SOLVER, 2.6), (predicted, SURROGATE, 1.2)):
-            points = surrogate.reference + displacement[step]
+        answered = surrogate.start(evaluation.design[index])
+        for begun, displacement, colour, width in (
+            (start, truth, SOLVER, 2.6), (answered, predicted, SURROGATE, 1.2)
+        ):  # fmt: skip
+            points = begun + displacement[step]
             draw_bag(axes, MIDDLE, points, surrogate.triangles, colors=colour, linewidths=width)
         error = evaluation.errors["surrogate"][index, step, Z]
         axes.set_title(f"{times[step] * MILLI:.1f} ms    RMSE z {error * MILLI:.1f} mm", fontsize=9)

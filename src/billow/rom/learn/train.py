@@ -12,7 +12,7 @@ import numpy as np
 
 from billow import __version__
 from billow.base.errors import InputError, ResourceError, shown
-from billow.results.dataset_files import Parameter, mesh_sha256
+from billow.results.dataset_files import Parameter, fingerprint
 from billow.rom.learn.dataset import TOO_FEW_RUNS, Dataset, ReadOnce, read_run, snapshot_bytes
 from billow.rom.learn.force_modes import learn_force_inputs
 from billow.rom.learn.left_out import left_out
@@ -25,6 +25,7 @@ from billow.rom.surrogate.force_inputs import ForceInputs
 from billow.rom.surrogate.intervals import BINS, FEWEST_RUNS, LEVELS, Intervals, histogram, quantiles, scale
 from billow.rom.surrogate.judgement import HELD_OUT, Judgement
 from billow.rom.surrogate.regression import ACTIVATIONS, InputScaling, OutputScaling, Regression
+from billow.rom.surrogate.start_shapes import StartShapes
 from billow.rom.surrogate.surrogate import Surrogate
 
 NO_PYTORCH = ResourceError.declare(
@@ -185,6 +186,10 @@ def train_networks(
         if progress is not None:
             progress(epoch, of, loss)
 
+    reference, starts, own_starts = np.array(dataset.reference, np.float32), None, getattr(dataset, "own_starts", False)
+    if own_starts:
+        shapes = dataset.starts(reduction.runs)
+        starts = StartShapes.learn(reduction.design, shapes, reference, dataset.parameters)
     features = inputs(reduction.design, times, further)
     fit = network.train_shared if recipe.networks == "shared" else network.train_paper
     weights, biases = fit(features, targets, epochs=recipe.epochs, seed=recipe.seed, progress=record_loss)
@@ -192,7 +197,8 @@ def train_networks(
         title=dataset.title,
         parameters=tuple(dataset.parameters),
         times=times,
-        reference=np.array(dataset.reference, np.float32),
+        reference=reference,
+        starts=starts,
         triangles=np.array(dataset.triangles, np.int64),
         parts=getattr(dataset, "parts", None),
         bases=reduction.bases,
@@ -208,7 +214,7 @@ def train_networks(
             **{n: getattr(reduction, n) for n in ("snapshot_bytes", "read_seconds", "pod_seconds", "pod_cpu_seconds")},
             "network_seconds": time.perf_counter() - begun,
             "network_cpu_seconds": time.process_time() - spent,
-            "mesh_sha256": mesh_sha256(dataset.reference, dataset.triangles),
+            "mesh_sha256": fingerprint(dataset.reference, dataset.triangles, own_starts),
             "versions": {
                 "billow": __version__,
                 "python": platform.python_version(),

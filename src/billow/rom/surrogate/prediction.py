@@ -54,7 +54,7 @@ def write_prediction(surrogate: Surrogate, design: dict, out: Path | None, extra
     summary = f"largest height {top.max():.4f} m at {1e3 * surrogate.times[top.argmax()]:.1f} ms"
     trust = trust_of(surrogate, design, widths)
     if out is not None:
-        _write(surrogate, displacement, widths, out)
+        _write(surrogate, surrogate.start(design), displacement, widths, out)
         told = {"design": design, "largest_height_m": float(top.max()), **trust}
         write_atomically(out.parent / f"{out.name}.json", json.dumps(told, indent=1, allow_nan=False) + "\n")
         summary = f"{out}: {len(displacement)} frames, {summary}"
@@ -128,8 +128,8 @@ def describe_judgement(judgement: Judgement | None, command: str) -> str:
     return f"warning: {judgement}" if judgement.lost else str(judgement)
 
 
-def _write(surrogate, displacement, widths, out: Path) -> None:
-    start = surrogate.reference.astype(float)
+def _write(surrogate, start, displacement, widths, out: Path) -> None:
+    start = start.astype(float)
     parts = surrogate.parts or MeshParts(np.zeros(len(surrogate.triangles), np.int64), ("fabric",))
     with FabricWriter(out, start, surrogate.triangles, parts.part, parts.names) as frames:
         for step, (time, moved) in enumerate(zip(surrogate.times, displacement, strict=True)):

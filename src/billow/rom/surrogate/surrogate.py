@@ -27,6 +27,7 @@ from billow.rom.surrogate.force_inputs import ForceInputs, further_inputs
 from billow.rom.surrogate.intervals import FEWEST_RUNS, Intervals, scale
 from billow.rom.surrogate.judgement import Judgement, require_won
 from billow.rom.surrogate.regression import Regression
+from billow.rom.surrogate.start_shapes import StartShapes
 from billow.rom.surrogate.surrogate_file import read_checked, surrogate_content, surrogate_fields
 
 NO_SPREAD = InputError.declare(
@@ -54,7 +55,8 @@ class Surrogate:
 
         surrogate = billow.train(dataset)
         surrogate.save("surrogate.safetensors")
-        shape = surrogate.reference + surrogate.predict({"permeability": 0.03, ...})     # [m], (times, nodes, 3)
+        design = {"permeability": 0.03, ...}
+        shape = surrogate.start(design) + surrogate.predict(design)     # [m], (times, nodes, 3)
 
     title: of the dataset; parameters: what a design consists of, with units and trained ranges
     times: [s], (times,) float64, the trained times
@@ -67,6 +69,8 @@ class Surrogate:
         `despite_verdict` is called: every method that answers raises InputError E-ROM-023.
     insisted: True after `despite_verdict`; not saved
     parts: of the mesh, for whoever looks at answers; None if they are not known
+    starts: start shapes of designs that have their own, from which displacement counts then; None if all have
+        `reference`
     """
 
     title: str
@@ -83,6 +87,7 @@ class Surrogate:
     judgement: Judgement | None = None
     insisted: bool = False
     parts: MeshParts | None = None
+    starts: StartShapes | None = None
 
     @classmethod
     def load(cls, path: str | Path) -> Surrogate:
@@ -159,6 +164,15 @@ class Surrogate:
                 with one_blas_thread():
                     np.matmul(one, self._modes, out=fields)
                 yield fields.transpose(1, 2, 0)
+
+    @one_blas_thread()
+    def start(self, design) -> np.ndarray:
+        """Start shape of a design: [m], (nodes, 3) float32; (runs, nodes, 3) for many designs. InputError E-ROM-001."""
+        rows, single = design_rows(design, self.parameters)
+        if self.starts is None:
+            return self.reference if single else np.broadcast_to(self.reference, (len(rows), *self.reference.shape))
+        found = self.starts(rows, self.reference, self.parameters)
+        return found[0] if single else found
 
     @one_blas_thread()
     def coefficients(self, design, times=None, *, extrapolate: bool = False, previous_forces=None) -> np.ndarray:

@@ -19,6 +19,7 @@ from billow.rom.surrogate.force_inputs import ForceInputs
 from billow.rom.surrogate.intervals import Intervals
 from billow.rom.surrogate.judgement import judgement_of
 from billow.rom.surrogate.regression import ACTIVATIONS, InputScaling, OutputScaling, Regression
+from billow.rom.surrogate.start_shapes import StartShapes
 
 DAMAGED = IntegrityError.declare(
     "E-ROM-004",
@@ -62,6 +63,8 @@ def surrogate_content(surrogate) -> tuple[dict[str, np.ndarray], dict]:
         tensors["designs"] = surrogate.designs
     if surrogate.intervals is not None:
         tensors |= {f"intervals.{name}": array for name, array in vars(surrogate.intervals).items()}
+    if surrogate.starts is not None:
+        tensors["start_weights"] = surrogate.starts.weights
     if surrogate.parts is not None:
         tensors["part"] = surrogate.parts.part
     record = {
@@ -158,8 +161,18 @@ def surrogate_fields(tensors: dict[str, np.ndarray], record: dict) -> dict:
         "designs": take(tensors, "designs", np.float64, None, len(parameters)) if "designs" in tensors else None,
         "intervals": _intervals(tensors, len(times), len(reference)),
         "parts": _parts(tensors, record.get("part_names"), len(triangles)),
+        "starts": _starts(tensors, len(parameters), len(reference)),
         "judgement": judgement_of(record.get("judgement")),  # none in files of Billow before it judged
     }
+
+
+def _starts(tensors: dict[str, np.ndarray], parameters: int, nodes: int) -> StartShapes | None:
+    if "start_weights" not in tensors:
+        return None
+    weights = take(tensors, "start_weights", np.float32, None, nodes, 3)
+    if not StartShapes.fits(weights, parameters):
+        raise ValueError("its start shapes have other parameters")
+    return StartShapes(weights)
 
 
 def _training(told: object) -> dict:

@@ -1,0 +1,147 @@
+"""Robustness: what scatter of the parameters about a design does to the responses, by Monte Carlo on the surfaces."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from billow.base.blas_threads import one_blas_thread
+from billow.base.errors import InputError
+from billow.base.toml_file import read_toml
+from billow.design.optimum import unit_design
+from billow.rom.surrogate.design_space import bounds
+
+SCATTER = InputError.declare(
+    "E-DES-040",
+    "the scatter cannot be used",
+    where="{where}",
+    cause="a misspelt parameter, or a deviation in another unit",
+    remedy="give the standard deviation of each parameter that scatters, such as inflator_temperature = 15.0",
+)
+OUT_OF_REACH = InputError.declare(
+    "E-DES-041",
+    "the scatter leaves the range of the study",
+    where="{where}",
+    why="{share:.1%} of the scattered designs lie outside; surfaces know nothing there",
+    cause="a design at the edge of the study, or a scatter as wide as its ranges",
+    remedy="choose a design farther inside, a smaller scatter, or a wider study",
+)
+SAMPLES = 100_000
+MOST_OUTSIDE = 0.05
+"""Share of scattered designs that may lie outside the ranges; they are moved to the edge, and counted."""
+PERCENTILES = (5.0, 50.0, 95.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Chance:
+    """Of a response under scatter, and of the limit it may exceed.
+
+    values: (samples,) of the surface; percentiles: (3,) of `PERCENTILES`; limit: None without; above: whether the limit
+    is broken above it; probability: that it is broken, by the surface alone; with_error: with the surface's own error,
+    as if it were another in every run; low, high: if the surface were at either end of its 90 % intervals everywhere;
+    outside: share of scattered designs that were moved to the edge of the ranges
+    """
+
+    response: str
+    unit: str
+    values: np.ndarray
+    percentiles: np.ndarray
+    limit: float | None
+    above: bool
+    probability: float
+    with_error: float
+    low: float
+    high: float
+    outside: float
+
+    @property
+    def light(self) -> str:
+        """green: surely within 5 %; red: surely not; yellow: it depends on the surface's error."""
+        if self.limit is None:
+            return "grey"
+        return "green" if self.high <= 0.05 else "red" if self.low > 0.05 else "yellow"
+
+
+def read_values(path: str | Path) -> dict[str, float]:
+    """A TOML file of numbers by name: a design, or a scatter. InputError E-DES-040."""
+    try:
+        content = read_toml(Path(path))
+        content = content.get("design", content.get("scatter", content))
+        if not content or not all(type(value) in (int, float) for value in content.values()):
+            raise ValueError("it holds one number for each name, and at least one")
+        return {name: float(value) for name, value in content.items()}
+    except (OSError, ValueError) as error:
+        raise SCATTER(where=path, why=error) from error
+
+
+@one_blas_thread()
+def robustness(surfaces, design: Mapping[str, float], scatter: Mapping[str, float], seed: int = 0) -> dict[str, Chance]:
+    """Every usable response about a design, with the limits of the study.
+
+    scatter: standard deviation of each parameter that scatters, normal and independent, in its unit
+    InputError E-DES-040: scatter; -041: it leaves the ranges; E-ROM-001, -002: the design.
+    """
+    found = {}
+    for response, surface in zip(surfaces.responses, surfaces.surfaces, strict=True):
+        if surface.verdict.usable:
+            limit = response.limit.below if response.limit.below is not None else response.limit.above
+            above = response.limit.below is not None
+            found[response.name] = _chance(surfaces, response.name, limit, above, design, scatter, seed)
+    return found
+
+
+def exceed(surfaces, name: str, limit: float, around: Mapping[str, float], scatter: Mapping[str, float], seed: int = 0):
+    """The `Chance` that a response is above a limit, in its unit. Errors as `robustness`, E-DES-010."""
+    with one_blas_thread():
+        return _chance(surfaces, name, limit, True, around, scatter, seed)
+
+
+def scattered(surfaces, design: Mapping[str, float], scatter: Mapping[str, float], count: int, seed: int):
+    """Designs in [0, 1], (count, parameters), and the share that had to be moved to the edge of the ranges."""
+    names = [parameter.name for parameter in surfaces.parameters]
+    unknown = [name for name in scatter if name not in names]
+    if unknown or not all(np.isfinite(s) and s >= 0.0 for s in scatter.values()) or not any(scatter.values()):
+        why = (
+            f"there is no parameter {unknown[0]!r}" if unknown else "deviations are numbers, none below zero, one above"
+        )
+        raise SCATTER(where="scatter", why=why)
+    low, high = bounds(surfaces.parameters)
+    deviation = np.array([scatter.get(name, 0.0) for name in names]) / (high - low)
+    for parameter, wide in zip(surfaces.parameters, deviation, strict=True):
+        if parameter.levels and wide:
+            raise SCATTER(where="scatter", why=f"{parameter.name} is a choice, which does not scatter")
+    points = unit_design(surfaces, design) + deviation * np.random.default_rng(seed).standard_normal(
+        (count, len(names))
+    )
+    outside = float(((points < 0.0) | (points > 1.0)).any(axis=1).mean())
+    if outside > MOST_OUTSIDE:
+        raise OUT_OF_REACH(where="scatter", share=outside)
+    return np.clip(points, 0.0, 1.0), outside
+
+
+def _chance(surfaces, name, limit, above, design, scatter, seed) -> Chance:
+    from scipy.special import ndtr
+
+    from billow.design.surface import SCALES
+
+    surface = surfaces.usable(name)
+    points, outside = scattered(surfaces, design, scatter, SAMPLES, seed)
+    mean, deviation = surface.distribution(points)
+    values = SCALES[surface.scale].back(mean)
+    told = dict.fromkeys(("probability", "with_error", "low", "high"), float("nan"))
+    if limit is not None:
+        side = 1.0 if above else -1.0
+        excess = side * (mean - surface.scaled(limit))
+        half = 1.6448536269514722 * deviation
+        told = {
+            "probability": float((excess > 0.0).mean()),
+            "with_error": float(ndtr(excess / np.maximum(deviation, 1e-300)).mean()),
+            "low": float((excess - half > 0.0).mean()),
+            "high": float((excess + half > 0.0).mean()),
+        }
+    return Chance(
+        name, surfaces.unit(name), values, np.percentile(values, PERCENTILES), limit, above, outside=outside, **told
+    )
