@@ -67,7 +67,7 @@ def test_triangles_stay_shapely_over_the_range_of_a_study():
 def test_what_would_spoil_the_mesh_is_refused():
     with pytest.raises(InputError) as caught:
         bag(**{"bag.vents.diameter": 0.005})
-    assert (caught.value.code, "angle" in caught.value.why) == ("E-GEO-060", True)
+    assert (caught.value.code, "angle" in caught.value.why) == ("E-GEO-070", True)
     with pytest.raises(InputError) as caught:
         bag(**{"bag.diameter": 0.40, "bag.vents.diameter": 0.1})
-    assert caught.value.code == "E-GEO-060"
+    assert caught.value.code == "E-GEO-070"

@@ -25,7 +25,7 @@ class DriverSizes:
 def resized(shape: BagShape, before: DriverSizes, after: DriverSizes, initial_gap: float) -> BagShape:
     """A flat driver bag of the same nodes and triangles with other sizes; initial_gap: as `driver_bag` takes it.
 
-    Raises InputError E-GEO-060 if a triangle would turn over or get too sharp.
+    Raises InputError E-GEO-070 if a triangle would turn over or get too sharp.
     """
     surface, flat = shape.surface, shape.positions[:, :2]
     origin = np.zeros(2)

@@ -17,7 +17,7 @@ from billow.base.errors import InputError
 from billow.geometry.flat_cut import signed_areas
 
 TOO_FAR = InputError.declare(
-    "E-GEO-060",
+    "E-GEO-070",
     "the mesh cannot be moved to these sizes",
     where="bag.mesh_of",
     why="{why}",
@@ -45,7 +45,7 @@ def moved(flat: np.ndarray, triangles: np.ndarray, rings: Sequence[Ring]) -> np.
     """Flat points [m] (nodes, 2) after the nodes of all rings are where they belong; earlier rings win, the first is
     the rim.
 
-    triangles: (triangles, 3). Raises InputError E-GEO-060 if a triangle turns over or gets too sharp.
+    triangles: (triangles, 3). Raises InputError E-GEO-070 if a triangle turns over or gets too sharp.
     """
     goal = np.full_like(flat, np.nan)
     for ring in reversed(rings):
@@ -84,7 +84,7 @@ def _plate(flat: np.ndarray, triangles: np.ndarray, held: np.ndarray, change: np
 
 
 def _require_shapely(before: np.ndarray, after: np.ndarray) -> None:
-    """Raises InputError E-GEO-060. before, after: corners of triangles, [m], (triangles, 3, 2)."""
+    """Raises InputError E-GEO-070. before, after: corners of triangles, [m], (triangles, 3, 2)."""
     turned = signed_areas(before) * signed_areas(after) <= 0.0
     if turned.any():
         raise TOO_FAR(why=f"{turned.sum()} of {len(turned)} triangles would turn over")
