@@ -7,7 +7,8 @@ import re
 import pytest
 from fake_solver import simulate
 
-from billow.study import cores, drive
+from billow.base import cores
+from billow.study import drive
 from billow.study.progress import study_progress
 
 

@@ -8,6 +8,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 
+from billow.base.cores import available_cores
 from billow.base.errors import IntegrityError, ResourceError
 from billow.base.quality import VERDICTS, doubts
 from billow.results.dataset import difference, why_failed
@@ -15,7 +16,6 @@ from billow.results.dataset_files import DATASET_FILE, DatasetRecord, fingerprin
 from billow.results.ownership import discard
 from billow.results.result import Result
 from billow.study.attempt import Outcome, Runner, Task, attempt_run
-from billow.study.cores import available_cores
 from billow.study.execute import WORKER_DIED, dask_client, run_on_dask
 
 OTHER_RUN = IntegrityError.declare(

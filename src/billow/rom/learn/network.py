@@ -39,7 +39,8 @@ EPOCHS_PAPER = 15_000
 
 
 @contextmanager
-def _one_thread():
+def one_thread():
+    """PyTorch computes with one thread, in this thread and in those that begin within."""
     before = torch.get_num_threads()
     torch.set_num_threads(1)
     try:
@@ -48,7 +49,7 @@ def _one_thread():
         torch.set_num_threads(before)
 
 
-@_one_thread()
+@one_thread()
 def train_shared(inputs, targets, *, epochs: int | None = None, seed: int = 0, progress: Progress | None = None):
     """An ensemble of networks, each with all coefficients as outputs.
 
@@ -75,7 +76,7 @@ def train_shared(inputs, targets, *, epochs: int | None = None, seed: int = 0, p
     return _arrays(weights), _arrays(biases)
 
 
-@_one_thread()
+@one_thread()
 def train_paper(
     inputs, targets, *, epochs=None, seed=0, progress=None, hidden=HIDDEN_PAPER, rate=RATE_PAPER, checkpoint=None
 ):

@@ -6,6 +6,7 @@ import platform
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from numbers import Integral
 
 import numpy as np
@@ -18,6 +19,7 @@ from billow.rom.learn.force_modes import learn_force_inputs
 from billow.rom.learn.left_out import left_out
 from billow.rom.learn.progress import Progress, stages
 from billow.rom.learn.reduction import DEFAULT_MEMORY, Reduction, reduce_runs
+from billow.rom.learn.side_by_side import side_by_side
 from billow.rom.learn.simple_answers import BASELINES, comparisons, simple_coefficients
 from billow.rom.surrogate.basis import Basis
 from billow.rom.surrogate.design_space import SAME_DESIGN, bounds, distinct, has_range, to_unit
@@ -146,13 +148,14 @@ def train(
     if not calibrated or len(runs) < FEWEST_RUNS or len(groups := of_one_design(dataset, runs)) < FEWEST_RUNS:
         return _learn(dataset, runs, recipe, progress, client)[0]
     folds = held_out(groups)
-    progresses = stages(progress, 1 + len(folds))
     if client is None and snapshot_bytes(dataset, runs) <= recipe.memory:
         dataset = ReadOnce(dataset)
-    surrogate, whole = _learn(dataset, runs, recipe, next(progresses), client)
+    first = next(stages(progress, 1 + len(folds)))
+    surrogate, whole = _learn(dataset, runs, recipe, first, client)
     begun = time.perf_counter()
     for_folds = replace(recipe, epochs=surrogate.training["epochs"])
-    factors, judgement = _calibrate(dataset, runs, folds, for_folds, progresses, client)
+    with import_network().one_thread():
+        factors, judgement = _calibrate(dataset, runs, folds, for_folds, progress, client)
     return replace(
         surrogate,
         judgement=judgement,
@@ -172,7 +175,7 @@ def train_networks(
     `learn_force_inputs` returns them, for the runs of `reduction`. Errors as `train`."""
     network = import_network()
     inputs = _input_scaling(dataset, recipe.networks)
-    begun, spent = time.perf_counter(), time.process_time()
+    begun, spent = time.perf_counter(), time.thread_time()
     known, times = reduction.coefficients, reduction.times
     outputs = OutputScaling.of(known, times, recipe.networks)
     targets = outputs.forward(known.reshape(*known.shape[:2], -1)).reshape(-1, 3 * recipe.modes)
@@ -213,7 +216,7 @@ def train_networks(
             "last_loss": losses[-1],
             **{n: getattr(reduction, n) for n in ("snapshot_bytes", "read_seconds", "pod_seconds", "pod_cpu_seconds")},
             "network_seconds": time.perf_counter() - begun,
-            "network_cpu_seconds": time.process_time() - spent,
+            "network_cpu_seconds": time.thread_time() - spent,
             "mesh_sha256": fingerprint(dataset.reference, dataset.triangles, own_starts),
             "versions": {
                 "billow": __version__,
@@ -238,12 +241,18 @@ def held_out(groups: Sequence[tuple[str, ...]]) -> list[tuple[str, ...]]:
     return folds[:enough]
 
 
-def _calibrate(dataset: Dataset, runs, folds, recipe: Recipe, progresses, client) -> tuple[np.ndarray, Judgement]:
+def _calibrate(dataset: Dataset, runs, folds, recipe: Recipe, progress, client) -> tuple[np.ndarray, Judgement]:
     """Factors for `LEVELS`: [-], (levels, 3), and the judgement, of surrogates that each learn without one fold."""
-    counts, errors = np.zeros((3, BINS)), []
-    for fold in folds:
-        others = tuple(run for run in runs if run not in fold)
-        surrogate, reduction = _learn(dataset, others, recipe, next(progresses), client)
+    counts, errors, reductions = np.zeros((3, BINS)), [], []
+
+    def trainings():
+        for fold in folds:
+            others = tuple(run for run in runs if run not in fold)
+            reductions.append(reduce_runs(dataset, others, recipe.modes, recipe.seed, recipe.memory, client))
+            yield partial(train_networks, dataset, reductions[-1], recipe, None)
+
+    surrogates = side_by_side(trainings(), 1, 1 + len(folds), progress)
+    for fold, surrogate, reduction in zip(folds, surrogates, reductions, strict=True):
         simple = simple_coefficients(reduction.design, reduction.coefficients, surrogate.parameters)
         every = slice(None, None, -(-surrogate.nodes // MOST_NODES))
         for run in fold:
