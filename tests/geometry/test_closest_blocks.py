@@ -5,7 +5,17 @@ import pytest
 
 from billow.base.compiled import kernel
 from billow.geometry.closest_blocks import (
-    BLOCK, ROWS, SQUARE, S, T, X, Y, Z, fill, nodes_on_triangles, segments_on_segments,
+    BLOCK,
+    ROWS,
+    SQUARE,
+    S,
+    T,
+    X,
+    Y,
+    Z,
+    fill,
+    nodes_on_triangles,
+    segments_on_segments,
 )  # fmt: skip
 from billow.geometry.closest_points import of_segments, on_triangle
 
