@@ -7,16 +7,13 @@ pushes are solved anew, each an average over the step that is a function of wher
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numba import prange
 
 from billow.base.compiled import CHUNK, kernel
 from billow.geometry.shapes.kinds import near_shape
-from billow.geometry.shapes.pose import into_axes, into_space, pose_of
-from billow.parts.bodies.contact import SETTLED, SWEEPS, ContactState, Nodes, ShapeMotion, ShapeTable
-from billow.parts.bodies.penalty import contact_force
+from billow.geometry.shapes.pose import into_axes, pose_of
+from billow.parts.bodies.contact import ContactState, Nodes, ShapeMotion, ShapeTable, push_node, reaches
 
 
 class BodyRows:
@@ -91,12 +88,10 @@ def _settle(
     n, table, motion, area, inverse_mass, positions, dt, old_offset, velocities, settled_at, force, offset, touching,
     change_out,
 ):  # fmt: skip
-    kind, numbers, bound, law = table
-    body, centre, pose = motion
-    shapes = len(kind)
+    pose, shapes = motion[2], len(table[0])
     for chunk in prange((n + CHUNK - 1) // CHUNK):
         near = np.empty(shapes, dtype=np.int64)
-        geometry, answer = np.empty((shapes, 4)), np.empty((shapes, 6))  # depth and normal; force and new offset
+        geometry, answer = np.empty((shapes, 4)), np.empty((shapes, 9))  # depth and normal; as of `push_node`
         largest = 0.0
         for i in range(chunk * CHUNK, min(n, (chunk + 1) * CHUNK)):
             vx, vy, vz = velocities[i, 0], velocities[i, 1], velocities[i, 2]
@@ -112,23 +107,7 @@ def _settle(
                     uz -= half * force[o, i, 2]
             count = 0
             for o in range(shapes):
-                rx, ry, rz = px - body[o, 0], py - body[o, 1], pz - body[o, 2]
-                tx = dt * (ux - body[o, 3] - (body[o, 7] * rz - body[o, 8] * ry))
-                ty = dt * (uy - body[o, 4] - (body[o, 8] * rx - body[o, 6] * rz))
-                tz = dt * (uz - body[o, 5] - (body[o, 6] * ry - body[o, 7] * rx))
-                sx, sy, sz = rx - centre[o, 0], ry - centre[o, 1], rz - centre[o, 2]
-                touches = area[i] > 0.0
-                if touches and bound[o] < math.inf:
-                    reach = bound[o] + math.sqrt(tx * tx + ty * ty + tz * tz)
-                    touches = sx * sx + sy * sy + sz * sz < reach * reach
-                elif touches:
-                    z = pose[o, 2] * sx + pose[o, 5] * sy + pose[o, 8] * sz
-                    touches = min(z, z + (pose[o, 2] * tx + pose[o, 5] * ty + pose[o, 8] * tz)) < 0.0
-                if touches:
-                    own = numbers[o, 0], numbers[o, 1], numbers[o, 2], numbers[o, 3], numbers[o, 4]
-                    touches, depth, nx, ny, nz = near_shape(kind[o], own, pose_of(pose, o), sx, sy, sz, tx, ty, tz)
-                    if touches:
-                        geometry[o, 0], geometry[o, 1], geometry[o, 2], geometry[o, 3] = depth, nx, ny, nz
+                touches = area[i] > 0.0 and reaches(o, px, py, pz, ux, uy, uz, dt, table, motion, geometry)
                 if touches:
                     near[count] = o
                     count += 1
@@ -137,38 +116,16 @@ def _settle(
                     for k in range(3):
                         force[o, i, k] = offset[o, i, k] = 0.0
                 touching[o, i] = touches
-            wx, wy, wz = ux, uy, uz
-            for _ in range(SWEEPS if count > 1 else count):
-                change, size = 0.0, 0.0
-                for m in range(count):
-                    o = near[m]
-                    rx, ry, rz = px - body[o, 0], py - body[o, 1], pz - body[o, 2]
-                    ax, ay, az = wx - half * answer[o, 0], wy - half * answer[o, 1], wz - half * answer[o, 2]
-                    sx, sy, sz = into_space(
-                        pose_of(pose, o), old_offset[o, i, 0], old_offset[o, i, 1], old_offset[o, i, 2]
-                    )
-                    fx, fy, fz, sx, sy, sz, _, _, _ = contact_force(
-                        geometry[o, 0], geometry[o, 1], geometry[o, 2], geometry[o, 3],
-                        ax - body[o, 3] - (body[o, 7] * rz - body[o, 8] * ry),
-                        ay - body[o, 4] - (body[o, 8] * rx - body[o, 6] * rz),
-                        az - body[o, 5] - (body[o, 6] * ry - body[o, 7] * rx),
-                        law[o, 0] * area[i], inverse_mass[i], law[o, 2], law[o, 1], sx, sy, sz, dt,
-                    )  # fmt: skip
-                    wx, wy, wz = ax + half * fx, ay + half * fy, az + half * fz
-                    change += abs(fx - answer[o, 0]) + abs(fy - answer[o, 1]) + abs(fz - answer[o, 2])
-                    size += abs(fx) + abs(fy) + abs(fz)
-                    answer[o, 0], answer[o, 1], answer[o, 2] = fx, fy, fz
-                    answer[o, 3], answer[o, 4], answer[o, 5] = sx, sy, sz
-                if change <= SETTLED * size:
-                    break
+            wx, wy, wz = push_node(
+                i, px, py, pz, ux, uy, uz, area[i], inverse_mass[i], dt, count, near, geometry, table, motion,
+                old_offset, answer,
+            )  # fmt: skip
             for m in range(count):
                 o = near[m]
                 sx, sy, sz = into_axes(pose_of(pose, o), answer[o, 3], answer[o, 4], answer[o, 5])
                 offset[o, i, 0], offset[o, i, 1], offset[o, i, 2] = sx, sy, sz
                 for k in range(3):
                     force[o, i, k] = answer[o, k]
-            if count == 0:
-                wx, wy, wz = ux, uy, uz
             largest = max(largest, abs(wx - vx), abs(wy - vy), abs(wz - vz))
             velocities[i, 0], velocities[i, 1], velocities[i, 2] = wx, wy, wz
             settled_at[i, 0], settled_at[i, 1], settled_at[i, 2] = wx, wy, wz

@@ -52,8 +52,8 @@ class Pairs:
 
     What follows is known of the present positions only, and measured again where it is missing. awake: indices of
     pairs that can matter in a step, ascending. weight: of their nodes, (pairs, 4); distance: [m], (pairs,); measured:
-    number of the moment at which, (pairs,) int64; moment: number of the present positions. slot: number of the constraint
-    that a pair is in a step, -1 if none, (pairs,) int32. room: for searches.
+    number of the moment at which, (pairs,) int64; moment: number of the present positions. slot: number of the
+    constraint that a pair is in a step, -1 if none, (pairs,) int32. room: for searches.
     """
 
     key: np.ndarray = field(metadata=VARYING)
