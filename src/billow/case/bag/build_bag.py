@@ -114,6 +114,7 @@ def _driver(bag: schema_bag.DriverBag) -> BagShape:
         vent_count=bag.vents.count, vent_diameter=bag.vents.diameter, vent_radius=bag.vents.distance,
         strap_count=bag.straps.count, strap_width=bag.straps.width, strap_stitch_radius=bag.straps.stitch_radius,
         initial_gap=bag.initial_gap, folds=(plan.rows(0), plan.rows(1)) if plan else NO_ROWS,
+        folded_last=plan.stages[-1].across if plan and len(plan.stages) > 1 else None,
     )  # fmt: skip
     straps = tuple(strap_line(bag.straps, line.bars, shape.positions) for line in shape.straps)
     rim = rim_depth(0.5 * bag.diameter, bag.element_size, bag.seam.width)
