@@ -8,15 +8,18 @@ import numpy as np
 import pytest
 
 from billow.case.schema import Case
+from billow.run.simulate import simulate
 
-EXAMPLES = sorted((Path(__file__).parents[1] / "examples").glob("*.toml"))
+FOLDER = Path(__file__).parents[1] / "examples"
+FOLDED = FOLDER / "driver_folded.toml"
+FLAT = sorted(set(FOLDER.glob("*.toml")) - {FOLDED})
 
 
 def test_there_are_examples():
-    assert len(EXAMPLES) >= 2
+    assert len(FLAT) >= 2
 
 
-@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", FLAT, ids=lambda path: path.stem)
 def test_an_example_runs(deploy, path, tmp_path):
     case = Case.load(path)
     coarse = {"bag.element_size": 0.05, "run.end_time": 0.03, "run.frames": 3}
@@ -37,3 +40,15 @@ def test_an_example_runs(deploy, path, tmp_path):
         speed = curves["impactor_velocity_z [m/s]"][-1]
         assert speed > 0.1
         assert free.mass * speed == pytest.approx(impulse, rel=0.1)
+
+
+def test_the_folded_example_opens_and_nothing_passes_through_anything(tmp_path):
+    """Elements of 25 mm, until the obstacle has felt the bag; stopping and resuming layers has tests of its own."""
+    coarse = {"bag.element_size": 0.025, "run.end_time": 0.0065, "run.frames": 5}
+    result = simulate(Case.load(FOLDED).vary(coarse), tmp_path / "run")
+    assert result.status == "completed"
+    assert result.ledger["crossings_at_worst"] == 0.0
+    assert result.ledger["gas_mass_error"] <= 1e-12
+    assert result.ledger["energy_residual_of_largest"] <= 0.01
+    assert result.histories["impactor_force_z [N]"].max() > 50.0
+    assert result.histories["volume [m^3]"][-1] > 0.01

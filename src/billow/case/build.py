@@ -13,6 +13,7 @@ from billow.case.fabric.build_fabric import build_fabric
 from billow.case.gas.build_gas import build_gas
 from billow.case.gas.models import GAS_MODELS
 from billow.case.obstacles.obstacles import build_body
+from billow.case.relaxed_start import relaxed_start, tense_case
 from billow.geometry.assembly import in_neighbourhoods
 from billow.geometry.bag_shapes import BagShape
 from billow.geometry.crossings import edges_of
@@ -60,6 +61,9 @@ def build_model(case: schema.Case) -> Model:
     Raises InputError: E-GEO-001..012 geometry, E-GAS-001 unknown species.
     """
     shape = build_shape(case.bag)
+    if getattr(case.bag, "relax", None):
+        tense = tense_case(case)
+        shape = replace(shape, positions=relaxed_start(build_model(tense), case.bag.relax, tense.digest()))
     check_closed(shape.surface, shape.positions, "bag")
     law = build_fabric(case.fabric)
     cloth = shape.surface.triangles_of_kind("fabric")  # vents are holes, and the mouth is the inflator

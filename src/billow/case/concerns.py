@@ -13,7 +13,7 @@ import numpy as np
 
 from billow.base.errors import Concern
 from billow.base.plausible import unusual
-from billow.case.bag.build_bag import fold_plan
+from billow.case.bag.build_bag import build_shape, fold_plan
 from billow.case.schema import Case
 from billow.geometry.crossings import CrossingCount
 from billow.geometry.reference_check import NOTICED, Panel, panels, place
@@ -175,7 +175,7 @@ def _folds(case: Case, model: Model) -> Iterator[Concern]:
         return
     if 2.0 * plan.half < case.fabric.thickness:
         yield TIGHT(apart=2e3 * plan.half, thickness=1e3 * case.fabric.thickness)
-    flat = plan.unfolded(model.start)
+    flat = plan.unfolded(build_shape(case.bag).positions)
     lines = [(axis, row.place) for axis in (0, 1) for row in plan.rows(axis)]
     crossed = {vent for line in lines for vent in plan.vents_on(model.surface, flat, *line)}
     for vent in sorted(crossed):
@@ -228,7 +228,11 @@ def _panels(case: Case, model: Model) -> Iterator[Concern]:
     if (read or folded) and case.bag.birth_time:
         return  # the user knows, and the reference moves slowly
     key = "bag.start, bag.reference" if read else "bag.folds" if folded else "bag.initial_gap"
-    born = "set bag.birth_time to a few milliseconds" if folded else "set bag.birth_time to 1 or 2 ms"
+    born = (
+        'end bag.folds with kind = "relax", or set bag.birth_time to a few ms'
+        if folded
+        else "set bag.birth_time to 1 or 2 ms"
+    )
     for panel in start_panels(model):
         part = panel.name
         if panel.longest > 1.0 + START_STRAIN:

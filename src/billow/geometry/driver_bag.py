@@ -7,14 +7,14 @@ import numpy as np
 from billow.geometry.bag_shapes import DOES_NOT_FIT, BagShape, StrapLine
 from billow.geometry.disc_mesh import CLEARANCE, Hole, hole_polygon, mesh_disc, rim_count
 from billow.geometry.grid_disc_mesh import mesh_grid_disc
-from billow.geometry.rectangle_mesh import NO_ROWS, Ring, Rows
+from billow.geometry.rectangle_mesh import NO_ROWS, ClosedHole, Ring, Rows
 from billow.geometry.surface import Surface
 
 
 def driver_bag(
     diameter: float, element_size: float, mouth_radius: float, vent_count: int, vent_diameter: float,
     vent_radius: float, strap_count: int, strap_width: float, strap_stitch_radius: float, initial_gap: float,
-    folds: Rows = NO_ROWS,
+    folds: Rows = NO_ROWS, folded_last: int | None = None,
 ) -> BagShape:  # fmt: skip
     """Driver bag: two flat discs sewn at the rim, lying on the plane z = 0, mouth and vents in the rear (lower) panel.
 
@@ -22,7 +22,8 @@ def driver_bag(
     vent_radius: distance of the vents' centres from the axis [m]. strap_stitch_radius: of the stitch line on the front
     panel [m]; on the rear panel the retainer ring holds the straps; bars are as long as in the start shape.
     initial_gap: height of the shallow dome that the front panel is at the start, for some air in the bag [m]. folds:
-    rows of nodes across x and across y.
+    rows of nodes across x and across y. folded_last: the axis across which the stack of the other folds is folded, if
+    it is.
 
     Raises InputError E-GEO-010 if a vent or strap does not fit into its panel, E-GEO-048 for a row along the rim.
     """
@@ -38,10 +39,10 @@ def driver_bag(
     stitch = (strap_stitch_radius,) if strap_count else ()
     if any(folds):  # panels that bend together have their nodes in the same places
         rings = tuple(Ring(0.0, 0.0, r) for r in (mouth_radius, *stitch))
-        closed = tuple(Ring(vent.x, vent.y, vent.radius) for vent in vents)
-        discs = [mesh_grid_disc(radius, element_size, folds, (*own, *rings)) for own in (closed, vents)]
-        (front, rear), (front_triangles, rear_triangles) = zip(*((d.points, d.triangles) for d in discs), strict=True)
-        rim, vent_patches = discs[1].rim, discs[1].patches[:vent_count]
+        closed = tuple(ClosedHole(vent.x, vent.y, vent.radius) for vent in vents)
+        disc = mesh_grid_disc(radius, element_size, folds, (*closed, *rings), folded_last)
+        front, front_triangles, rim = disc.points, disc.triangles, disc.rim
+        rear, rear_triangles, vent_patches = disc.opened(vent_count)
     else:
         front, front_triangles, _ = mesh_disc(radius, element_size, stitch)
         rear, rear_triangles, vent_patches = mesh_disc(radius, element_size, (mouth_radius,), vents)

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from billow.geometry.disc_mesh import CLEARANCE, Hole, circle, hole_polygon
+from billow.geometry.forced_edges import with_edges
 from billow.geometry.triangulation import smoothed, triangulate
 
 SPREAD = 0.6
@@ -38,6 +39,10 @@ NO_ROWS: Rows = ((), ())
 
 class Ring(Hole):
     """A circle on which nodes must lie, with fabric inside too: a retainer ring."""
+
+
+class ClosedHole(Hole):
+    """The place of a hole of the other panel: the same polygon, with fabric inside."""
 
 
 @dataclass(frozen=True)
@@ -149,7 +154,7 @@ def _blocks(x_lines, y_lines, size, shapes, x_walls, y_walls) -> list[_Block]:
     y_lines) and exclude the outermost cells."""
     blocks: list[_Block] = []
     for shape in shapes:
-        reach = _outline(shape, size)[1] + 2.5 * size
+        reach = outline(shape, size)[1] + 2.5 * size
         need = shape.radius + 0.999 * MARGIN * size
         i0, i1 = _span(x_lines, shape.x, reach, x_walls, need)
         j0, j1 = _span(y_lines, shape.y, reach, y_walls, need)
@@ -171,7 +176,18 @@ def _span(lines: np.ndarray, middle: float, reach: float, walls: np.ndarray, nee
     return int(first), int(min(last, *walls[lines[walls] >= middle + need], len(lines) - 2))
 
 
-def _outline(shape: Hole, size: float) -> tuple[int, float]:
+def _along(node, stays, rows: int, x_walls, y_walls) -> np.ndarray:
+    """Edges between neighbours on lines that must stay, (n, 2), numbers within the block. node: of the grid, and which
+    of them stay, both in the order of the block."""
+    place = np.full(node.max() + rows + 2, -1)
+    place[node[stays]] = np.arange(np.count_nonzero(stays))
+    on_x, on_y = np.isin(node // rows, x_walls), np.isin(node % rows, y_walls)
+    ends = np.concatenate([np.column_stack([node, node + 1])[on_x], np.column_stack([node, node + rows])[on_y]])
+    edges = place[ends]
+    return edges[(edges >= 0).all(axis=1)]
+
+
+def outline(shape: Hole, size: float) -> tuple[int, float]:
     """Corners and circumradius [m] of a shape's polygon."""
     count, polygon = hole_polygon(shape.radius, size)
     return count, shape.radius if isinstance(shape, Ring) else polygon
@@ -187,10 +203,10 @@ def _remesh(points, kept, triangles, cell, block: _Block, rows: int, size: float
     clear = np.ones(len(node), dtype=bool)
     outlines = []
     for shape in block.shapes:
-        count, polygon = _outline(shape, size)
+        count, polygon = outline(shape, size)
         outlines.append(circle(polygon, count, shape.x, shape.y))
         away = np.hypot(points[node, 0] - shape.x, points[node, 1] - shape.y) - shape.radius
-        clear &= (away > CLEARANCE * size) | (isinstance(shape, Ring) & (away < -CLEARANCE * size))
+        clear &= (away > CLEARANCE * size) | (isinstance(shape, Ring | ClosedHole) & (away < -CLEARANCE * size))
     kept = kept.copy()
     kept[node[inner & ~clear]] = False
     stays = ~inner | clear
@@ -200,6 +216,6 @@ def _remesh(points, kept, triangles, cell, block: _Block, rows: int, size: float
     movable[: stays.sum()] = (inner & ~np.isin(i, x_walls) & ~np.isin(j, y_walls))[stays]
     points[own] = smoothed(points[own], movable)
     outside = ~((cell[:, 0] >= block.i0) & (cell[:, 0] < block.i1) & (cell[:, 1] >= block.j0) & (cell[:, 1] < block.j1))
-    made = own[triangulate(points[own])]
+    made = own[with_edges(points[own], triangulate(points[own]), _along(node, stays, rows, x_walls, y_walls))]
     triangles = np.concatenate([triangles[outside], made])
     return points, kept, triangles, np.concatenate([cell[outside], np.full((len(made), 2), -1)])

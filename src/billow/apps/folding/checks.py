@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -57,24 +57,24 @@ def fold_checks(case: Case, model: Model) -> list[Check]:
     """The table of a folded case. Raises InputError E-GEO-001.. as `check_closed` for a bag that is not closed."""
     plan, shape = fold_plan(case.bag), build_shape(case.bag)
     check_closed(shape.surface, shape.positions, "bag")
-    flat = plan.unfolded(shape.positions)
+    flat, start = plan.unfolded(shape.positions), replace(shape, positions=model.start)
     thickness, gap = case.fabric.thickness, 2.0 * plan.half
-    near = least_distance(shape.positions, flat, panel_side(shape, flat), case.bag.element_size, 1.5 * gap)
+    near = least_distance(model.start, flat, panel_side(shape, flat), case.bag.element_size, 1.5 * gap)
     angles = {side: math.radians(getattr(case.bag.warp_angle, side)) for side in ("front", "rear")}
-    strains = yarn_strains(shape, angles)
+    strains = yarn_strains(start, angles)
     most, worst, most_shear = EXACT_MAP if plan.keeps_lengths else MOST, WORST, MOST_SHEAR
     if case.bag.birth_time:  # the flat cut comes in slowly: what is strained now is released by then
         most = worst = most_shear = math.inf
     return [
         Check("creases without one row of nodes in both panels", _without_row(plan, flat, shape), 0.0, ""),
-        Check("crossings of fabric through fabric", CrossingCount(shape.surface).total(shape.positions), 0.0, ""),
+        Check("crossings of fabric through fabric", CrossingCount(shape.surface).total(model.start), 0.0, ""),
         Check("least distance of layers", 1e3 * near, 1e3 * CLOSE * thickness, "mm", at_least=True),
         Check("strain of yarns, 99.9 % of them up to", 100.0 * np.quantile(strains, 0.999), 100.0 * most, "%"),
         Check("strain of yarns, greatest", 100.0 * strains.max(), 100.0 * worst, "%"),
-        Check("shear, greatest", math.degrees(shears(shape).max()), math.degrees(most_shear), "deg"),
+        Check("shear, greatest", math.degrees(shears(start).max()), math.degrees(most_shear), "deg"),
         Check("edges of the unfolded bag off the cut", _off_the_cut(shape, flat), EXACT, "m"),
         Check("folded again off the start", float(np.abs(plan.folded(flat) - shape.positions).max()), EXACT, "m"),
-        Check("volume", 1e3 * shape.surface.volume(shape.positions), 1e-6, "l", at_least=True),
+        Check("volume", 1e3 * shape.surface.volume(model.start), 1e-6, "l", at_least=True),
         *_energy(model),
     ]
 

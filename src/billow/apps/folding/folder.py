@@ -29,8 +29,8 @@ NOTHING_FOLDED = InputError.declare(
 def fold_case(case: Case, out: Path) -> list[Check]:
     """Fold the bag of a case into the folder `out`; returns the table of checks.
 
-    Writes start.vtkhdf (the flat bag at time 0, the bag after the k-th fold at time k), fold.md, fold.json and a
-    picture of every step. Raises InputError E-GEO-047 without folds, E-GEO-040..046 for folds that cannot be, and
+    Writes start.vtkhdf (the flat bag at time 0, the bag after the k-th fold at time k, relaxed last), fold.md,
+    fold.json and a picture of every step. Raises InputError E-GEO-047 without folds, E-GEO-040..046 for folds that cannot be, and
     those of `new_folder`.
     """
     plan = fold_plan(case.bag)
@@ -47,9 +47,11 @@ def fold_case(case: Case, out: Path) -> list[Check]:
             file.append(0.0, flat)
             for number in range(1, len(plan.steps) + 1):
                 file.append(float(number), plan.until(number).folded(flat))
+            if case.bag.relax:
+                file.append(len(plan.steps) + 1.0, model.start)
         for number, stages in enumerate(plan.steps, 1):
             write_atomically(folder / f"fold_{number}.png", draw_step(stages[-1], number))
-        size = np.ptp(shape.positions, axis=0)
+        size = np.ptp(model.start, axis=0)
         record = {
             "title": case.title, "layers": plan.layers, "packed_size": size.tolist(),
             "triangles": surface.triangle_count, "checks": [check.record() for check in checks],

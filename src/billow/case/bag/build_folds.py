@@ -17,7 +17,8 @@ def build_plan(
     size: float,
 ) -> FoldPlan:  # fmt: skip
     """As `FoldPlan.of`, which says what it raises."""
-    folds = tuple(fold for k, table in enumerate(tables) for fold in _folds(table, k + 1, outline, mouth))
+    maps = [table for table in tables if table.kind != "relax"]
+    folds = tuple(fold for k, table in enumerate(maps) for fold in _folds(table, k + 1, outline, mouth))
     return FoldPlan.of(folds, outline, mouth, mouth_radius, size)
 
 

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import AfterValidator, field_validator, model_validator
 
 from billow.base.units import CONVERSIONS
-from billow.case.bag.schema_folds import Fold
+from billow.case.bag.schema_folds import Fold, Relax
 from billow.case.quantity import (
     Name,
     Strict,
@@ -234,7 +234,22 @@ class PanelBag(Strict):
     def _few(cls, value):
         if len(value) > MOST_FOLDS:
             raise refused(f"the bag has {len(value)} folds; at most {MOST_FOLDS} are allowed", "write fewer folds")
+        if any(fold.kind == "relax" for fold in value[:-1]) or (value and value[0].kind == "relax"):
+            raise refused("relax has to follow all folds", 'write kind = "relax" as the last table, after a fold')
         return value
+
+    @model_validator(mode="after")
+    def _one_ramp(self):
+        if self.relax is not None and self.birth_time:
+            raise refused(
+                'the flat cut comes in twice: by a fold of kind "relax" and by birth_time', "remove one of them"
+            )
+        return self
+
+    @property
+    def relax(self) -> Relax | None:
+        """How the folded bag comes to rest before it deploys, if it does."""
+        return self.folds[-1] if self.folds and self.folds[-1].kind == "relax" else None
 
 
 class MeshOf(Strict):

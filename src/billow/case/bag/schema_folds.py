@@ -76,7 +76,18 @@ class Roll(FoldTable):
     """Inner radius."""
 
 
-FOLDS = {"half": HalfFold, "leporello": Leporello, "roll": Roll}
+class Relax(Strict):
+    """The folded bag comes to rest before it deploys: without gas and damped, between the plates of the case, the flat
+    cut comes in. The last table; instead of birth_time."""
+
+    chooser: ClassVar[str] = "kind"
+    kind: Literal["relax"]
+    """relax"""
+    time: quantity("s", 5e-4, 0.1) = 0.005
+    """Time over which the flat cut comes in; two fifths of it follow to come to rest."""
+
+
+FOLDS = {"half": HalfFold, "leporello": Leporello, "roll": Roll, "relax": Relax}
 """Table of each kind."""
 
 Fold = chosen_by("kind", FOLDS)

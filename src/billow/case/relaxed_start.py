@@ -1,0 +1,66 @@
+"""The folded start after it has come to rest: computed once, and kept under the digest of what it depends on."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from billow import __version__
+from billow.base.cache_folder import cache_folder
+from billow.case import schema
+from billow.case.bag.schema_folds import Relax
+from billow.case.gas.schema_gas import Gas
+from billow.solver.model import Model
+from billow.solver.run import Schedule, run
+
+DAMPING = 1000.0
+"""Rate of mass damping [1/s]: motion is gone within a millisecond."""
+REST = 0.4
+"""Time without change of the reference, in times of the ramp."""
+
+
+def tense_case(case: schema.Case) -> schema.Case:
+    """The case of the bag just folded, whose flat cut comes in by a ramp, without gas, between the plates."""
+    bag = case.bag.model_copy(update={"folds": case.bag.folds[:-1], "birth_time": case.bag.relax.time})
+    fabric = case.fabric.model_copy(update={"self_contact": "layers"})
+    plates = tuple(obstacle for obstacle in case.obstacles if obstacle.shape == "plate")
+    return schema.Case(bag=bag, fabric=fabric, gas=Gas(model="none"), obstacles=plates)
+
+
+def relaxed_start(tense: Model, relax: Relax, digest: str) -> np.ndarray:
+    """Positions [m], (nodes, 3), of the model of `tense_case` at rest. digest: of that case."""
+    kept = _kept(tense, digest)
+    if kept is not None and kept.exists():
+        found = np.fromfile(kept)
+        if found.size == tense.start.size:
+            return found.reshape(tense.start.shape)
+    damped = replace(tense, mass_damping=DAMPING)
+    positions = run(damped, Schedule((1.0 + REST) * relax.time, frames=1, histories_per_frame=10)).positions
+    _lift(tense, positions)
+    if kept is not None:
+        kept.parent.mkdir(parents=True, exist_ok=True)
+        partial = kept.with_name(f"{kept.name}.{os.getpid()}")
+        positions.tofile(partial)
+        partial.replace(kept)
+    return positions
+
+
+def _lift(tense: Model, positions: np.ndarray) -> None:
+    """Nodes that press on a plate lie in it by some micrometres: move them onto it."""
+    free = tense.inverse_mass > 0.0
+    for plate in tense.bodies.bodies:
+        origin, *ends = plate.distance(np.concatenate([np.zeros((1, 3)), np.eye(3)]))[0]
+        depth = np.maximum(0.0, -plate.distance(positions)[0])
+        positions[free] += depth[free, None] * (np.array(ends) - origin)
+
+
+def _kept(tense: Model, digest: str) -> Path | None:
+    root = cache_folder()
+    if root is None:
+        return None
+    mesh = tense.start.tobytes() + tense.mass.tobytes() + tense.surface.triangles.tobytes()
+    return Path(root) / "relaxed" / hashlib.sha256(f"{__version__} {digest}".encode() + mesh).hexdigest()
