@@ -9,6 +9,7 @@ PACKAGE = Path(__file__).parents[2] / "src" / "billow"
 PARTS = {
     *("parts.fabric", "parts.straps", "parts.self_contact", "parts.layers", "parts.bodies", "parts.gas"),
     "parts.driven_nodes",
+    "parts.tear_seams",
 }
 """Siblings: none imports another; they meet in solver/step.py."""
 

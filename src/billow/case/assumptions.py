@@ -69,10 +69,10 @@ def _defaults(table: Any, *keys: str) -> list[str]:
 def _has_vents(bag: Any) -> bool:
     if bag.shape == "mesh":
         return any(part.kind == "vent" for part in bag.parts)
-    return bool(bag.vents.chambers if bag.shape == "rectangular" else bag.vents.count)
+    return bool(getattr(bag.vents, "chambers", ()) or getattr(bag.vents, "count", 0))
 
 
 def _has_openings(bag: Any) -> bool:
     if bag.shape == "mesh":
         return any(part.kind == "opening" for part in bag.parts)
-    return bag.shape == "rectangular" and bag.chambers > 1
+    return bag.shape == "window" or (bag.shape == "rectangular" and bag.chambers > 1)

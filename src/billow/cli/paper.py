@@ -16,7 +16,7 @@ NO_REPORT = InputError.declare(
     "the report cannot be made",
     where="billow paper",
     cause="no study was named, a component other than x, y or z, or a case for the paper's recipe that has no study",
-    remedy="billow paper --locked STUDY --out FOLDER; --paper-recipe z adds the paper's networks",
+    remedy="billow paper --locked STUDY --out FOLDER; --paper-recipe z adds the paper's networks; --tubes RUN RUN",
 )
 
 
@@ -37,6 +37,10 @@ def paper(
     jet_parameter: Annotated[
         str, typer.Option(help="Name of the jet direction among the parameters.")
     ] = "jet_direction",
+    tubes: Annotated[
+        tuple[Path, Path] | None,
+        typer.Option(metavar="RUN RUN", help="LS-DYNA paper, 5.3: runs by uniform pressure and by particles."),
+    ] = None,
     kept: Annotated[Path | None, typer.Option(help="Folder for finished fits (default: OUT/kept).")] = None,
     memory: Memory = 4.0,
 ) -> None:
@@ -44,7 +48,10 @@ def paper(
 
     A study may be incomplete: the report lists what is missing. An interrupted command continues where it stopped:
     every fit is kept, and the paper's networks are saved every 30 s.
+
+    --tubes writes section 5.3 of the LS-DYNA paper from two runs of examples/paper/window_tubes_*.toml.
     """
+    from billow.reproductions.gas_paper.window_tubes import write_tubes
     from billow.reproductions.rom_paper.available import available
     from billow.reproductions.rom_paper.case_results import case_results
     from billow.reproductions.rom_paper.document import write_document
@@ -54,6 +61,7 @@ def paper(
     from billow.results.dataset import Dataset
     from billow.results.dataset_files import read_split
     from billow.results.ownership import owned
+    from billow.results.result import Result
     from billow.rom.learn.train import Recipe, check_recipe, import_network
     from billow.study.study import Study
 
@@ -62,7 +70,10 @@ def paper(
         import_network()
         check_recipe(Recipe(epochs=paper_recipe_epochs, memory=memory_bytes(memory, "paper")))
     for wrong, why in (
-        (jets is None and not any(folders.values()), "none of --locked, --free and --jets names a study"),
+        (
+            jets is None and tubes is None and not any(folders.values()),
+            "none of --locked, --free and --jets names a study, and --tubes no runs",
+        ),
         (paper_recipe not in (None, "x", "y", "z"), f"--paper-recipe {paper_recipe} is not one of x, y and z"),
         (paper_recipe and not folders.get(paper_recipe_case), f"--paper-recipe-case {paper_recipe_case} has no study"),
     ):
@@ -70,6 +81,11 @@ def paper(
             raise NO_REPORT(why=why)
     with interruptible(CONTINUES), owned(out, "tables.json"):
         console, results, missing = make_console(), [], []
+        if tubes is not None:
+            runs = dict(zip(("uniform pressure", "particles"), map(Result.open, tubes), strict=True))
+            console.print(f"LS-DYNA paper, 5.3: {write_tubes(out, runs)}")
+            if jets is None and not any(folders.values()):
+                return
         for case in CASES:
             folder = folders[case.name]
             if folder is None:

@@ -26,7 +26,7 @@ class StrapLine:
     """One strap: (bars, 2) node pairs, bar width [m] each, unstretched length of each bar [m], (bars,).
 
     stiffness: tension per strain of the whole strap [N], None for that of the bag's fabric. failure: tension [N] of the
-    whole strap at which it tears.
+    whole strap at which it tears. moved: largest distance of its ends from where they were asked for [m].
     """
 
     bars: np.ndarray
@@ -34,6 +34,7 @@ class StrapLine:
     length: np.ndarray
     stiffness: float | None = None
     failure: float = np.inf
+    moved: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -42,10 +42,13 @@ def across(plane: Plane) -> tuple[int, int]:
     return ((1, 2), (0, 2), (0, 1))[normal]
 
 
-def cut(points: np.ndarray, triangles: np.ndarray, plane: Plane) -> tuple[np.ndarray, np.ndarray]:
+def cut(
+    points: np.ndarray, triangles: np.ndarray, plane: Plane, moved: np.ndarray | None = None
+) -> tuple[np.ndarray, np.ndarray]:
     """Where a plane cuts a triangle mesh: segments [m], (segments, 2 ends, 3), and the triangle of each, (segments,).
 
-    points: [m], (nodes, 3); triangles: (triangles, 3) int
+    points: [m], (nodes, 3); triangles: (triangles, 3) int; moved: where the nodes are of which the same line of fabric
+    is wanted, [m], (nodes, 3), by default the same.
     A node exactly on the plane counts as behind it, so every cut triangle gives one segment, none is given twice, and
     a closed surface gives closed loops.
     """
@@ -59,4 +62,5 @@ def cut(points: np.ndarray, triangles: np.ndarray, plane: Plane) -> tuple[np.nda
     ends = edges[behind[edges[..., 0]] != behind[edges[..., 1]]]  # two edges of each triangle, in order
     start, stop = ends[:, 0], ends[:, 1]
     part = (distance[start] / (distance[start] - distance[stop]))[:, None]
-    return (points[start] + part * (points[stop] - points[start])).reshape(-1, 2, 3), which
+    there = points if moved is None else moved
+    return (there[start] + part * (there[stop] - there[start])).reshape(-1, 2, 3), which

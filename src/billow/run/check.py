@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from billow.case.assumptions import HEADING, assumptions
-from billow.case.bag.build_bag import fold_plan
+from billow.case.bag.build_bag import build_shape, fold_plan
 from billow.case.build import build_model, build_schedule, require_start_clear
 from billow.case.concerns import concerns_of, start_panels
 from billow.case.gas.models import GAS_MODELS
@@ -83,6 +83,7 @@ def describe(case: Case) -> str:
             if chambers.count > 1
         ),
         f"  fabric    {model.mass.sum():.4f} kg; start volume {1e3 * surface.volume(model.start):.3f} l, closed",
+        *_snapped(case),
         *_folded(case, model),
         f"  crossings {CrossingCount(surface).total(model.start):.0f} of fabric through fabric",
         f"  step      {1e6 * dt:.4g} us, about {steps} steps",
@@ -100,6 +101,13 @@ def describe(case: Case) -> str:
     if taken:
         lines += [f"  {HEADING}:", *(f"    {line}" for line in taken)]
     return "\n".join([*lines, *map(str, concerns_of(case, model))])
+
+
+def _snapped(case: Case) -> Iterator[str]:
+    """How far the ends of straps are from where they were asked for."""
+    moved = [1e3 * strap.moved for strap in build_shape(case.bag).straps]
+    if any(moved):
+        yield f"  straps    ends {', '.join(f'{way:.2g}' for way in moved)} mm from where they were asked for"
 
 
 def _folded(case: Case, model: Model) -> Iterator[str]:

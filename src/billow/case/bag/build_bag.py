@@ -69,6 +69,15 @@ NO_SEAM = InputError.declare(
     remedy="make it longer than two elements, and give pairs of nodes in their order along the seam",
 )
 
+NO_NODE_THERE = InputError.declare(
+    "E-GEO-061",
+    "strap {strap} ends at ({x:g}, {y:g}) m, where the {panel} panel has no fabric",
+    where="bag.{key}, strap {strap}",
+    why="the nearest node is {away:.3g} mm away; a strap is sewn on at most an element away from where it shall be",
+    cause="a point outside the panel or in a vent, or a length in another unit",
+    remedy="move its end onto the panel",
+)
+
 MOST_TRIANGLES = 500_000
 SHORTEST_STRAP = 1e-5
 """Length [m] below which a strap divides by next to nothing, and sets a step of nanoseconds."""
@@ -102,9 +111,7 @@ def _ready_made(bag: schema_bag.PanelBag) -> BagShape:
     shape = plan.applied(shape) if plan else shape
     for cover in bag.covers:
         place = np.array(cover.place)
-        shape, ties = covered(
-            shape, cover.name, place, cover.length, cover.width, cover.element_size, cover.layers
-        )
+        shape, ties = covered(shape, cover.name, place, cover.length, cover.width, cover.element_size, cover.layers)
         shape = replace(shape, tear_lines=(*shape.tear_lines, tear_line(cover, ties, shape)))
     return shape
 
@@ -118,9 +125,8 @@ def fold_plan(bag: schema_bag.Bag) -> FoldPlan | None:
     elif isinstance(bag, schema_bag.SquareBag):
         length, width, mouth = bag.side, bag.side, (0.0, 0.0)
     else:
-        _require_chambers(bag)
         length, width = bag.length, bag.width
-        mouth = mouth_centre(bag.length, bag.chambers, bag.mouth_chamber - 1, bag.mouth_offset)
+        mouth = mouth_centre(length, *_mouth(bag))
     corner = np.array([0.5 * length, 0.5 * width])
     return build_plan(bag.folds, np.array([-corner, corner]), mouth, bag.mouth_radius, bag.element_size)
 
@@ -141,6 +147,7 @@ def _driver(bag: schema_bag.DriverBag) -> BagShape:
     if meshed != own:
         shape = resized(shape, meshed, own, bag.initial_gap)
     straps = tuple(strap_line(bag.straps, line.bars, shape.positions) for line in shape.straps)
+    straps += _straps_of(bag.tethers, "tethers", shape, bag.element_size)
     rim = rim_depth(0.5 * bag.diameter, bag.element_size * bag.diameter / meshed.diameter, bag.seam.width)
     return doubled(replace(shape, straps=straps), (FRONT, REAR), rim, bag.seam.layers)
 
@@ -148,32 +155,67 @@ def _driver(bag: schema_bag.DriverBag) -> BagShape:
 def _square(bag: schema_bag.SquareBag) -> BagShape:
     _require_modest(bag, "bag.side", bag.side**2)
     _require_apart(bag.vents)
-    angles = 2.0 * np.pi * np.arange(bag.vents.count) / max(bag.vents.count, 1)
-    vents = [(bag.vents.distance * np.cos(a), bag.vents.distance * np.sin(a)) for a in angles]
-    return _two_rectangles(bag, bag.side, bag.side, vents)
+    return _two_rectangles(bag, bag.side, bag.side, _around(bag.vents))
+
+
+def _around(vents: schema_bag.PanelVents) -> list[tuple[float, float]]:
+    """Centres of vents (x, y) [m] about the middle of the bag."""
+    angles = 2.0 * np.pi * np.arange(vents.count) / max(vents.count, 1)
+    return [(vents.distance * np.cos(a), vents.distance * np.sin(a)) for a in angles]
 
 
 def _rectangular(bag: schema_bag.RectangularBag) -> BagShape:
+    return _divided(bag, Gap(bag.openings.width, bag.openings.place))
+
+
+def _window(bag: schema_bag.WindowBag) -> BagShape:
+    if not bag.gallery < bag.width:
+        raise DOES_NOT_FIT(
+            part="the gallery",
+            key="gallery",
+            why=f"it is {bag.gallery:g} m wide, the whole bag {bag.width:g} m",
+            remedy="reduce bag.gallery, or raise bag.width",
+        )
+    return _divided(bag, Gap(bag.gallery, 1.0))
+
+
+def _divided(bag: schema_bag.RectangularBag | schema_bag.WindowBag, gap: Gap) -> BagShape:
+    """A bag of chambers side by side."""
     _require_modest(bag, "bag.length", bag.length * bag.width)
-    _require_chambers(bag)
-    room, (x, y) = bag.length / bag.chambers, bag.vents.offset
+    count, chamber, offset = _mouth(bag)
+    room, (x, y) = bag.length / count, bag.vents.offset
     return _two_rectangles(
         bag, bag.length, bag.width, [((k - 0.5) * room - 0.5 * bag.length + x, y) for k in bag.vents.chambers],
-        chambers=bag.chambers, mouth_chamber=bag.mouth_chamber - 1, gap=Gap(bag.openings.width, bag.openings.place),
-        mouth_offset=bag.mouth_offset,
+        chambers=count, mouth_chamber=chamber, gap=gap, mouth_offset=offset,
     )  # fmt: skip
 
 
-def _require_chambers(bag: schema_bag.RectangularBag) -> None:
-    """Raises InputError E-GEO-012 for the number of a chamber that the bag does not have."""
-    for key, chambers in (("mouth_chamber", (bag.mouth_chamber,)), ("vents.chambers", bag.vents.chambers)):
+def _undivided(bag: schema_bag.TubeBag | schema_bag.PassengerBag) -> BagShape:
+    """A rectangular bag of one chamber."""
+    _require_modest(bag, "bag.length", bag.length * bag.width)
+    _require_apart(bag.vents)
+    return _two_rectangles(bag, bag.length, bag.width, _around(bag.vents), mouth_offset=_mouth(bag)[2])
+
+
+def _mouth(bag: schema_bag.PanelBag) -> tuple[int, int, tuple[float, float]]:
+    """Number of chambers side by side of a rectangular bag, that with the mouth, counted from 0, and the place of the
+    mouth from its middle [m]. Raises InputError E-GEO-012 for the number of a chamber that the bag does not have."""
+    if isinstance(bag, schema_bag.PassengerBag):
+        return 1, 0, (0.0, 0.0)
+    if isinstance(bag, schema_bag.TubeBag):
+        return 1, 0, (bag.mouth_distance - 0.5 * bag.length, 0.0)
+    is_window = isinstance(bag, schema_bag.WindowBag)
+    key, count = ("mouth_tube", bag.tubes) if is_window else ("mouth_chamber", bag.chambers)
+    mouth = getattr(bag, key)
+    for where, chambers in ((key, (mouth,)), ("vents.chambers", bag.vents.chambers)):
         for chamber in chambers:
-            if not 1 <= chamber <= bag.chambers:
-                raise NO_SUCH_CHAMBER(chamber=chamber, key=key, count=bag.chambers)
+            if not 1 <= chamber <= count:
+                raise NO_SUCH_CHAMBER(chamber=chamber, key=where, count=count)
+    return count, mouth - 1, (0.0, 0.5 * (bag.width - bag.gallery)) if is_window else bag.mouth_offset
 
 
 def _two_rectangles(
-    bag: schema_bag.SquareBag | schema_bag.RectangularBag,
+    bag: schema_bag.PanelBag,
     length: float,
     width: float,
     vents: list[tuple[float, float]],
@@ -187,11 +229,25 @@ def _two_rectangles(
         vents=tuple(PanelVent(float(x), float(y), 0.5 * hole.diameter, hole.panel) for x, y in vents),
         folds=(plan.rows(0), plan.rows(1)) if plan else NO_ROWS, **divided,
     )  # fmt: skip
-    straps = []
-    for strap in bag.straps:
-        ends = [_nearest(shape, FRONT, strap.front), _nearest(shape, REAR, strap.rear)]
-        straps.append(strap_line(strap, np.array([ends]), shape.positions))
-    return replace(shape, straps=tuple(straps))
+    return replace(shape, straps=_straps_of(bag.straps, "straps", shape, bag.element_size))
+
+
+def _straps_of(
+    straps: tuple[schema_bag.PanelStrap, ...], key: str, shape: BagShape, size: float
+) -> tuple[StrapLine, ...]:
+    """Straps between the nodes nearest to their ends. Raises InputError E-GEO-061 if one is more than `size` away."""
+    lines = []
+    for k, strap in enumerate(straps):
+        ends, moved = [], []
+        for panel, point in ((FRONT, strap.front), (REAR, strap.rear)):
+            node, away = _nearest(shape, panel, point)
+            if away > size:
+                raise NO_NODE_THERE(key=key, strap=k + 1, panel=panel, x=point[0], y=point[1], away=1e3 * away)
+            ends.append(node)
+            moved.append(away)
+        line = strap_line(strap, np.array([ends]), shape.positions)
+        lines.append(replace(line, moved=max(moved)))
+    return tuple(lines)
 
 
 def _mesh(bag: schema_bag.MeshBag) -> BagShape:
@@ -243,12 +299,21 @@ def _require_one_unit(start: CellMesh, reference: CellMesh | None) -> None:
         raise ANOTHER_UNIT(larger=larger, smaller=smaller, times=max(ratio, 1.0 / ratio))
 
 
-MAKERS = {"driver": _driver, "square": _square, "rectangular": _rectangular}
+MAKERS = {
+    "driver": _driver,
+    "square": _square,
+    "rectangular": _rectangular,
+    "window": _window,
+    "tube": _undivided,
+    "passenger": _undivided,
+}
 
 
-def _nearest(shape: BagShape, panel: str, point: tuple[float, float]) -> int:
+def _nearest(shape: BagShape, panel: str, point: tuple[float, float]) -> tuple[int, float]:
+    """The node of a flat panel nearest to a point [m], and how far it is [m]."""
     nodes = np.unique(shape.surface.triangles[shape.surface.triangles_of(panel)]).astype(np.int64)
-    return int(nodes[np.linalg.norm(shape.positions[nodes, :2] - point, axis=1).argmin()])
+    away = np.linalg.norm(shape.positions[nodes, :2] - point, axis=1)
+    return int(nodes[away.argmin()]), float(away.min())
 
 
 def _require_modest(bag: schema_bag.PanelBag, size_key: str, panel_area: float) -> None:

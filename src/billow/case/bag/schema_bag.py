@@ -123,7 +123,8 @@ class PanelStrap(StrapCloth):
     """A strap from a point of the front panel to a point of the rear panel."""
 
     front: tuple[Offset, Offset]
-    """Its end on the front panel (x, y), relative to the middle of the bag; the nearest node is used."""
+    """Its end on the front panel (x, y), relative to the middle of the bag; the nearest node is used, at most an
+    element away."""
     rear: tuple[Offset, Offset]
     """Its end on the rear panel."""
 
@@ -279,6 +280,7 @@ class DriverBag(PanelBag):
     reinforcements: tuple[Reinforcement, ...] = ()
     vents: Vents = Vents()
     straps: Straps = Straps()
+    tethers: tuple[PanelStrap, ...] = ()
     mesh_of: MeshOf = MeshOf()
 
     @model_validator(mode="after")
@@ -329,6 +331,64 @@ class RectangularBag(PanelBag):
     """Position of the mouth's centre relative to the middle of its chamber (x, y)."""
     openings: Openings = Openings()
     vents: ChamberVents = ChamberVents()
+    straps: tuple[PanelStrap, ...] = ()
+
+
+class WindowBag(PanelBag):
+    """Window bag (curtain): two rectangular panels sewn at the edges, divided by seams along y into tubes that a
+    gallery along the upper edge feeds; the mouth lies in the gallery. Each tube with its piece of the gallery is a
+    chamber, open to the next. Flat on the plane z = 0."""
+
+    shape: Literal["window"]
+    """window"""
+    length: quantity("m", 0.05, 10.0) = 1.40
+    """Length of the flat panels, along x."""
+    width: quantity("m", 0.05, 5.0) = 0.45
+    """Width of the flat panels, along y, gallery included."""
+    tubes: whole(2, 64, "tubes") = 8
+    """Number of tubes."""
+    gallery: Length = 0.12
+    """Width of the gallery, at the highest y, into which seams do not reach."""
+    mouth_radius: quantity("m", 5e-3, 1.0) = 0.03
+    """Radius of the retainer ring, in the middle of the gallery; fabric on it and inside is held fixed."""
+    mouth_tube: whole(0, 64) = 1
+    """Tube above which the mouth lies, counted from 1 at the lowest x."""
+    vents: ChamberVents = ChamberVents()
+    straps: tuple[PanelStrap, ...] = ()
+
+
+class TubeBag(PanelBag):
+    """A tube lying flat on the plane z = 0, sewn all around, with the mouth near its end at the lowest x (LS-DYNA
+    paper, example 4)."""
+
+    shape: Literal["tube"]
+    """tube"""
+    length: quantity("m", 0.05, 10.0) = 1.00
+    """Length of the flat tube, along x."""
+    width: quantity("m", 0.02, 5.0) = 0.16
+    """Flat width, along y: half of its girth."""
+    mouth_radius: quantity("m", 5e-3, 1.0) = 0.04
+    """Radius of the retainer ring; fabric on it and inside is held fixed."""
+    mouth_distance: Length = 0.08
+    """Distance of the mouth's centre from the end."""
+    vents: PanelVents = PanelVents()
+    straps: tuple[PanelStrap, ...] = ()
+
+
+class PassengerBag(PanelBag):
+    """Bag of a passenger's size, about 110 l: two rectangular panels sewn at the edges, mouth in the middle of the rear
+    panel. Flat on the plane z = 0."""
+
+    shape: Literal["passenger"]
+    """passenger"""
+    length: quantity("m", 0.05, 10.0) = 0.80
+    """Length of the flat panels, along x."""
+    width: quantity("m", 0.05, 5.0) = 0.90
+    """Width of the flat panels, along y."""
+    mouth_radius: quantity("m", 5e-3, 1.0) = 0.07
+    """Radius of the retainer ring; fabric on it and inside is held fixed."""
+    reinforcements: tuple[Reinforcement, ...] = ()
+    vents: PanelVents = PanelVents(count=2, diameter=0.06, distance=0.25)
     straps: tuple[PanelStrap, ...] = ()
 
 
@@ -420,7 +480,15 @@ MOVABLE = {
 }
 """Sizes of a driver bag that its mesh can be moved to -> their key in `MeshOf`."""
 
-BAGS = {"driver": DriverBag, "square": SquareBag, "rectangular": RectangularBag, "mesh": MeshBag}
+BAGS = {
+    "driver": DriverBag,
+    "square": SquareBag,
+    "rectangular": RectangularBag,
+    "window": WindowBag,
+    "tube": TubeBag,
+    "passenger": PassengerBag,
+    "mesh": MeshBag,
+}
 """Table of each shape."""
 
 Bag = chosen_by("shape", BAGS, default="driver")

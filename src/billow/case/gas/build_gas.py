@@ -146,7 +146,7 @@ def mount(ring: JetRing, mouth: np.ndarray, chamber: int, shape: BagShape) -> Je
     zero = shape.azimuths_from
     if zero is None:
         zero = start_of_rim(surface.triangles[mouth], shape.positions, axis)
-    if chambers.count == 1:
+    if chambers.count == 1 and (chambers.behind == chamber).all():
         return Jets(ring, nodes, axis, zero, mouth_start=start)
     facing = [np.flatnonzero(side == chamber) for side in (chambers.behind, chambers.ahead)]
     reversed_ = np.repeat([False, True], [len(f) for f in facing])
