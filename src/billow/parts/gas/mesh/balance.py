@@ -44,7 +44,7 @@ def gather(
                 mass += held[i, k]
             if mass > most:
                 most, guess = mass, temperature[i]
-            w = weight[i] if after[c] > 0.0 else 1.0
+            w = max(weight[i], 0.0) if after[c] > 0.0 else 1.0
             x, y, z, total = x + w * centroid[i, 0], y + w * centroid[i, 1], z + w * centroid[i, 2], total + w
         place_out[c, 0], place_out[c, 1], place_out[c, 2] = x / total, y / total, z / total
         if not primitive(table, total_out, c, species, before[c] * room, guess, state_out, c):

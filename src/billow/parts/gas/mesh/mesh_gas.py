@@ -81,7 +81,7 @@ class MeshGas(SwitchableGas):
         for c, (walls, cut) in enumerate(zip(self.walls, self.cut(gas), strict=True)):
             p, t, y = float(initial.pressure[c]), float(initial.temperature[c]), initial.mass_fractions[c]
             gas_constant = mixture_gas_constant(self.table, y)
-            some = cut.volume > 0.0
+            some = cut.volume != 0.0
             mass = p / (gas_constant * t) * self.cell**3 * cut.volume[some]
             held = np.zeros((len(mass), species + 4))
             held[:, :species] = mass[:, None] * y
@@ -143,7 +143,7 @@ class MeshGas(SwitchableGas):
             self._push(gas, chamber, sheet, cut, before, positions)
             gas.adopted, gas.lost = gas.adopted + chamber.adopted, gas.lost + chamber.lost
             gas.donors += chamber.donors
-            gas.clipped = max(gas.clipped, -cut.clipped / max(cut.total, 1e-300))
+            gas.inverted = max(gas.inverted, -cut.inverted / max(cut.total, 1e-300))
         gas.positions, gas.cuts, gas.time = positions, (positions, new), time + dt
         gas.parts += parts
         exchange.open_passages(time + dt, dt)
@@ -300,12 +300,14 @@ class MeshGas(SwitchableGas):
             "mesh_gas_donor_clusters": float(gas.donors),
             "mesh_gas_adopted_clusters": float(gas.adopted),
             "mesh_gas_parts": float(gas.parts),
-            "mesh_gas_clipped_volume": gas.clipped,
+            "mesh_gas_inverted_volume": gas.inverted,
         }
 
     def verdicts(self, books: Mapping[str, float]) -> Iterator[Criterion]:
-        clipped = 100.0 * books["mesh_gas_clipped_volume"]
-        yield criterion("volume of gas lost where fabric lies in itself", clipped, 0.01, 1.0, "%", SMALLER_STEPS)
+        inverted = 100.0 * books["mesh_gas_inverted_volume"]
+        yield criterion(
+            "volume that is inside out, where fabric lies in itself", inverted, 0.1, 5.0, "%", SMALLER_STEPS
+        )
         yield criterion("gas without room", books["mesh_gas_lost_clusters"], 0.5, math.inf, "clusters", SMALLER_STEPS)
 
     def remarks(self, gas: MeshState) -> list[str]:

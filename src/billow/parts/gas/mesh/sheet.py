@@ -138,8 +138,8 @@ class Moved:
         )  # fmt: skip
 
     def parts(self, dt: float, parts: int, time: float) -> Iterator[float]:
-        """Advance by dt [s] from `time` in equal parts. Stops in each, once the state at its start is known, for sources,
-        passages and openings to add to `gained`, and to say which clusters are `fed`; yields the time [s] in its
+        """Advance by dt [s] from `time` in equal parts. Stops in each, once the state at its start is known: sources,
+        passages and openings add to `gained`, and say which clusters are `fed`. Yields the time [s] in its
         middle."""
         n, species, dt = len(self.key), len(self.table), dt / parts
         whole, volume, aperture, centroid = np.empty((2, n)), np.empty((2, n)), np.empty((n, 3)), np.empty((n, 3))
@@ -293,7 +293,7 @@ def _geometry(n, key, in_old, in_new, old_volume, new_volume, old_centroid, new_
         volume_out[0, i] = old_volume[a] if a >= 0 else 0.0
         volume_out[1, i] = new_volume[b] if b >= 0 else 0.0
         for d in range(3):
-            if b >= 0 and (new_volume[b] > 0.0 or a < 0):
+            if b >= 0 and (new_volume[b] != 0.0 or a < 0):
                 centroid_out[i, d] = new_centroid[b, d]
             else:
                 centroid_out[i, d] = old_centroid[a, d] if a >= 0 else cell_of(key[i])[d] + 0.5
@@ -311,8 +311,8 @@ def _blend(n, beside, in_old, in_new, old, new, whole, begin, end, volume_out, a
         for d in range(3):
             aperture_out[i, d] = 0.0
             if beside[i, 2 * d + 1] >= 0:
-                was = min(old[a, d], 1.0) if a >= 0 else 0.0
-                will = min(new[b, d], 1.0) if b >= 0 else 0.0
+                was = old[a, d] if a >= 0 else 0.0
+                will = new[b, d] if b >= 0 else 0.0
                 aperture_out[i, d] = (1.0 - middle) * was + middle * will
 
 
@@ -330,7 +330,7 @@ def _pace(n, held, sound, pace_out):
         for s in range(species):
             m += held[i, s]
         for d in range(3):
-            pace_out[i, d] = abs(held[i, species + d]) / m + sound[i] if m > 0.0 else 0.0
+            pace_out[i, d] = abs(held[i, species + d] / m) + sound[i] if m != 0.0 else 0.0
 
 
 @kernel
