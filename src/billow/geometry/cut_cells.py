@@ -209,7 +209,7 @@ def _collect(
 ):  # fmt: skip
     ny, nz = shape[1], shape[2]
     for i in prange(shape[0]):
-        at = layers[i]
+        at, x = layers[i], low[0] + np.int64(i)  # i is unsigned in threads
         for j in range(ny):
             for k in range(nz):
                 c = (i * ny + j) * nz + k
@@ -220,12 +220,12 @@ def _collect(
                 for m in range(begin, end):
                     f = order[m]
                     cell_out[f] = at
-                    volume += (rows[f, PLACE] - (low[0] + i)) * rows[f, NORMAL]
+                    volume += (rows[f, PLACE] - x) * rows[f, NORMAL]
                     mx, my, mz = mx + rows[f, MOMENT], my + rows[f, MOMENT + 1], mz + rows[f, MOMENT + 2]
                 volume = volume if abs(volume) > NOTHING else 0.0
                 double = 2.0 * volume if volume != 0.0 else 1.0
-                key_out[at], volume_out[at], first_out[at] = key_of(low[0] + i, low[1] + j, low[2] + k), volume, begin
-                centroid_out[at, 0] = low[0] + i + min(max(mx / double, 0.0), 1.0)
+                key_out[at], volume_out[at], first_out[at] = key_of(x, low[1] + j, low[2] + k), volume, begin
+                centroid_out[at, 0] = x + min(max(mx / double, 0.0), 1.0)
                 centroid_out[at, 1] = low[1] + j + min(max(my / double, 0.0), 1.0)
                 centroid_out[at, 2] = low[2] + k + min(max(mz / double, 0.0), 1.0)
                 for d in range(3):

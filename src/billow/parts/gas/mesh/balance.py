@@ -154,7 +154,7 @@ def add_fluxes(
                 if of[j] == c:
                     continue
                 mass = flux[k, d, 0]
-                upwind = c if (mass > 0.0) == own else of[j]
+                upwind = np.int64(c) if (mass > 0.0) == own else np.int64(of[j])  # c is unsigned in threads
                 for s in range(species):
                     next_out[c, s] -= sign * mass * state[upwind, Y + s]
                 for v in range(3):

@@ -26,7 +26,8 @@ OPEN = 1.1
 SHRINKS = 0.5
 """Change of a cell's volume in a step, relative, from which the step is too long for it."""
 SMALL, CROWDED = 0.1, 1.5
-"""A cluster smaller than this [cells], with a larger Courant number than this, is taken in by its widest neighbour."""
+"""A cell smaller than this [cells], and a cluster of any size, whose Courant number is larger than this is taken in by
+its widest neighbour."""
 LEAST = 1e-4
 """Volume [cells] below which there is no room for gas: such a cluster is adopted by the largest one about it."""
 ROUNDS = 50
@@ -137,14 +138,15 @@ def _find(key, wanted):
 
 
 @scalar
-def _take_in_crowded(beside, aperture, pace, courant, chosen, root, before, after, crowded_out):
-    """Small clusters through whose faces more flows than they hold join the one behind their widest face; those for
+def _take_in_crowded(beside, volume, aperture, pace, courant, chosen, root, before, after, crowded_out):
+    """Clusters through whose faces more flows than they hold join the one behind their widest face; those for
     which that is no help are marked."""
     n, joined = len(chosen), 0
     need, widest, door = np.zeros(n), np.zeros(n), np.full(n, -1, np.int32)
     for i in range(n):
         r = root[i]
-        if min(before[r], after[r]) > SMALL:
+        alone = before[r] == volume[0, r] and after[r] == volume[1, r]
+        if alone and min(before[r], after[r]) > SMALL:
             continue
         for face in range(6):
             j, d = beside[i, face], face // 2
@@ -158,7 +160,7 @@ def _take_in_crowded(beside, aperture, pace, courant, chosen, root, before, afte
     for r in range(n):
         least = min(before[r], after[r])
         crowded_out[r] = False
-        if root[r] != r or door[r] < 0 or least > SMALL or not need[r] > CROWDED * least:
+        if root[r] != r or door[r] < 0 or not need[r] > CROWDED * least:
             continue
         k = _follow(chosen, door[r])
         if k != r and min(before[k], after[k]) > least:
@@ -223,20 +225,17 @@ def _join(
     if joined > 0:
         _settle(chosen, root)
     _measure(root, volume, before_out, after_out)
-    taken = _take_in_crowded(beside, aperture, pace, courant, chosen, root, before_out, after_out, crowded)
-    joined += taken
-    for attempt in range(ROUNDS):  # what is inside out by more than a cell needs several neighbours
+    for _ in range(ROUNDS):  # what is inside out by more than a cell needs several neighbours
+        taken = _take_in_crowded(beside, volume, aperture, pace, courant, chosen, root, before_out, after_out, crowded)
         if taken > 0:
             _settle(chosen, root)
             _measure(root, volume, before_out, after_out)
-        taken, lost = _adopt(key, volume, chosen, root, before_out, after_out, crowded)
-        joined += taken
-        if taken == 0:
+        adopted, lost = _adopt(key, volume, chosen, root, before_out, after_out, crowded)
+        joined += taken + adopted
+        if taken + adopted == 0:
             break
-        for i in range(n if attempt == 0 else 0):
-            crowded[i] = False
-    _settle(chosen, root)
-    _measure(root, volume, before_out, after_out)
+        _settle(chosen, root)
+        _measure(root, volume, before_out, after_out)
     count = 0
     for i in range(n):  # volumes move down to the numbers of the clusters, which are not above their roots'
         if root[i] == i:
