@@ -113,7 +113,7 @@ class MeshGas(SwitchableGas):
     def advance(self, gas: MeshState, bag: Bag, time: float, dt: float, loads: Loads) -> None:
         """Raises NumericalStop E-NUM-020 and E-NUM-021."""
         gas.volume = bag.volumes.copy()
-        if dt > 0.0:
+        if dt > 0.0 and np.isfinite(bag.positions).all():  # others stop a run whose fabric is nowhere
             self._flow(gas, bag, time, dt)
         corner_force, ambient = loads.at_corners(), self.supply.ambient.pressure
         for walls, sheet in zip(self.walls, gas.sheets, strict=True):

@@ -26,7 +26,7 @@ NEGATIVE = NumericalStop.declare(
     "E-NUM-021",
     "the mesh gas has run out of internal energy",
     where="chamber {chamber}, cell at ({x:.4g}, {y:.4g}, {z:.4g}) m, t = {time:.4f} ms",
-    why="{volume:.3g} cells of gas there would keep {energy:.3g} J, also with the fluxes of the donor cell",
+    why="{volume:.3g} cells of gas there would keep {energy:.3g} J, whatever the scheme",
     cause="fabric that moves faster than the gas can follow, or a bag that collapsed",
     remedy="reduce run.dt_scale; look at the last frames",
 )
@@ -151,7 +151,7 @@ class Moved:
         flux = np.empty((n, 3, VALUES))
         for part in range(parts):
             begin, end = part / parts, (part + 1) / parts
-            middle = 0.5 * (begin + end)
+            self.middle = middle = 0.5 * (begin + end)
             _blend(
                 n, self.beside, self.in_old, self.in_new, self.old.aperture, self.new.aperture, whole, begin, end,
                 volume, aperture,
@@ -162,11 +162,13 @@ class Moved:
             self.adopted, self.lost = self.adopted + clusters.adopted, self.lost + clusters.lost
             count = len(clusters.before)
             self.total, self.state = np.empty((count, species + 4)), np.empty((count, Y + species))
-            self.place = np.empty((count, 3))
+            self.place, bad = np.empty((count, 3)), np.empty(count, np.bool_)
             gather(
                 count, clusters.start, clusters.members, clusters.before, clusters.after, self.table, volume[0],
-                self.held, self.temperature, volume[1], centroid, self.h**3, self.total, self.state, self.place,
+                self.held, self.temperature, volume[1], centroid, self.h**3, self.total, self.state, self.place, bad,
             )  # fmt: skip
+            if bad.any():
+                raise self._negative(clusters, int(bad.argmax()), self.total, time + part * dt)
             self.slope, half = np.empty((count, 3, VALUES)), np.empty((count, VALUES))
             find_slopes(
                 count, clusters.start, clusters.members, clusters.of, self.beside, aperture, self.in_new,
@@ -240,14 +242,15 @@ class Moved:
     @cached_property
     def cell_of_fragment(self) -> np.ndarray:
         """Cell here of each fragment of the new surface, (fragments,) int32."""
-        live = np.empty(len(self.new.key), np.int32)
-        there = self.in_new >= 0
-        live[self.in_new[there]] = np.flatnonzero(there)
-        return live[self.new.cell]
+        return _cell_here(self.in_new, self.new)
 
-    def fragments_of(self, triangles: np.ndarray) -> np.ndarray:
-        """Fragments of the new surface on some triangles, in their order, (m,) int64."""
-        first = self.new.fragments.first
+    @cached_property
+    def old_cell_of_fragment(self) -> np.ndarray:
+        return _cell_here(self.in_old, self.old)
+
+    def fragments_of(self, triangles: np.ndarray, old: bool = False) -> np.ndarray:
+        """Fragments of the new surface, or the old one, on some triangles, in their order, (m,) int64."""
+        first = (self.old if old else self.new).fragments.first
         count = first[triangles + 1] - first[triangles]
         return np.repeat(first[triangles] - np.cumsum(count) + count, count) + np.arange(count.sum())
 
@@ -256,6 +259,13 @@ class Moved:
         some = self.held[:, :-4].any(axis=1)
         sheet.key, sheet.held = self.key[some], self.held[some]
         sheet.temperature, sheet.sound = self.temperature[some], self.sound[some]
+
+
+def _cell_here(in_cut: np.ndarray, cut: CutCells) -> np.ndarray:
+    here = np.empty(len(cut.key), np.int32)
+    there = in_cut >= 0
+    here[in_cut[there]] = np.flatnonzero(there)
+    return here[cut.cell]
 
 
 def _triangle_of(cut: CutCells) -> np.ndarray:
