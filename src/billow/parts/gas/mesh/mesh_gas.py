@@ -94,6 +94,8 @@ class MeshGas(SwitchableGas):
         inside = np.append(initial.pressure, self.supply.ambient.pressure)
         for k, row in enumerate(self.supply.passages.rows):
             gas.is_open[k] = inside[row.behind] - inside[row.ahead] >= row.opens_at  # OUTSIDE, -1, is the last entry
+        for c, sheet in enumerate(sheets):
+            sheet.force[self.ways.links(c, gas.is_open)] = 0.0
         gas.volume = self.supply.chambers.volumes(bag.surface.triangles, positions)
         gas.start_masses, gas.start_energy = sum(s.masses for s in sheets), sum(s.energy for s in sheets)
         return gas
