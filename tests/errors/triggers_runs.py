@@ -58,6 +58,20 @@ def losing_a_particle():
     return inject.at_step(20, damage)
 
 
+def node_far_away():
+    def damage(state):
+        state.positions[0] += 1e5
+
+    return inject.at_step(20, damage)
+
+
+def gas_without_energy():
+    def damage(state):
+        state.gas.content.sheets[0].held[:, -1] *= -1.0
+
+    return inject.at_step(20, damage)
+
+
 def bag_turned_inside_out():
     def damage(state):
         state.positions[:, 2] *= -1.0
@@ -148,6 +162,8 @@ TRIGGERS: dict[str, Callable[[Here], object]] = {
     "E-NUM-006": spoilt(contextlib.nullcontext, obstacles__1__slope=1.0),
     "E-NUM-008": spoilt(losing_a_particle, gas={"model": "corpuscular", "particles": 2000}),
     "E-NUM-010": spoilt(contextlib.nullcontext, obstacles__0__slope=1.0, obstacles__1=THROWN_PAST_THE_BAG),
+    "E-NUM-020": spoilt(node_far_away, gas={"model": "mesh", "cell": 0.1}),
+    "E-NUM-021": spoilt(gas_without_energy, gas={"model": "mesh", "cell": 0.1}),
     "E-NUM-009": spoilt(bag_turned_inside_out),
     "E-RES-001": lambda here: Result.open(here.place / "none"),
     "E-RES-002": lambda here: Result.open(here.place),

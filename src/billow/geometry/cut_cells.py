@@ -1,8 +1,9 @@
 """What part of each cell of a lattice lies within a closed surface, and of each face between cells.
 
 Signed sums over the fragments of the surface (Gauss' theorem cell by cell) give volumes, apertures and centroids that
-are exact for any number of layers in a cell. A place that the surface goes round twice counts twice, so that the sum of
-all volumes is the volume of the surface, whatever the fabric does.
+are exact for any number of layers in a cell. A place that the surface goes round twice counts twice, and one that it
+goes round the wrong way counts as less than nothing: so the sum of all volumes is the volume of the surface, and every
+cell is closed, also where fabric lies in itself.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ from billow.geometry.lattice_clipping import (
 )
 
 NOTHING = 1e-10
-"""Volume fraction and aperture below which there is nothing."""
+"""Size of a volume fraction or aperture below which there is nothing."""
 
 LARGEST_WINDOW = 200_000_000
 """Cells about a surface, above which the lattice does not fit into memory."""
@@ -78,7 +79,7 @@ class CutCells:
     key: (cells,) int64. volume: (cells,), 1 for a full cell. aperture: (cells, 3), open share of the face towards the
     next cell along each axis. centroid: (cells, 3). fragments: of the surface; cell: (fragments,) int32, the number of
     the cell of each. start: (cells + 1,) and order: (fragments,) int32, the fragments of cell c are order[start[c]] to
-    order[start[c + 1]]. clipped: volume of cells that were negative where the surface lies in itself.
+    order[start[c + 1]]. inverted: sum of the negative volumes, where the surface lies in itself.
     """
 
     key: np.ndarray
@@ -89,7 +90,7 @@ class CutCells:
     cell: np.ndarray
     start: np.ndarray
     order: np.ndarray
-    clipped: float
+    inverted: float
 
     @cached_property
     def total(self) -> float:
@@ -107,10 +108,10 @@ def cut_cells(triangles: np.ndarray, sign: np.ndarray, places: np.ndarray, windo
     dense, order = np.empty(count, np.int32), np.empty(count, np.int32)
     _sort(fragments.key, low, shape, start, dense, order)
     layers = np.zeros(shape[0] + 1, np.int64)
-    clipped = np.zeros(shape[1])
+    inverted = np.zeros(shape[1])
     rows = len(layers) - 1
     _sum_up(count, shape, start, order, fragments.rows, aperture)
-    _along_x(count, shape, start, order, fragments.rows, low, aperture, layers, clipped)
+    _along_x(count, shape, start, order, fragments.rows, low, aperture, layers, inverted)
     np.cumsum(layers, out=layers)
     cells = int(layers[rows])
     key, volume = np.empty(cells, np.int64), np.empty(cells)
@@ -120,7 +121,7 @@ def cut_cells(triangles: np.ndarray, sign: np.ndarray, places: np.ndarray, windo
     _collect(
         count, shape, start, order, fragments.rows, low, aperture, layers, key, volume, apertures, centroid, first, of
     )
-    return CutCells(key, volume, apertures, centroid, fragments, of, first, order, float(clipped.sum()))
+    return CutCells(key, volume, apertures, centroid, fragments, of, first, order, float(inverted.sum()))
 
 
 @scalar
@@ -168,8 +169,13 @@ def _sum_up(n, shape, start, order, rows, aperture_out):
                 aperture_out[c, 2] = az
 
 
+@scalar
+def _is_open(aperture, c):
+    return max(abs(aperture[c, 0]), abs(aperture[c, 1]), abs(aperture[c, 2])) > NOTHING
+
+
 @kernel
-def _along_x(n, shape, start, order, rows, low, aperture, layers_out, clipped_out):
+def _along_x(n, shape, start, order, rows, low, aperture, layers_out, inverted_out):
     """Running sums along x; then how many cells of each layer there is something of."""
     ny, nz = shape[1], shape[2]
     for j in prange(ny):
@@ -180,11 +186,11 @@ def _along_x(n, shape, start, order, rows, low, aperture, layers_out, clipped_ou
     for i in prange(shape[0]):
         found = 0
         for c in range(i * ny * nz, (i + 1) * ny * nz):
-            if start[c + 1] > start[c] or max(aperture[c, 0], aperture[c, 1], aperture[c, 2]) > NOTHING:
+            if start[c + 1] > start[c] or _is_open(aperture, c):
                 found += 1
         layers_out[i + 1] = found
     for j in prange(ny):
-        clipped_out[j] = 0.0
+        inverted_out[j] = 0.0
         for i in range(shape[0]):
             for k in range(nz):
                 c = (i * ny + j) * nz + k
@@ -193,7 +199,7 @@ def _along_x(n, shape, start, order, rows, low, aperture, layers_out, clipped_ou
                     for m in range(start[c], start[c + 1]):
                         f = order[m]
                         volume += (rows[f, PLACE] - (low[0] + i)) * rows[f, NORMAL]
-                    clipped_out[j] += min(volume, 0.0)
+                    inverted_out[j] += min(volume, 0.0)
 
 
 @kernel
@@ -203,28 +209,28 @@ def _collect(
 ):  # fmt: skip
     ny, nz = shape[1], shape[2]
     for i in prange(shape[0]):
-        at = layers[i]
+        at, x = layers[i], low[0] + np.int64(i)  # i is unsigned in threads
         for j in range(ny):
             for k in range(nz):
                 c = (i * ny + j) * nz + k
                 begin, end = start[c], start[c + 1]
-                if not (end > begin or max(aperture[c, 0], aperture[c, 1], aperture[c, 2]) > NOTHING):
+                if not (end > begin or _is_open(aperture, c)):
                     continue
                 volume, mx, my, mz = aperture[c, 0], aperture[c, 0], aperture[c, 1], aperture[c, 2]
                 for m in range(begin, end):
                     f = order[m]
                     cell_out[f] = at
-                    volume += (rows[f, PLACE] - (low[0] + i)) * rows[f, NORMAL]
+                    volume += (rows[f, PLACE] - x) * rows[f, NORMAL]
                     mx, my, mz = mx + rows[f, MOMENT], my + rows[f, MOMENT + 1], mz + rows[f, MOMENT + 2]
-                volume = volume if volume > NOTHING else 0.0
-                double = 2.0 * volume if volume > 0.0 else 1.0
-                key_out[at], volume_out[at], first_out[at] = key_of(low[0] + i, low[1] + j, low[2] + k), volume, begin
-                centroid_out[at, 0] = low[0] + i + min(max(mx / double, 0.0), 1.0)
+                volume = volume if abs(volume) > NOTHING else 0.0
+                double = 2.0 * volume if volume != 0.0 else 1.0
+                key_out[at], volume_out[at], first_out[at] = key_of(x, low[1] + j, low[2] + k), volume, begin
+                centroid_out[at, 0] = x + min(max(mx / double, 0.0), 1.0)
                 centroid_out[at, 1] = low[1] + j + min(max(my / double, 0.0), 1.0)
                 centroid_out[at, 2] = low[2] + k + min(max(mz / double, 0.0), 1.0)
                 for d in range(3):
                     share = aperture[c, d]
-                    aperture_out[at, d] = share if share > NOTHING else 0.0
+                    aperture_out[at, d] = share if abs(share) > NOTHING else 0.0
                 at += 1
 
 

@@ -23,9 +23,9 @@ TEAM = 128
 @kernel
 def gather(
     n, start, members, before, after, table, volume, held, temperature, weight, centroid, room, total_out, state_out,
-    place_out,
+    place_out, bad_out,
 ):  # fmt: skip
-    """Totals, state and centroid of n clusters at the start.
+    """Totals, state and centroid of n clusters at the start; bad_out: (n,) bool, those with gas but without a state.
 
     held: (cells, species + 4) and temperature [K] (cells,): of the cells; weight: volume of each at the end [cells],
     and centroid (cells, 3). room: of a cell [m^3]. A cluster without gas has the pressure zero.
@@ -44,10 +44,12 @@ def gather(
                 mass += held[i, k]
             if mass > most:
                 most, guess = mass, temperature[i]
-            w = weight[i] if after[c] > 0.0 else 1.0
+            w = max(weight[i], 0.0) if after[c] > 0.0 else 1.0
             x, y, z, total = x + w * centroid[i, 0], y + w * centroid[i, 1], z + w * centroid[i, 2], total + w
         place_out[c, 0], place_out[c, 1], place_out[c, 2] = x / total, y / total, z / total
+        bad_out[c] = False
         if not primitive(table, total_out, c, species, before[c] * room, guess, state_out, c):
+            bad_out[c] = most > 0.0 and before[c] > 0.0
             for k in range(Y + species):
                 state_out[c, k] = 0.0
 
@@ -154,7 +156,7 @@ def add_fluxes(
                 if of[j] == c:
                     continue
                 mass = flux[k, d, 0]
-                upwind = c if (mass > 0.0) == own else of[j]
+                upwind = np.int64(c) if (mass > 0.0) == own else np.int64(of[j])  # c is unsigned in threads
                 for s in range(species):
                     next_out[c, s] -= sign * mass * state[upwind, Y + s]
                 for v in range(3):

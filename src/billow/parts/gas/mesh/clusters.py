@@ -2,7 +2,8 @@
 
 Cells join face by face. A face is a reason to join if it is wide for the smaller of the two volumes that the cell has
 at the start and at the end; the neighbour behind the widest such face takes the cell in, if it is larger. A thin layer
-is no wider open sideways than it is thick, so a layer of any thickness is left alone.
+is no wider open sideways than it is thick, so a layer of any thickness is left alone. Cells that are inside out, where
+fabric lies in itself, join until all of them together have room.
 """
 
 from __future__ import annotations
@@ -25,9 +26,12 @@ OPEN = 1.1
 SHRINKS = 0.5
 """Change of a cell's volume in a step, relative, from which the step is too long for it."""
 SMALL, CROWDED = 0.1, 1.5
-"""A cluster smaller than this [cells], with a larger Courant number than this, is taken in by its widest neighbour."""
+"""A cell smaller than this [cells], and a cluster of any size, whose Courant number is larger than this is taken in by
+its widest neighbour."""
 LEAST = 1e-4
 """Volume [cells] below which there is no room for gas: such a cluster is adopted by the largest one about it."""
+ROUNDS = 50
+"""In which a cluster may be adopted, one after the other."""
 
 
 class Clusters(NamedTuple):
@@ -134,14 +138,15 @@ def _find(key, wanted):
 
 
 @scalar
-def _take_in_crowded(beside, aperture, pace, courant, chosen, root, before, after, crowded_out):
-    """Small clusters through whose faces more flows than they hold join the one behind their widest face; those for
+def _take_in_crowded(beside, volume, aperture, pace, courant, chosen, root, before, after, crowded_out):
+    """Clusters through whose faces more flows than they hold join the one behind their widest face; those for
     which that is no help are marked."""
     n, joined = len(chosen), 0
     need, widest, door = np.zeros(n), np.zeros(n), np.full(n, -1, np.int32)
     for i in range(n):
         r = root[i]
-        if min(before[r], after[r]) > SMALL:
+        alone = before[r] == volume[0, r] and after[r] == volume[1, r]
+        if alone and min(before[r], after[r]) > SMALL:
             continue
         for face in range(6):
             j, d = beside[i, face], face // 2
@@ -155,7 +160,7 @@ def _take_in_crowded(beside, aperture, pace, courant, chosen, root, before, afte
     for r in range(n):
         least = min(before[r], after[r])
         crowded_out[r] = False
-        if root[r] != r or door[r] < 0 or least > SMALL or not need[r] > CROWDED * least:
+        if root[r] != r or door[r] < 0 or not need[r] > CROWDED * least:
             continue
         k = _follow(chosen, door[r])
         if k != r and min(before[k], after[k]) > least:
@@ -167,28 +172,45 @@ def _take_in_crowded(beside, aperture, pace, courant, chosen, root, before, afte
 
 
 @scalar
+def _join_inside_out(beside, aperture, chosen):
+    """Cells on both sides of a face that is open by less than nothing join. Returns how many clusters did."""
+    joined = 0
+    for i in range(len(chosen)):
+        for d in range(3):
+            j = beside[i, 2 * d + 1]
+            if j >= 0 and aperture[i, d] < 0.0:
+                a, b = _follow(chosen, i), _follow(chosen, j)
+                if a != b:
+                    chosen[a] = b
+                    joined += 1
+    return joined
+
+
+@scalar
 def _adopt(key, volume, chosen, root, before, after, crowded):
-    """Clusters without room, and crowded ones, join the largest one among the 26 cells about them. Returns how many
-    did, and how many found none."""
+    """Clusters without room, and crowded ones, join the largest one among the cells about them. Returns how many did,
+    and how many without room found none."""
     adopted, lost = 0, 0
-    for r in range(len(chosen)):
-        if root[r] != r or (before[r] > LEAST and after[r] > LEAST and not crowded[r]):
+    best, at = np.zeros(len(chosen)), np.full(len(chosen), -1, np.int32)
+    for i in range(len(chosen)):
+        r = root[i]
+        if before[r] > LEAST and after[r] > LEAST and not crowded[r]:
             continue
-        best, at = 0.0, -1
         for dx in range(-1, 2):
             for dy in range(-1, 2):
                 for dz in range(-1, 2):
-                    j = _find(key, key[r] + dx * STRIDE[0] + dy * STRIDE[1] + dz * STRIDE[2])
-                    if j < 0 or not (volume[0, j] > 0.0 or volume[1, j] > 0.0):
-                        continue
-                    k = _follow(chosen, j)
-                    least = min(before[k], after[k])
-                    if k != r and least > max(best, LEAST, min(before[r], after[r])):
-                        best, at = least, k
-        if at >= 0:
-            chosen[r] = at
-            adopted += 1
-        elif not crowded[r] and (before[r] > 0.0 or after[r] > 0.0):
+                    j = _find(key, key[i] + dx * STRIDE[0] + dy * STRIDE[1] + dz * STRIDE[2])
+                    if j >= 0 and root[j] != r:
+                        least = min(before[root[j]], after[root[j]])
+                        if least > max(best[r], LEAST):
+                            best[r], at[r] = least, root[j]
+    for r in range(len(chosen)):
+        if at[r] >= 0:
+            k = _follow(chosen, at[r])
+            if k != r and (not crowded[r] or min(before[k], after[k]) > min(before[r], after[r])):
+                chosen[r] = k
+                adopted += 1
+        elif root[r] == r and not (before[r] > LEAST and after[r] > LEAST) and (before[r] != 0.0 or after[r] != 0.0):
             lost += 1
     return adopted, lost
 
@@ -197,16 +219,21 @@ def _adopt(key, volume, chosen, root, before, after, crowded):
 def _join(
     key, beside, volume, aperture, pace, courant, chosen, root, of_out, start_out, members_out, before_out, after_out
 ):  # fmt: skip
-    n = len(key)
+    n, crowded = len(key), np.zeros(len(key), np.bool_)
     _settle(chosen, root)
-    _measure(root, volume, before_out, after_out)
-    crowded = np.empty(n, np.bool_)
-    joined = _take_in_crowded(beside, aperture, pace, courant, chosen, root, before_out, after_out, crowded)
+    joined, lost = _join_inside_out(beside, aperture, chosen), 0
     if joined > 0:
         _settle(chosen, root)
-        _measure(root, volume, before_out, after_out)
-    adopted, lost = _adopt(key, volume, chosen, root, before_out, after_out, crowded)
-    if adopted > 0:
+    _measure(root, volume, before_out, after_out)
+    for _ in range(ROUNDS):  # what is inside out by more than a cell needs several neighbours
+        taken = _take_in_crowded(beside, volume, aperture, pace, courant, chosen, root, before_out, after_out, crowded)
+        if taken > 0:
+            _settle(chosen, root)
+            _measure(root, volume, before_out, after_out)
+        adopted, lost = _adopt(key, volume, chosen, root, before_out, after_out, crowded)
+        joined += taken + adopted
+        if taken + adopted == 0:
+            break
         _settle(chosen, root)
         _measure(root, volume, before_out, after_out)
     count = 0
@@ -230,4 +257,4 @@ def _join(
     for c in range(count, 0, -1):
         start_out[c] = start_out[c - 1]
     start_out[0] = 0
-    return adopted + joined, lost, count
+    return joined, lost, count

@@ -136,13 +136,10 @@ class Exchange:
         chamber = self.chambers[main]
         rows, triangles = chamber.new.fragments.rows, chamber.walls.triangles
         geometry = rows, fragments, chamber.fragment_triangle, triangles, self.velocity
-        behind, ahead = self._both(k)
         if self.ways.is_link(k, gas.is_open):
-            gas.passed[k] += link(
-                behind.state, ahead.state, behind.gained, ahead.gained, behind.cluster, ahead.cluster, *geometry,
-                self.ways.cell**2, dt, len(table),
-            )  # fmt: skip
+            self._link(k, dt)
             return
+        behind, ahead = self._both(k)
         books = np.zeros((2, len(table) + 1))
         sign = 1.0 if row.behind != OUTSIDE else -1.0
         flow_through(
@@ -156,6 +153,22 @@ class Exchange:
             gas.drawn += books[back, :-1]
             gas.enthalpy_out += float(books[out, -1])
             gas.enthalpy_in += float(books[back, -1])
+
+    def _link(self, k: int, dt: float) -> None:
+        """Free flow; fragments before and after the step count as the time says, as those of walls do."""
+        row, (behind, ahead) = self.ways.supply.passages.rows[k], self.ways.through_walls[k]
+        a, b = self.chambers[row.behind], self.chambers[row.ahead]
+        sides = (
+            (True, a.old, a.old_triangle, a.old_cell_of_fragment, b.old_cell_of_fragment, 1.0 - a.middle),
+            (False, a.new, a.fragment_triangle, a.cell_of_fragment, b.cell_of_fragment, a.middle),
+        )
+        for old, cut, triangle, cell_a, cell_b, share in sides:
+            fragments = a.fragments_of(behind, old)
+            self.gas.passed[k] += link(
+                a.state, b.state, a.gained, b.gained, a.of[cell_a[fragments]], b.of[cell_b[b.fragments_of(ahead, old)]],
+                cut.fragments.rows, fragments, triangle, a.walls.triangles, self.velocity, self.ways.cell**2,
+                share * dt, len(self.ways.supply.table),
+            )  # fmt: skip
 
     def _blow(self, middle: float, dt: float) -> None:
         times = middle - 0.5 * dt, middle + 0.5 * dt

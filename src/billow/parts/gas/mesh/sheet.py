@@ -26,7 +26,7 @@ NEGATIVE = NumericalStop.declare(
     "E-NUM-021",
     "the mesh gas has run out of internal energy",
     where="chamber {chamber}, cell at ({x:.4g}, {y:.4g}, {z:.4g}) m, t = {time:.4f} ms",
-    why="{volume:.3g} cells of gas there would keep {energy:.3g} J, also with the fluxes of the donor cell",
+    why="{volume:.3g} cells of gas there would keep {energy:.3g} J, whatever the scheme",
     cause="fabric that moves faster than the gas can follow, or a bag that collapsed",
     remedy="reduce run.dt_scale; look at the last frames",
 )
@@ -138,8 +138,8 @@ class Moved:
         )  # fmt: skip
 
     def parts(self, dt: float, parts: int, time: float) -> Iterator[float]:
-        """Advance by dt [s] from `time` in equal parts. Stops in each, once the state at its start is known, for sources,
-        passages and openings to add to `gained`, and to say which clusters are `fed`; yields the time [s] in its
+        """Advance by dt [s] from `time` in equal parts. Stops in each, once the state at its start is known: sources,
+        passages and openings add to `gained`, and say which clusters are `fed`. Yields the time [s] in its
         middle."""
         n, species, dt = len(self.key), len(self.table), dt / parts
         whole, volume, aperture, centroid = np.empty((2, n)), np.empty((2, n)), np.empty((n, 3)), np.empty((n, 3))
@@ -151,7 +151,7 @@ class Moved:
         flux = np.empty((n, 3, VALUES))
         for part in range(parts):
             begin, end = part / parts, (part + 1) / parts
-            middle = 0.5 * (begin + end)
+            self.middle = middle = 0.5 * (begin + end)
             _blend(
                 n, self.beside, self.in_old, self.in_new, self.old.aperture, self.new.aperture, whole, begin, end,
                 volume, aperture,
@@ -162,11 +162,13 @@ class Moved:
             self.adopted, self.lost = self.adopted + clusters.adopted, self.lost + clusters.lost
             count = len(clusters.before)
             self.total, self.state = np.empty((count, species + 4)), np.empty((count, Y + species))
-            self.place = np.empty((count, 3))
+            self.place, bad = np.empty((count, 3)), np.empty(count, np.bool_)
             gather(
                 count, clusters.start, clusters.members, clusters.before, clusters.after, self.table, volume[0],
-                self.held, self.temperature, volume[1], centroid, self.h**3, self.total, self.state, self.place,
+                self.held, self.temperature, volume[1], centroid, self.h**3, self.total, self.state, self.place, bad,
             )  # fmt: skip
+            if bad.any():
+                raise self._negative(clusters, int(bad.argmax()), self.total, time + part * dt)
             self.slope, half = np.empty((count, 3, VALUES)), np.empty((count, VALUES))
             find_slopes(
                 count, clusters.start, clusters.members, clusters.of, self.beside, aperture, self.in_new,
@@ -240,14 +242,15 @@ class Moved:
     @cached_property
     def cell_of_fragment(self) -> np.ndarray:
         """Cell here of each fragment of the new surface, (fragments,) int32."""
-        live = np.empty(len(self.new.key), np.int32)
-        there = self.in_new >= 0
-        live[self.in_new[there]] = np.flatnonzero(there)
-        return live[self.new.cell]
+        return _cell_here(self.in_new, self.new)
 
-    def fragments_of(self, triangles: np.ndarray) -> np.ndarray:
-        """Fragments of the new surface on some triangles, in their order, (m,) int64."""
-        first = self.new.fragments.first
+    @cached_property
+    def old_cell_of_fragment(self) -> np.ndarray:
+        return _cell_here(self.in_old, self.old)
+
+    def fragments_of(self, triangles: np.ndarray, old: bool = False) -> np.ndarray:
+        """Fragments of the new surface, or the old one, on some triangles, in their order, (m,) int64."""
+        first = (self.old if old else self.new).fragments.first
         count = first[triangles + 1] - first[triangles]
         return np.repeat(first[triangles] - np.cumsum(count) + count, count) + np.arange(count.sum())
 
@@ -256,6 +259,13 @@ class Moved:
         some = self.held[:, :-4].any(axis=1)
         sheet.key, sheet.held = self.key[some], self.held[some]
         sheet.temperature, sheet.sound = self.temperature[some], self.sound[some]
+
+
+def _cell_here(in_cut: np.ndarray, cut: CutCells) -> np.ndarray:
+    here = np.empty(len(cut.key), np.int32)
+    there = in_cut >= 0
+    here[in_cut[there]] = np.flatnonzero(there)
+    return here[cut.cell]
 
 
 def _triangle_of(cut: CutCells) -> np.ndarray:
@@ -293,7 +303,7 @@ def _geometry(n, key, in_old, in_new, old_volume, new_volume, old_centroid, new_
         volume_out[0, i] = old_volume[a] if a >= 0 else 0.0
         volume_out[1, i] = new_volume[b] if b >= 0 else 0.0
         for d in range(3):
-            if b >= 0 and (new_volume[b] > 0.0 or a < 0):
+            if b >= 0 and (new_volume[b] != 0.0 or a < 0):
                 centroid_out[i, d] = new_centroid[b, d]
             else:
                 centroid_out[i, d] = old_centroid[a, d] if a >= 0 else cell_of(key[i])[d] + 0.5
@@ -311,8 +321,8 @@ def _blend(n, beside, in_old, in_new, old, new, whole, begin, end, volume_out, a
         for d in range(3):
             aperture_out[i, d] = 0.0
             if beside[i, 2 * d + 1] >= 0:
-                was = min(old[a, d], 1.0) if a >= 0 else 0.0
-                will = min(new[b, d], 1.0) if b >= 0 else 0.0
+                was = old[a, d] if a >= 0 else 0.0
+                will = new[b, d] if b >= 0 else 0.0
                 aperture_out[i, d] = (1.0 - middle) * was + middle * will
 
 
@@ -330,7 +340,7 @@ def _pace(n, held, sound, pace_out):
         for s in range(species):
             m += held[i, s]
         for d in range(3):
-            pace_out[i, d] = abs(held[i, species + d]) / m + sound[i] if m > 0.0 else 0.0
+            pace_out[i, d] = abs(held[i, species + d] / m) + sound[i] if m != 0.0 else 0.0
 
 
 @kernel

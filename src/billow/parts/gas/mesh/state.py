@@ -16,7 +16,7 @@ class MeshState:
 
     Books, sums since the start: out and drawn (species,) [kg], to and from the surroundings; start_masses (species,)
     [kg]; energies [J]; jet_impulse [N s]. adopted, lost, donors: clusters taken in by others, without room, and redone
-    as donor cells; clipped: largest share of the volume that was negative where fabric lies in itself.
+    as donor cells; inverted: largest volume that was inside out, of the volume then.
     """
 
     sheets: tuple[Sheet, ...]
@@ -43,7 +43,7 @@ class MeshState:
     lost: int = 0
     donors: int = 0
     parts: int = 0
-    clipped: float = 0.0
+    inverted: float = 0.0
 
     # Made anew from the rest when needed: cells about the surface as it stands, and room for them.
     cuts = None

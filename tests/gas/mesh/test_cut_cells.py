@@ -1,0 +1,77 @@
+"""Volumes, apertures and fragments of surfaces cut by a lattice are exact, however the surface lies."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from billow.apps.verification.scenes import box, sphere
+from billow.geometry.cut_cells import Window, cut_cells, neighbours, unite
+from billow.geometry.lattice_clipping import NORMAL, WEIGHT, cell_of, key_of
+
+
+def volume(positions, triangles):
+    a, b, c = (positions[triangles[:, k]] for k in range(3))
+    return float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6.0)
+
+
+def cut(shape, places):
+    return cut_cells(shape.surface.triangles, np.ones(len(shape.surface.triangles)), places, Window.none())
+
+
+def surfaces():
+    ball, block = sphere(3.3, 2), box(3.0, 2.0, 4.0)
+    yield "sphere", ball, ball.positions + 0.37
+    yield "flat bag", ball, ball.positions * [1.0, 1.0, 0.01] + 0.37
+    yield "box in the planes", block, block.positions
+    yield "bag that lies in a plane", ball, np.where([0, 0, 1], np.maximum(ball.positions, 0.0), ball.positions)
+    yield "far away", ball, ball.positions + np.array([1234.4, -777.1, 31.0])
+
+
+@pytest.mark.parametrize(("name", "shape", "places"), list(surfaces()), ids=lambda v: v if isinstance(v, str) else "")
+def test_volumes_add_up_and_cells_are_closed(name, shape, places):
+    found = cut(shape, places)
+    exact = volume(places - places[0], shape.surface.triangles)
+    assert found.total == pytest.approx(exact, rel=1e-12)
+    rows = found.fragments.rows
+    normals = rows[:, NORMAL : NORMAL + 3].sum(axis=0)
+    assert np.abs(normals).max() < 1e-11
+    np.testing.assert_allclose(rows[:, WEIGHT : WEIGHT + 3].sum(axis=1), 1.0, atol=1e-9)
+    assert rows[:, WEIGHT : WEIGHT + 3].min() > -1e-7
+    # What walls close of a cell is what its faces leave open.
+    beside = neighbours(found.key)
+    for d in range(3):
+        below = np.where(beside[:, 2 * d] >= 0, found.aperture[beside[:, 2 * d], d], 0.0)
+        walls = np.bincount(found.cell, rows[:, NORMAL + d], len(found.key))
+        np.testing.assert_allclose(found.aperture[:, d] - below + walls, 0.0, atol=1e-9)
+
+
+def test_a_surface_that_lies_in_itself_keeps_its_signed_volume():
+    ball = sphere(3.0, 2)
+    places = ball.positions.copy()
+    places[:, 2] += 2.5 * np.sin(2.0 * places[:, 0])  # folds over itself
+    places[:, 0] *= np.cos(1.5 * places[:, 2])
+    found = cut(ball, places)
+    assert found.inverted < 0.0
+    assert found.total == pytest.approx(volume(places, ball.surface.triangles), rel=1e-11)
+
+
+def test_centroids_of_cut_cells():
+    """A box from 0.3 to 2.6 along each axis."""
+    block = box(2.3, 2.3, 2.3)
+    found = cut(block, block.positions + 0.3)
+    first = found.volume.argmin()  # a corner cell
+    corner = found.key == key_of(0, 0, 0)
+    np.testing.assert_allclose(found.centroid[corner][0], 0.65, atol=1e-12)
+    assert found.volume[first] == pytest.approx(0.6**3, rel=1e-12)
+
+
+def test_keys_and_neighbours():
+    key = np.array(sorted(key_of(i, j, k) for i, j, k in ((0, 0, 0), (0, 0, 1), (0, 1, 0), (-1, 0, 0), (5, 5, 5))))
+    assert [cell_of(int(k)) for k in key] == sorted([(0, 0, 0), (0, 0, 1), (0, 1, 0), (-1, 0, 0), (5, 5, 5)])
+    beside = neighbours(key)
+    assert beside[1].tolist() == [0, -1, -1, 3, -1, 2]
+    both, first, second = unite(key[:3], key[2:])
+    assert both.tolist() == key.tolist()
+    assert first.tolist() == [0, 1, 2, -1, -1]
+    assert second.tolist() == [-1, -1, 0, 1, 2]

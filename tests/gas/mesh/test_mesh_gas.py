@@ -1,0 +1,201 @@
+"""The mesh gas in bags that crumple, break into chambers, open, stop and go on."""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+import pytest
+from run_fingerprint import fingerprint
+
+from billow.apps.verification.gas import boxes_in_a_row
+from billow.apps.verification.mesh_gas import SCHEMES, books, carry, mesh_in, moved, still
+from billow.apps.verification.scenes import sphere
+from billow.geometry.chambers import Chambers
+from billow.geometry.surface import Surface
+from billow.parts.gas.gas_model import Bag
+from billow.parts.gas.mesh import sheet as sheet_module
+from billow.parts.gas.mesh.clusters import LEAST
+from billow.parts.gas.supply.ambient import InitialGas
+from billow.parts.gas.supply.outflow import ORIFICE
+from billow.parts.gas.supply.passages import OPENING, Passage
+from billow.run.simulate import simulate
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_crumpled_surfaces_that_lie_in_themselves(seed, monkeypatch):
+    """No cluster below the floor, energy and pressure positive everywhere, books exact."""
+    smallest = []
+    real = sheet_module.find_clusters
+
+    def watched(*arguments):
+        found = real(*arguments)
+        smallest.append(min(found.before.min(), found.after.min()))
+        return found
+
+    monkeypatch.setattr(sheet_module, "find_clusters", watched)
+    random, shape = np.random.default_rng(seed), sphere(0.2, 2)
+
+    def field():
+        wave, phase = random.normal(size=(6, 3)) * random.uniform(5.0, 40.0), random.uniform(0.0, 2.0 * np.pi, 6)
+        return np.sin(shape.positions @ wave.T + phase) @ random.normal(size=(6, 3))
+
+    still_part, first, second = field(), field(), field()
+    size, rate = random.uniform(0.004, 0.015), random.uniform(100.0, 400.0)
+    flat = np.array([1.0, 1.0, random.uniform(0.1, 0.6)])
+
+    def at(time):
+        swing = still_part + first * np.sin(rate * time) + second * np.cos(1.7 * rate * time)
+        return (shape.positions + size * swing) * flat
+
+    bag = Bag(shape.surface, at(0.0), np.zeros_like(shape.positions))
+    gas = mesh_in(bag, random.uniform(0.015, 0.04), SCHEMES[seed % 2])
+    state = gas.start(bag)
+    for _ in moved(gas, state, at, 0.002, 0.9):
+        pass
+    assert min(smallest) > LEAST
+    for check in books(state):
+        assert abs(check.measured - check.expected) <= check.tolerance, check.title
+    cells = gas.cells(state)
+    assert cells["pressure"].min() > 0.0
+    assert cells["temperature"].min() > 100.0
+
+
+def rooms_with_an_opening():
+    bag = boxes_in_a_row((0.2, 0.3))
+    names = ("fabric", "opening_wall_1")
+    surface = Surface.build(
+        bag.surface.triangles, bag.surface.part, names, len(bag.positions), ("fabric", "opening"), bag.surface.chambers
+    )
+    door = Passage("door", OPENING, ORIFICE, 0, 1, triangles=surface.triangles_of("opening_wall_1"), area=0.06)
+    return Bag(surface, bag.positions, np.zeros_like(bag.positions)), door
+
+
+def test_an_opening_that_moves_through_gas_at_rest_leaves_it_at_rest():
+    bag, door = rooms_with_an_opening()
+    gas = mesh_in(bag, 0.03, passages=(door,))
+    state = gas.start(bag)
+    wall = np.flatnonzero(np.isclose(bag.positions[:, 0], 0.2))
+
+    def at(time):
+        places = bag.positions.copy()
+        places[wall, 0] += 20.0 * time
+        return places
+
+    for _ in moved(gas, state, at, 2e-3):
+        pass
+    cells = gas.cells(state)
+    np.testing.assert_allclose(cells["pressure"], 1e5, rtol=1e-11)
+    assert np.abs(cells["velocity"]).max() < 1e-9
+    assert state.passed[0].sum() > 0.0
+
+
+def test_chambers_joined_by_an_opening_come_to_one_pressure():
+    bag, door = rooms_with_an_opening()
+    inside = InitialGas(np.array([2e5, 1e5]), np.array([400.0, 300.0]), np.ones((2, 1)))
+    gas = mesh_in(bag, 0.04, SCHEMES[0], passages=(door,), initial=inside)
+    state = gas.start(bag)
+    before = gas.totals(state)
+    for _ in still(gas, state, 0.05):
+        pass
+    now = gas.totals(state)
+    assert now.mass == pytest.approx(before.mass, rel=1e-13)
+    assert now.energy == pytest.approx(before.energy, rel=1e-13)
+    assert now.pressure == pytest.approx(1.4e5, rel=2e-3)  # of 0.4 U/V, whatever flows
+    first, second = (room.pressure for room in now.chambers)
+    assert first == pytest.approx(second, rel=0.02)
+    assert now.passed["door"] > 0.0
+
+
+def test_a_closed_opening_is_a_wall():
+    bag, door = rooms_with_an_opening()
+    closed = Passage("door", OPENING, ORIFICE, 0, 1, triangles=door.triangles, area=0.06, opens_at=3e5)
+    inside = InitialGas(np.array([2e5, 1e5]), np.array([400.0, 300.0]), np.ones((2, 1)))
+    gas = mesh_in(bag, 0.04, passages=(closed,), initial=inside)
+    state = gas.start(bag)
+    for _ in still(gas, state, 2e-4):
+        pass
+    first, second = (room.pressure for room in gas.totals(state).chambers)
+    assert (first, second) == (pytest.approx(2e5, rel=1e-12), pytest.approx(1e5, rel=1e-12))
+
+
+def test_a_thin_layer_follows_panels_that_part():
+    """From 4 to 8 mm at 5 m/s each, in cells of 20 mm: work and pressure of the adiabatic law, no damper."""
+    bag = boxes_in_a_row((0.004,))
+    middle = bag.positions[:, 0].mean()
+
+    def at(time):
+        places = bag.positions.copy()
+        places[:, 0] += np.where(places[:, 0] > middle, 5.0, -5.0) * time
+        return places
+
+    single = Surface.build(bag.surface.triangles, bag.surface.part, ("outer",), len(bag.positions), ("fabric",))
+    bag = Bag(single, bag.positions, np.zeros_like(bag.positions))
+    gas = mesh_in(bag, 0.02)
+    state = gas.start(bag)
+    mass = state.sheets[0].held[:, 0].sum()
+    for _ in moved(gas, state, at, 4e-4):
+        pass
+    exact = state.start_energy * (1.0 - 0.5**0.4)
+    assert state.work == pytest.approx(exact, rel=0.02)
+    assert state.sheets[0].held[:, 0].sum() == pytest.approx(mass, rel=1e-13)
+    assert gas.totals(state).pressure == pytest.approx(1e5 * 0.5**1.4, rel=0.02)
+
+
+def test_gas_and_bag_that_move_together_are_at_rest():
+    shape = sphere(0.1, 2)
+    bag = Bag(shape.surface, shape.positions, np.zeros_like(shape.positions))
+    velocity = np.array([30.0, -12.0, 7.0])
+    gas = mesh_in(bag, 0.03)
+    state = gas.start(bag)
+    carry(state, velocity)
+    for _ in moved(gas, state, lambda time: shape.positions + velocity * time, 2e-3):
+        pass
+    cells = gas.cells(state)
+    np.testing.assert_allclose(cells["pressure"], 1e5, rtol=1e-3)
+
+
+@pytest.fixture(scope="module")
+def brief(small_case):
+    return small_case.vary({"gas.model": "mesh", "gas.cell": 0.06, "bag.initial_gap": 0.04, "run.end_time": 0.001})
+
+
+def test_stopped_half_way_and_resumed(in_two, brief, tmp_path):
+    straight = simulate(brief, tmp_path / "straight", threads=1)
+    resumed = in_two(brief, tmp_path / "run")
+    assert fingerprint(resumed.folder) == fingerprint(straight.folder)
+    assert resumed.record["ledger"] == straight.record["ledger"]
+    assert straight.record["ledger"]["gas_mass_error"] < 1e-12
+    assert straight.record["ledger"]["gas_energy_error"] < 1e-11
+
+
+@pytest.mark.slow
+def test_one_thread_and_two(monkeypatch):
+    """Every kernel in its parallel compilation, with one thread and with two, and in the serial one."""
+    if numba.config.NUMBA_NUM_THREADS < 2:
+        pytest.skip("one thread only")
+    from billow.base import compiled
+
+    shape = sphere(0.2, 2)
+    bag = Bag(shape.surface, shape.positions, np.zeros_like(shape.positions))
+    found = []
+    for threads, least in ((1, 10**9), (2, 1)):
+        monkeypatch.setattr(compiled, "PARALLEL_FROM", least)
+        numba.set_num_threads(threads)
+        gas = mesh_in(bag, 0.04, pressure=2e5)
+        state = gas.start(bag)
+        for _ in moved(gas, state, lambda time: shape.positions * (1.0 + 20.0 * time), 5e-4):
+            pass
+        found.append(state.sheets[0])
+    numba.set_num_threads(numba.config.NUMBA_NUM_THREADS)
+    np.testing.assert_array_equal(found[0].held, found[1].held)
+    np.testing.assert_array_equal(found[0].force, found[1].force)
+
+
+def test_two_chambers_share_no_wall_by_mistake():
+    """Each chamber's walls point out of it."""
+    bag = boxes_in_a_row((0.1, 0.2))
+    gas = mesh_in(bag, 0.05)
+    assert isinstance(bag.surface.chambers, Chambers)
+    state = gas.start(bag)
+    for walls, cut, volume in zip(gas.walls, gas.cut(state), state.volume, strict=True):
+        assert cut.total * gas.cell**3 == pytest.approx(volume, rel=1e-12), walls.name
