@@ -2,9 +2,12 @@
 
     import billow
     case = billow.Case.load("driver.toml")
-    result = billow.simulate(case, "runs/driver")
+    result = billow.simulate(case, "runs/driver")      # or billow.Run.load("runs/driver")
+    result.plot("pressure")
     study = billow.Study.open("my_study")
     surrogate = billow.train(study.dataset())
+
+More of each: help(billow.Case), help(billow.simulate), and so on; commands: python -m billow --help.
 
 Names are imported on first use, so that `import billow` loads neither compiled kernels nor torch. It takes numba's
 variables out of the environment: kernels are compiled in one way only.
@@ -20,6 +23,7 @@ _HOME = {
     "Case": "billow.case.schema",
     "simulate": "billow.run.simulate",
     "Result": "billow.results.result",
+    "Run": "billow.results.result",
     "Study": "billow.study.study",
     "Dataset": "billow.results.dataset",
     "Surrogate": "billow.rom.surrogate.surrogate",
@@ -27,7 +31,6 @@ _HOME = {
     "train": "billow.rom.learn.train",
     "BillowError": "billow.base.errors",
 }
-__all__ = list(_HOME)
 
 
 def __getattr__(name):

@@ -14,6 +14,7 @@ from typing import Any
 import tomli_w
 from pydantic import field_validator, model_validator
 
+from billow.base.markup import table_of
 from billow.case.bag.schema_bag import Bag, DriverBag
 from billow.case.case_file import load_case, validate
 from billow.case.fabric.schema_fabric import Fabric
@@ -108,6 +109,12 @@ class Case(Strict):
     def inflators(self) -> tuple[Inflator, ...]:
         """All inflators, even if there is only one."""
         return self.inflator if isinstance(self.inflator, tuple) else (self.inflator,)
+
+    def _repr_html_(self) -> str:
+        """For notebooks: what differs from the defaults, as TOML."""
+        own, usual = self.to_dict(), Case().to_dict()
+        rows = [(key, tomli_w.dumps({key: own[key]})) for key in own if key != "title" and own[key] != usual.get(key)]
+        return table_of(self.title, rows or [("", "every default")])
 
     @classmethod
     def load(cls, path: str | Path) -> Case:

@@ -40,6 +40,7 @@ from billow.cli import (
 )
 from billow.cli.endings import CONTINUES, end_as_with_ctrl_c, interruptible, lasting_streams
 from billow.cli.options import CaseFile, Quiet, Settings, Threads, make_console, parse_settings
+from billow.cli.watch import say_end, watched
 from billow.results.atomic import NOT_WRITTEN
 
 NO_CASE = InputError.declare(
@@ -77,7 +78,7 @@ BILLOW_FAILED = BillowError.declare(
 app = typer.Typer(
     name="billow",
     no_args_is_help=True,
-    add_completion=False,
+    add_completion=True,
     pretty_exceptions_enable=False,
     rich_markup_mode="rich",
     help="""Simulate airbag deployment, and train a reduced-order model on it.
@@ -184,10 +185,6 @@ def check(
     print(describe(Case.load(case_file).vary(parse_settings(settings))))
 
 
-def _show(progress) -> None:
-    print(progress.line, flush=True)
-
-
 @app.command()
 def run(
     case_file: CaseFile,
@@ -204,9 +201,9 @@ def run(
     from billow.run.simulate import simulate
 
     case = Case.load(case_file).vary(parse_settings(settings))
-    with interruptible("it had saved nothing yet; the same command begins again", out):
-        result = simulate(case, out, progress=None if quiet else _show, threads=threads)
-    print(f"{result.folder}: {result.status}")
+    with interruptible("it had saved nothing yet; the same command begins again", out), watched(quiet) as show:
+        result = simulate(case, out, progress=show, threads=threads)
+    say_end(result, quiet)
 
 
 @app.command()
@@ -222,9 +219,9 @@ def resume(
     """
     from billow.run.simulate import resume as continue_run
 
-    with interruptible(CONTINUES, folder):
-        result = continue_run(folder, progress=None if quiet else _show, threads=threads)
-    print(f"{result.folder}: {result.status}")
+    with interruptible(CONTINUES, folder), watched(quiet) as show:
+        result = continue_run(folder, progress=show, threads=threads)
+    say_end(result, quiet)
 
 
 @app.command()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
 from typing import Annotated
 
@@ -20,6 +21,8 @@ Quantities = Annotated[
         "its resultant, or one component. May be repeated.",
     ),
 ]
+BETWEEN = 2.0
+"""[s] between two pictures of runs that go on."""
 ChannelClass = Annotated[
     int | None,
     typer.Option("--cfc", metavar="60|180|600|1000", help="Channel filter (SAE J211) for every curve drawn."),
@@ -33,11 +36,23 @@ def plot(
     cfc: ChannelClass = None,
     unit: Units = None,
     title: Annotated[str | None, typer.Option(help="Title (default: that of the case, if there is one run).")] = None,
+    follow: Annotated[bool, typer.Option("--follow", help="Draw again every 2 s until all runs have ended.")] = False,
 ) -> None:
-    """Draw histories, several runs over one another.
+    """Draw histories, several runs over one another; of a run that goes on, what there is so far.
 
     Without --quantity: pressure and volume, accelerations of free obstacles, forces on the others.
     """
+    from billow.pictures.source import is_running
+
+    while True:
+        goes_on = follow and any(is_running(run) for run in runs)
+        _draw(runs, out, quantity, cfc, unit, title)
+        if not goes_on:
+            return
+        time.sleep(BETWEEN)
+
+
+def _draw(runs, out, quantity, cfc, unit, title) -> None:
     from billow.pictures.curve_figure import curve_figure
     from billow.pictures.curves import curve_of, require_quantities, usual_quantities
     from billow.pictures.sheet import printed

@@ -15,7 +15,9 @@ from billow.base.errors import InputError
 from billow.base.input_file import LARGEST_DATA
 from billow.base.table_file import read_table
 from billow.base.units import CONVERSIONS
+from billow.results.atomic import PARTIAL
 from billow.results.histories import TIME, History, read_histories
+from billow.results.journal import JOURNAL, STATUS, history_so_far
 from billow.results.result import Result
 from billow.results.vtkhdf import FabricFile
 
@@ -68,9 +70,27 @@ def open_source(path: Path, command: str, label: str | None = None) -> Source:
         return Source(path, label, frames=FabricFile(path))
     if path.suffix.lower() == ".csv" and path.is_file():
         return Source(path, label, curves=read_curves(path))
+    if (curves := running_histories(path)) is not None:
+        return Source(path, f"{label}, so far", curves=curves)
     if path.is_dir() or not path.exists():
         return Source(path, label, Result.open(path))
     raise NOTHING_TO_DRAW(path=path, command=command, why="it is neither a folder nor a .vtkhdf or .csv file")
+
+
+def running_histories(path: Path) -> History | None:
+    """Curves of a run that goes on, or was interrupted, up to now; None for any other path. path: its --out folder."""
+    journal = _partial(path) / JOURNAL
+    return None if path.exists() or not journal.is_file() else history_so_far(journal)
+
+
+def is_running(path: Path) -> bool:
+    """Whether a run goes on now. path: its --out folder."""
+    return not path.exists() and (_partial(path) / STATUS).is_file()
+
+
+def _partial(path: Path) -> Path:
+    absolute = path.absolute()  # "." has a name only in full
+    return absolute.parent / f"{absolute.name}{PARTIAL}"
 
 
 def open_sources(paths: Sequence[Path], command: str) -> list[Source]:

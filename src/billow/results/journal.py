@@ -30,6 +30,10 @@ DAMAGED_JOURNAL = IntegrityError.declare(
     remedy="run the case again from the start: billow run CASE.toml --out RUN",
 )
 
+JOURNAL = "journal.bin"
+"""Its name in the folder of a run."""
+STATUS = "status.json"
+"""What lies beside it while a run goes on."""
 _HEAD = 1 + 8 + 32
 
 
@@ -61,6 +65,10 @@ class Journal:
         """One frame: named arrays."""
         self._append(b"F", to_bytes({name: np.ascontiguousarray(array) for name, array in arrays.items()}))
 
+    def flush(self) -> None:
+        """Everything appended can be read by others on return."""
+        self._file.flush()
+
     def sync(self) -> None:
         """Everything appended is on disk on return."""
         self._file.flush()
@@ -77,8 +85,31 @@ class Journal:
 
 def read_history(path: str | Path) -> History:
     """All rows of a journal. Errors as `pieces`."""
+    return _history(pieces(path))
+
+
+def history_so_far(path: str | Path) -> History:
+    """The rows of a journal that is still being written, up to the first piece that is not whole; frames, which are
+    most of it, are passed over."""
+    return _history(_rows_so_far(Path(path)))
+
+
+def _rows_so_far(path: Path) -> Iterator[tuple[bytes, bytes]]:
+    with open(path, "rb") as file:
+        while len(head := file.read(_HEAD)) == _HEAD:
+            length = int.from_bytes(head[1:9], "little")
+            if head[:1] == b"F":
+                file.seek(length, os.SEEK_CUR)
+                continue
+            payload = file.read(length)
+            if len(payload) < length or hashlib.sha256(payload).digest() != head[9:]:
+                return
+            yield head[:1], payload
+
+
+def _history(found: Iterator[tuple[bytes, bytes]]) -> History:
     names, rows = [], []
-    for kind, payload in pieces(path):
+    for kind, payload in found:
         if kind == b"C":
             names = json.loads(payload)
         elif kind == b"R":

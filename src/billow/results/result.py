@@ -2,18 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cached_property
+from importlib import import_module
 from operator import attrgetter
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from billow.base.errors import IntegrityError
+from billow.base.errors import IntegrityError, ResourceError
 from billow.base.toml_file import read_toml
 from billow.results.blocks import STRAPS, StrapsFile
-from billow.results.histories import Curves, History, read_histories
+from billow.results.histories import TIME, Curves, History, read_histories
 from billow.results.run_file import COPY_AGAIN, read_run_file
 from billow.results.vtkhdf import FabricFile
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from pandas import DataFrame
 
 SINGLE_CHAMBER = "bag"
 """Name of the only chamber of a bag that has no others."""
@@ -24,6 +31,14 @@ UNREADABLE_CASE = IntegrityError.declare(
     where="{path}",
     cause="the run folder was written by another program, or case.toml was changed",
     remedy=COPY_AGAIN,
+)
+
+
+NO_PANDAS = ResourceError.declare(
+    "E-RES-034",
+    "tables need pandas",
+    where="Result.to_pandas",
+    remedy="install it: pip install pandas; or use result.histories, a dictionary of arrays",
 )
 
 
@@ -50,6 +65,33 @@ class Result:
     def open(cls, folder: str | Path) -> Result:
         """Open a finished run whose files all verify; errors as `read_run_file`."""
         return cls(folder, read_run_file(folder))
+
+    @classmethod
+    def load(cls, folder: str | Path) -> Result:
+        """The same as `open`, by the name that cases and surrogates have for it."""
+        return cls.open(folder)
+
+    def plot(self, *names: str, cfc: int | None = None, units: Sequence[str] = ()) -> Figure:
+        """Curves as `billow plot` draws them, as a matplotlib figure, which notebooks show.
+
+        names: quantities of the histories, such as "pressure" or "impactor_acceleration", by default the usual ones
+        cfc: class of the channel filter; units: to show values in, where they fit
+        InputError E-PIC-009 (no such quantity), E-PIC-003 (unit), E-INJ-001 to -003 (filter).
+        """
+        return _drawing().plot(self, names, cfc, units)
+
+    def to_pandas(self) -> DataFrame:
+        """Histories as a pandas table indexed by the time [s], a column for each. ResourceError E-RES-034 without
+        pandas."""
+        try:
+            import pandas
+        except ImportError as error:
+            raise NO_PANDAS(why=error) from error
+        table = pandas.DataFrame(dict(self.histories))
+        return table.set_index(TIME)
+
+    def _repr_html_(self) -> str:
+        return _drawing().as_html(self)
 
     def __repr__(self) -> str:
         return f"Result({str(self.folder)!r}, status={self.status!r})"
@@ -129,3 +171,12 @@ class Result:
             return read_toml(path)
         except (OSError, ValueError) as error:
             raise UNREADABLE_CASE(path=path, why=error) from error
+
+
+Run = Result
+"""What people look for beside Case and Study: billow.Run.load(folder)."""
+
+
+def _drawing():
+    """How a run is drawn is known in a room above this one, which is loaded when it is asked for."""
+    return import_module("billow.pictures.notebook")

@@ -22,19 +22,19 @@ from billow.results import journal as journals
 from billow.results.atomic import write_atomically
 from billow.results.frame_files import Lines, write_frames
 from billow.results.histories import History, columns, values, write_histories
-from billow.results.journal import Journal
+from billow.results.journal import JOURNAL, Journal
 from billow.results.machine import machine
 from billow.results.run_file import write_run_file
 from billow.run.checkpoint_file import SLOTS, write_checkpoint
 from billow.run.crossing_guard import CrossingGuard
 from billow.run.interrupts import Interrupts, RunInterrupted
+from billow.run.status import Status
 from billow.solver.model import Model, State
 from billow.solver.run import Recorder, Schedule
 
 CHECKPOINT_SECONDS = 30.0
 """Wall time [s] between two checkpoints."""
 
-JOURNAL = "journal.bin"
 LOG = "solver.log"
 LAST_GOOD = "last_good.safetensors"
 """State at the last frame before a run was stopped, beside its post-mortem."""
@@ -42,19 +42,32 @@ LAST_GOOD = "last_good.safetensors"
 LAST_STEPS = 100
 """Steps whose energies go into a post-mortem."""
 
-LOG_HEADER = (
-    "    step    time[ms]   dt[us]  p_gauge[kPa]    T[K]     V[l]    m[g]"
-    "   E_kin[J]   E_int[J] E_diss[J]   W_gas[J]  error[%]   ETA[s]"
-)
+COLUMNS = {
+    "step": 7, "time[ms]": 8, "dt[us]": 6, "p_g[kPa]": 8, "T[K]": 5, "V[l]": 6, "m[g]": 6, "Ekin[J]": 7, "Eint[J]": 7,
+    "Edis[J]": 7, "Wgas[J]": 7, "err[%]": 6, "ETA[s]": 6,
+}  # fmt: skip
+"""Of the table in the log, which is not wider than 100 letters: titles and widths."""
+LOG_HEADER = " ".join(f"{title:>{width}}" for title, width in COLUMNS.items())
+MOST_DIGITS = 5
+
+
+def fitted(value: float, width: int) -> str:
+    """A number in `width` letters, with as many digits as fit."""
+    for digits in range(MOST_DIGITS, 0, -1):
+        text = f"{value:.{digits}g}"
+        if len(text) <= width:
+            break
+    return f"{text:>{width}}"
 
 
 @dataclass(frozen=True)
 class Progress:
-    """How far a run is: time and end [s], one line of the solver log."""
+    """How far a run is: time and end [s], one line of the solver log, or none and a status, as status.json has it."""
 
     time: float
     end: float
     line: str
+    status: dict | None = None
 
 
 @dataclass(frozen=True)
@@ -100,6 +113,8 @@ class RunRecorder(Recorder):
         self.guard = CrossingGuard(model, told.guard_crossings)
         self.state: State | None = None
         self.last_good: tuple[State, int] | None = None
+        self.status: Status | None = None
+        self.touched: set[str] | None = None
         self.last_steps: deque[tuple[float, ...]] = deque(maxlen=LAST_STEPS)
 
     # --- while the run goes on -------------------------------------------------------------------------------------
@@ -123,15 +138,20 @@ class RunRecorder(Recorder):
         if (told.sensors or told.particle_times) and self.model.gas.model.view() is None:
             self.say("sensors and particles are not written: this gas is the same everywhere")
         self.say(LOG_HEADER)
+        what = {"title": told.title, "limited_by": f"triangle {element} ({part})"}
+        self.status = Status(self.folder, what, told.schedule.end, self.journal)
 
     def say(self, line: str) -> None:
         """A line for the log and for whoever watches."""
         self.log.write(line + "\n")
         self.log.flush()
+        self._show(line)
+
+    def _show(self, line: str, status: dict | None = None) -> None:
         if self.progress is not None:
             now = self.state.time if self.state is not None else 0.0
             try:
-                self.progress(Progress(now, self.told.schedule.end, line))
+                self.progress(Progress(now, self.told.schedule.end, line, status))
             except BrokenPipeError:  # nobody watches any more
                 self.progress = None
 
@@ -141,9 +161,21 @@ class RunRecorder(Recorder):
         if self.journal.offset == 0:
             self.journal.columns(list(columns(found)))
         self.journal.row(np.array(values(found)))
+        self._tell_contacts(found)
+        if self.status is not None and self.status.due:
+            self._show("", self.status.tell(state.time, state.step, columns(found)))
         if self._particles_wanted(state) and (particles := model.gas.particles(state.gas)):
             self.journal.frame({"time": np.array([state.time])} | named("particle", particles))
         self.interrupts.look_for_stop_file()
+
+    def _tell_contacts(self, found: Sequence[Quantity]) -> None:
+        """Say which bodies the bag touches for the first time; those touched when a run begins or resumes are known."""
+        pushed = {q.of for q in found if q.name == "force" and q.of and np.any(q.value)}
+        if self.touched is None:
+            self.touched = pushed
+        for name in sorted(pushed - self.touched):
+            self.say(f"contact: the bag touches {name} at {1e3 * self.state.time:.3f} ms")
+        self.touched |= pushed
 
     def frame(self, model: Model, state: State) -> None:
         point = {
@@ -186,6 +218,8 @@ class RunRecorder(Recorder):
         """Write result files from the journal, and the run's record with its verdict."""
         self.journal.sync()
         self.journal.close()
+        if self.status is not None:
+            self.status.end_it()
         history = journals.read_history(self.folder / JOURNAL)
         write_histories(self.folder / "histories.csv", history)
         obstacles = [shape for body in self.model.bodies.bodies for shape in body.describe()]
@@ -275,14 +309,14 @@ class RunRecorder(Recorder):
         totals, ledger = self.model.gas.totals(state.gas), state.ledger
         spent = time.perf_counter() - self.begun
         to_go = spent * (self.told.schedule.end / state.time - 1.0) if state.time > 0.0 else float("nan")
-        return (
-            f"{state.step:8d} {1e3 * state.time:11.3f} {1e6 * state.dt:8.3f}"
-            f" {1e-3 * (totals.pressure - self.told.ambient_pressure):13.3f} {totals.temperature:7.1f}"
-            f" {1e3 * totals.volume:8.3f} {1e3 * totals.mass:7.2f}"
-            f" {ledger.side(MOTION):10.2f} {ledger.side(STORED):10.2f}"
-            f" {ledger.side(LOST):9.2f} {ledger['gas_work']:10.2f}"
-            f" {100 * ledger.relative_error:9.3f} {to_go:8.1f}"
-        )
+        numbers = (
+            1e6 * state.dt, 1e-3 * (totals.pressure - self.told.ambient_pressure), totals.temperature,
+            1e3 * totals.volume, 1e3 * totals.mass, ledger.side(MOTION), ledger.side(STORED), ledger.side(LOST),
+            ledger["gas_work"], 100 * ledger.relative_error, to_go,
+        )  # fmt: skip
+        cells = [f"{state.step:7d}", f"{1e3 * state.time:8.3f}"]
+        widths = list(COLUMNS.values())[len(cells) :]
+        return " ".join([*cells, *(fitted(*cell) for cell in zip(numbers, widths, strict=True))])
 
 
 def quantities(model: Model, state: State, sensors: Mapping[str, Sequence[float]]) -> Iterator[Quantity]:

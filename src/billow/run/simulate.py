@@ -55,11 +55,12 @@ def simulate(
 ) -> Result:
     """Run a case and publish its results in `folder`, which must not exist yet.
 
-    progress: called at each output frame. threads: of the compiled kernels, all by default; results do not depend on
-    it. While it runs, everything lies in `folder`.partial, which belongs to this process; it takes its name when
-    complete. A run that had to be stopped is published too, with status "stopped" and a post-mortem, before
-    NumericalStop is raised. An interrupted run (Ctrl-C, SIGTERM, SIGHUP, a file STOP in `folder`.partial) leaves a
-    checkpoint there; `resume(folder)` continues from it.
+    progress: called with each line of the log, and each second with a status. threads: of the compiled kernels, all by
+    default; results do not depend on it. While it runs, everything lies in `folder`.partial, which belongs to this
+    process; status.json there says how far it is. It takes its name when complete. A run that had to be
+    stopped is published too, with status "stopped" and a post-mortem, before NumericalStop is raised. An interrupted
+    run (Ctrl-C, SIGTERM, SIGHUP, a file STOP in `folder`.partial) leaves a checkpoint there; `resume(folder)` continues
+    from it.
 
     Raises InputError (case, geometry, folder), NumericalStop, ResourceError E-RES-020 (disk).
     """

@@ -14,8 +14,10 @@ export function choices(select, names) {
 }
 
 export function fillTable(table, head, rows) {
-  const line = (cells, tag) => make("tr", {}, ...cells.map((cell, k) => make(k ? tag : "th", { scope: k && tag === "td" ? "" : tag === "th" ? "col" : "row" }, cell)));
-  table.replaceChildren(make("thead", {}, line(head, "th")), make("tbody", {}, ...rows.map((row) => line(row, "td"))));
+  const top = head.map((cell) => (cell ? make("th", { scope: "col" }, cell) : make("td")));
+  const body = rows.map(([name, ...cells]) =>
+    make("tr", {}, make("th", { scope: "row" }, name), ...cells.map((cell) => make("td", {}, cell))));
+  table.replaceChildren(make("thead", {}, make("tr", {}, ...top)), make("tbody", {}, ...body));
 }
 
 export function save(name, content, type) {

@@ -11,6 +11,7 @@ import numpy as np
 
 from billow.base.blas_threads import one_blas_thread
 from billow.base.errors import InputError
+from billow.base.markup import table_of
 from billow.results.dataset_files import MeshParts, Parameter
 from billow.results.tensor_file import write_tensors
 from billow.rom.surrogate.basis import Basis
@@ -124,6 +125,11 @@ class Surrogate:
     def __repr__(self) -> str:
         learned = f"{len(self.runs)} runs, {self.modes} modes, {self.nodes} nodes"
         return f"Surrogate({self.title!r}, recipe={self.recipe!r}, {learned})"
+
+    def _repr_html_(self) -> str:
+        rows = [(f"{p.label} ({p.name})", f"{p.low:g} to {p.high:g} {p.unit}") for p in self.parameters]
+        said = "not judged on unseen runs" if self.judgement is None else str(self.judgement)
+        return table_of(self.title or "Surrogate", [*rows, ("verdict", said), ("", repr(self))])
 
     @one_blas_thread()
     def predict(self, design, times=None, *, extrapolate: bool = False, previous_forces=None) -> np.ndarray:
