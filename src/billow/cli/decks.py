@@ -23,7 +23,7 @@ SYSTEM_NAMES = ("auto", "kg-mm-ms", "t-mm-s", "kg-m-s", "g-mm-ms", "lbf-in-s")
 
 
 def import_deck(
-    deck: Annotated[Path, typer.Argument(help="Keyword file of LS-DYNA (.k, .key, .dyn).")],
+    deck: Annotated[Path, typer.Argument(help="Keyword file of LS-DYNA, or a mesh (.stl, .obj, .ply, .vtp, .vtu).")],
     out: Annotated[Path, typer.Option(help="Folder for the case; must not exist yet.")],
     units: Annotated[
         str, typer.Option(metavar="SYSTEM", help="auto, kg-mm-ms, t-mm-s, kg-m-s, g-mm-ms or lbf-in-s.")

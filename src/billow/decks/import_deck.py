@@ -23,11 +23,13 @@ from billow.decks.fabric import FABRICS_DIFFER, fabric_cards, leakage, put_fabri
 from billow.decks.fields import known
 from billow.decks.jets import put_jets
 from billow.decks.keyword_file import Deck
+from billow.decks.mesh_model import mesh_model
 from billow.decks.obstacles import lift, put_contact, put_obstacles, raise_all, turn_of
 from billow.decks.report import REFUSED, Report
 from billow.decks.tables import Model
 from billow.decks.units import SYSTEMS, Evidence, Units, find_units
 from billow.decks.warp import put_warp
+from billow.geometry.mesh_file import SUFFIXES
 from billow.geometry.mesh_writing import write_mesh
 from billow.results.atomic import new_folder, new_place
 
@@ -91,7 +93,8 @@ def import_deck(path: str | Path, out: str | Path, options: Options | None = Non
 
 def translated(path: Path, options: Options) -> tuple[Context, BagMesh]:
     """The draft of a case and its meshes."""
-    model = Model(Deck(path, options.allow_outside))
+    is_mesh = path.suffix.lower() in SUFFIXES
+    model = mesh_model(path) if is_mesh else Model(Deck(path, options.allow_outside))
     report = Report()
     block = gas.choose(model.all("AIRBAG"), options.airbag)
     units = _units(model, block, options, path, report)
