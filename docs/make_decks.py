@@ -72,8 +72,8 @@ shells is refused with its place and shells.
 `--part`.
 
 **A mesh of another program**, as STL, OBJ, PLY, VTP, VTU, VTK or VTKHDF, is imported the same way: parts are the
-solids or groups of the file, counted from 1. Such files name no units, so `--units` must. Corners of STL facets become one node
-where all their bits agree, and on open edges within the tolerance of seams.
+solids or groups of the file, counted from 1. Such files name no units, so `--units` must. Corners of STL facets
+become one node where all their bits agree, and on open edges within the tolerance of seams.
 
 **Several fabrics.** A case has one fabric, whose thickness and leakage may differ by part. `--fabric MID` takes one
 for all.

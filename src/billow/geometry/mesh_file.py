@@ -1,6 +1,6 @@
 """Reading triangles and quads with their parts from VTKHDF files, which Billow and ParaView write, and from VTK,
-STL, OBJ and PLY files, which nearly every other program can write. Every size is checked before anything is read or made, and
-nothing in a file is executed. Formats: docs.vtk.org, "VTKHDF format specification" and "VTK file formats".
+STL, OBJ and PLY files, which nearly every other program can write. Every size is checked before anything is read or
+made, and nothing in a file is executed. Formats: docs.vtk.org, "VTKHDF format specification" and "VTK file formats".
 """
 
 from __future__ import annotations
