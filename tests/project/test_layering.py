@@ -24,7 +24,7 @@ MAY_IMPORT = {
     "injury": {"base", "results"},
     "pictures": {"base", "geometry", "results", "injury"},
     "run": MODEL | {"case", "results"},
-    "study": {"base", "geometry", "results", "case", "run"},
+    "study": {"base", "geometry", "results", "case", "run", "decks"},
     "rom": {"base", "geometry", "results", "injury", "pictures"},
     "reproductions": {"base", "results", "injury", "pictures", "rom"},
     "decks": MODEL | {"case", "results"},
