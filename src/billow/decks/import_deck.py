@@ -19,7 +19,7 @@ from billow.decks.block import Block
 from billow.decks.cards import Cards, Field
 from billow.decks.context import Context
 from billow.decks.draft import Said, case_text, plain, said, source_of
-from billow.decks.fabric import FABRICS_DIFFER, fabric_cards, leakage, put_fabric
+from billow.decks.fabric import FABRICS_DIFFER, birth_time, fabric_cards, leakage, put_fabric
 from billow.decks.fields import known
 from billow.decks.jets import put_jets
 from billow.decks.keyword_file import Deck
@@ -301,8 +301,8 @@ def _rest_of_base(context: Context, base: dict[str, Any], needs_gas: bool, path:
 
 
 def _bag_tables(context: Context, bag: BagMesh) -> None:
-    if bag.birth is not None and bag.birth.number:
-        context.put("bag.birth_time", bag.birth, "time")
+    if bag.birth is not None and bag.birth.number and "birth_time" not in context.tables["bag"]:
+        birth_time(context, bag.birth)  # unless the material has one, which counts
     own = context.tables["bag"]
     has_vent = any(part["kind"] == "vent" for part in bag.parts.values())
     if not has_vent:
