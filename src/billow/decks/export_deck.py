@@ -197,7 +197,7 @@ def _leakage(
         speed = case.fabric.permeability * np.sqrt(over / 500.0)
         curve = deck.curve(outside + over, speed, "pressure", "velocity", f"{part} leak speed")
         notes.append(
-            f"part {part}: permeability as a curve of leak speed (FVOPT 7), exact at 61 pressures, of the stretched area"
+            f"part {part}: permeability as a curve of leak speed (FVOPT 7), exact at 61 pressures; its stretched area"
         )
         return (1.0, -float(curve), 7), 0.0
     fvopt = LEAK_CODES[law.law] + (1 if law.blockage else 0)

@@ -7,6 +7,8 @@ nominal stress is the true stress, and S of Green strain becomes S times the str
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from billow.base.errors import InputError
@@ -101,6 +103,8 @@ def _poisson(context: Context, f: dict[str, Field], warp: float, weft: float) ->
     """poisson: contraction along the weft under load along the warp, nu_ab = PRBA EA / EB = PRAB."""
     minor, major, report = f["PRBA"], f["PRAB"], context.report
     value = minor.number * warp / weft if minor.number else major.number
+    if major.number and math.isclose(value, major.number, rel_tol=1e-6):
+        value = major.number
     largest = 0.99 * min(0.49, (warp / weft) ** 0.5)
     if not 0.0 <= value <= largest:
         clipped = min(max(value, 0.0), largest)
@@ -238,6 +242,6 @@ def _factor(context: Context, one: Field, axis: str, dimension: str):
         curve = context.curve(one, axis, dimension, "leakage.pressure_factor", axis)
         context.report.mapped(one, f"curve {abs(one.whole)}")
         return said(curve, one)
-    value = one.number * context.units.factor(dimension)
+    value = context.si(one, dimension)
     context.report.mapped(one, value)
     return said(value, one)

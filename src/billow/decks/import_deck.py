@@ -357,7 +357,7 @@ def _run(context: Context, base: dict[str, Any]) -> None:
             report.refused(f["LCID"], "a body load of this kind has no counterpart")
             continue
         points = model.curve(f["LCID"]).points
-        value = float(points[0, 1]) * (f["SF"].number or 1.0) * context.units.factor("acceleration")
+        value = context.units.si(float(points[0, 1]) * (f["SF"].number or 1.0), "acceleration")
         gravity = list(plain(run.get("gravity", [0.0, 0.0, 0.0])))
         # The load is an acceleration of the frame: bodies go the other way.
         load = context.turned(np.where(np.arange(3) == axis, -value, 0.0))
