@@ -76,7 +76,7 @@ def choose(blocks: list[Block], wanted: int | None) -> Block | None:
     if wanted is None and len(bags) > 1:
         raise NO_CHOICE(count=len(bags), listed=listed, place=bags[0].place)
     if wanted is not None and not 1 <= wanted <= len(bags):
-        raise NO_CHOICE(count=len(bags), listed=listed, place=bags[0].place, why=f"there is no {wanted}; {listed}")
+        raise NO_CHOICE(count=len(bags), place=bags[0].place, why=f"there is no {wanted}; {listed}")
     chosen = bags[(wanted or 1) - 1]
     why = _why_not(chosen.name)
     if why:
