@@ -71,6 +71,10 @@ shells is refused with its place and shells.
 **A deck of a mesh alone.** What it does not say comes from a case: `--base CASE.toml`, with the bag's parts by
 `--part`.
 
+**A mesh of another program**, as STL, OBJ, PLY, VTP, VTU, VTK or VTKHDF, is imported the same way: parts are the
+solids or groups of the file, counted from 1. Such files name no units, so `--units` must. Corners of STL facets
+become one node where all their bits agree, and on open edges within the tolerance of seams.
+
 **Several fabrics.** A case has one fabric, whose thickness and leakage may differ by part. `--fabric MID` takes one
 for all.
 
@@ -103,8 +107,9 @@ metric system, and every number to 1e-6. The command lists what a deck cannot ho
 shapes other than planes and spheres, which become rigid shells of triangles. Bags of several chambers are refused.
 """
 
-BESIDES = """Besides: *NODE, *ELEMENT_SHELL (_THICKNESS, _BETA), *PART, *SECTION_SHELL, *SET_PART, *SET_NODE, *SET_SEGMENT,
-*DEFINE_CURVE, *DEFINE_VECTOR, *AIRBAG_REFERENCE_GEOMETRY, *AIRBAG_SHELL_REFERENCE_GEOMETRY, *INCLUDE, *PARAMETER."""
+BESIDES = """Besides: *NODE, *ELEMENT_SHELL (_THICKNESS, _BETA), *PART, *SECTION_SHELL, *SET_PART, *SET_NODE,
+*SET_SEGMENT, *DEFINE_CURVE, *DEFINE_VECTOR, *AIRBAG_REFERENCE_GEOMETRY, *AIRBAG_SHELL_REFERENCE_GEOMETRY,
+*INCLUDE and *PARAMETER."""
 
 
 def render() -> str:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+import types
 from collections.abc import Callable
 from pathlib import Path
 
@@ -10,6 +12,7 @@ from here import Here
 from billow.case.schema import Case
 from billow.decks.export_deck import export_deck
 from billow.decks.import_deck import Options, import_deck
+from billow.study.import_runs import import_runs
 
 # A bag of four triangles, in kg-mm-ms.
 NODES = "*NODE\n1,0,0,0\n2,300,0,0\n3,0,300,0\n4,0,0,300\n"
@@ -73,3 +76,19 @@ TRIGGERS["E-DCK-014"] = deck(
     DECK.replace("4,3,2,3,4,4\n", "4,4,2,3,4,4\n").replace("*SET_PART\n1\n3\n", "*SET_PART\n1\n3,4\n")
     + "*PART\nslope\n4,3,4\n*MAT_FABRIC\n4,9e-7,0.4,0.35,,0.2\n0.01,,,1\n"
 )
+
+
+def of_dyna(installed: bool) -> Callable[[Here], object]:
+    """Import runs whose results are a d3plot, without saying its units; the library is there or not."""
+
+    def trigger(here: Here):
+        here.patch.setitem(sys.modules, "dynars", types.ModuleType("dynars") if installed else None)
+        folder = here.write("runs.csv", "run,flow [kg/s]\n0000,1\n0001,2\n0002,3\n").parent
+        (folder / "0000").mkdir()
+        (folder / "0000" / "d3plot").write_bytes(b"d3plot")
+        return import_runs(folder, folder / "study")
+
+    return trigger
+
+
+TRIGGERS |= {"E-STU-033": of_dyna(installed=False), "E-STU-034": of_dyna(installed=True)}

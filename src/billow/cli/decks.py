@@ -19,11 +19,18 @@ class Measure(StrEnum):
     green = "green"
 
 
-SYSTEM_NAMES = ("auto", "kg-mm-ms", "t-mm-s", "kg-m-s", "g-mm-ms", "lbf-in-s")
+def known_units(command: str, units: str | None) -> str | None:
+    """The name of a system of units, if one is given. InputError E-CLI-007 for others."""
+    from billow.decks.units import SYSTEMS
+
+    with usable(command, "units", str(units)):
+        if units is not None and units not in SYSTEMS:
+            raise ValueError(f"it is none of {', '.join(SYSTEMS)}")
+    return units
 
 
 def import_deck(
-    deck: Annotated[Path, typer.Argument(help="Keyword file of LS-DYNA (.k, .key, .dyn).")],
+    deck: Annotated[Path, typer.Argument(help="Keyword file of LS-DYNA, or a mesh (.stl, .obj, .ply, .vtp, .vtu).")],
     out: Annotated[Path, typer.Option(help="Folder for the case; must not exist yet.")],
     units: Annotated[
         str, typer.Option(metavar="SYSTEM", help="auto, kg-mm-ms, t-mm-s, kg-m-s, g-mm-ms or lbf-in-s.")
@@ -57,9 +64,8 @@ def import_deck(
     from billow.decks.report import APPROXIMATED, IGNORED, MAPPED, REFUSED
 
     command = "import-deck"
-    with usable(command, "units", units):
-        if units not in SYSTEM_NAMES:
-            raise ValueError(f"it is none of {', '.join(SYSTEM_NAMES)}")
+    if units != "auto":
+        known_units(command, units)
     options = Options(
         units=units, airbag=airbag, parts=_numbered(command, "part", part, ("fabric", "mouth", "vent", "obstacle",
         "plate", "ignore")), close=_numbered(command, "close", close, ("mouth", "vent")), merge=merge, base=base,
@@ -89,9 +95,7 @@ def export_deck(
     from billow.case.schema import Case
     from billow.decks.export_deck import export_deck as write_deck
 
-    with usable("export-deck", "units", units):
-        if units not in SYSTEM_NAMES[1:]:
-            raise ValueError(f"it is none of {', '.join(SYSTEM_NAMES[1:])}")
+    known_units("export-deck", units)
     for note in write_deck(Case.load(case_file).vary(parse_settings(settings)), out, units):
         print(note)
     print(f"{out}: written, units {units}")

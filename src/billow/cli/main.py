@@ -262,16 +262,19 @@ def import_runs(
         float, typer.Option(min=0.0, max=0.9, help="Share of test runs, unless runs.csv has a column split.")
     ] = 0.2,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the split.")] = 0,
+    units: Annotated[str | None, typer.Option(metavar="SYSTEM", help="Of d3plot files: kg-mm-ms, t-mm-s, ...")] = None,
+    part: Annotated[list[int] | None, typer.Option(help="Part of a d3plot that belongs to the bag.")] = None,
 ) -> None:
-    """Make a dataset from runs of another solver: CSV, NumPy or VTK frames and a table of parameters.
+    """Make a dataset from runs of another solver: CSV, NumPy or VTK frames or d3plot, and a table of parameters.
 
     Nodes, triangles, times and start shapes are checked against each other; nothing is written unless all agree.
     """
     from billow.study.import_runs import import_runs as make_dataset
 
     train, test = make_dataset(
-        folder, out, title=title, reference_length=reference_length, test_share=test_share, seed=seed
-    )
+        folder, out, title=title, reference_length=reference_length, test_share=test_share, seed=seed,
+        units=decks.known_units("import", units), parts=tuple(part or ()),
+    )  # fmt: skip
     print(f"{out}: {train} training and {test} unseen runs\nnext: billow train {out}")
 
 

@@ -76,7 +76,7 @@ def choose(blocks: list[Block], wanted: int | None) -> Block | None:
     if wanted is None and len(bags) > 1:
         raise NO_CHOICE(count=len(bags), listed=listed, place=bags[0].place)
     if wanted is not None and not 1 <= wanted <= len(bags):
-        raise NO_CHOICE(count=len(bags), listed=listed, place=bags[0].place, why=f"there is no {wanted}; {listed}")
+        raise NO_CHOICE(count=len(bags), place=bags[0].place, why=f"there is no {wanted}; {listed}")
     chosen = bags[(wanted or 1) - 1]
     why = _why_not(chosen.name)
     if why:
@@ -118,9 +118,11 @@ def _exits(context: Context, f: dict[str, Field], airbag: Airbag) -> None:
     for name, area, discharge, curve, of_pressure in (
         ("exit", "A23", "C23", "LCC23", "LCA23"), ("porosity", "AP23", "CP23", "LCCP23", "LCAP23"),
     ):  # fmt: skip
-        if f[of_pressure].whole:
-            report.refused(f[of_pressure], f"area against pressure; {area} is used, see bag.vents.area_factor")
         given = f[area].number
+        if f[of_pressure].whole and given:
+            report.ignored(f[of_pressure], f"a {area} that is not zero counts")
+        elif f[of_pressure].whole:
+            report.refused(f[of_pressure], "area against pressure: make the exit a part, and set its area_factor")
         if not given:
             for one in (f[area], f[discharge]):
                 report.ignored(one, f"{area} is 0: nothing leaves here")
@@ -128,7 +130,9 @@ def _exits(context: Context, f: dict[str, Field], airbag: Airbag) -> None:
         value: object = 1.0 if f[discharge].is_blank and not f[curve].whole else f[discharge].number
         source = f[discharge]
         if f[discharge].number < 0.0:
-            value = context.curve(f[discharge], "time", "-", "a discharge coefficient")
+            raise f[discharge].bad("a discharge coefficient is not negative")
+        if f[curve].whole and f[discharge].number:
+            report.ignored(f[curve], f"a {discharge} that is not zero counts")
         elif f[curve].whole:
             value, source = context.curve(f[curve], "time", "-", "a discharge coefficient"), f[curve]
             report.mapped(f[curve], f"curve {f[curve].whole}")
@@ -362,7 +366,10 @@ def _wang_nefske(context: Context, block: Block) -> Airbag:
         report.refused(f["IABT"], "no counterpart")
     _one_gas(context, f, f["LCMT"], f["LCT"])
     _outside(context, ambient["PE"], ambient["RO"], GAS_CONSTANT / AIR)
-    report.ignored(ambient["GC"], "a conversion constant of the unit system")
+    if ambient["GC"].number in (0.0, 1.0):
+        report.mapped(ambient["GC"], 1.0, "units", "the units are consistent")
+    else:
+        report.refused(ambient["GC"], "the gas is not in the units of the model: convert its numbers, and set GC to 1")
     if ambient["LCEFR"].whole:
         report.refused(ambient["LCEFR"], "a curve of exit flow against gauge pressure has no counterpart")
     airbag.option = ambient["OPT"].whole

@@ -113,7 +113,7 @@ def bag_mesh(
 
     ids = np.unique(corners[corners >= 0])
     at = model.nodes.rows(ids, "a shell of the bag", cell_place[0])
-    points = metres(model.nodes.texts[at], model.nodes.points[at], model.nodes.scale[at], units)
+    points = model.nodes.metres(at, units)
     own = np.where(corners >= 0, np.searchsorted(ids, corners), -1)
     own, kept = _sound(own, rows, shells, report)
     rows, part = rows[kept], part[kept]
@@ -364,7 +364,7 @@ def _by_element(model: Model, block, cells, points, own, rows, turned, units: Un
     mine = corners[order[at]]
     ids = np.unique(mine[has][mine[has] >= 0])
     found = model.nodes.rows(ids, "a reference shell", place)
-    extra = metres(model.nodes.texts[found], model.nodes.points[found], model.nodes.scale[found], units)
+    extra = model.nodes.metres(found, units)
     local = np.where(mine >= 0, np.searchsorted(ids, mine) + len(points), -1)
     local = flipped(local, turned)
     for k in np.flatnonzero(has & ((local[:, 3] < 0) != (own[:, 3] < 0))):

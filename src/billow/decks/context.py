@@ -60,7 +60,7 @@ class Context:
         return found
 
     def si(self, one: Field, dimension: str) -> float:
-        return one.number * self.units.factor(dimension)
+        return self.units.si(one.number, dimension)
 
     def put(self, key: str, one: Field, dimension: str, default: float = 0.0) -> float:
         """A number into the draft and the report; key: dotted."""
@@ -94,4 +94,5 @@ class Context:
     def points(self, one: Field, x: str, y: str) -> tuple[np.ndarray, str, int]:
         """Points of a curve in SI, (n, 2), its place and number."""
         found = self.model.curve(one)
-        return found.points * [self.units.factor(x), self.units.factor(y)], found.place, found.number
+        rows = [[self.units.si(a, x), self.units.si(b, y)] for a, b in found.points.tolist()]
+        return np.array(rows).reshape(-1, 2), found.place, found.number

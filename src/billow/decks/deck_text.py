@@ -10,8 +10,8 @@ from billow.decks.exact_lengths import written
 from billow.decks.units import Units
 
 WIDTH = 20
-DIGITS = 13
-"""Significant digits of a number that always fits."""
+MOST_DIGITS = 17
+"""Significant digits of a number; fewer where a column is too narrow."""
 
 
 class DeckText:
@@ -37,7 +37,7 @@ class DeckText:
 
     def of(self, value: float, dimension: str) -> float:
         """An SI value in the units of the deck."""
-        return float(value) / self.units.factor(dimension)
+        return self.units.of_si(float(value), dimension)
 
     def curve(self, x: Iterable[float], y: Iterable[float], of_x: str, of_y: str, title: str) -> int:
         """Write a *DEFINE_CURVE of SI values; its id."""
@@ -70,7 +70,8 @@ class DeckText:
 def _column(value: float | int | str | None) -> str:
     if value is None:
         return " " * WIDTH
-    if isinstance(value, float):
-        text = repr(value)
-        value = text if len(text) < WIDTH else f"{value:.{DIGITS}g}"
-    return str(value).rjust(WIDTH)
+    text = str(value)
+    digits = MOST_DIGITS
+    while len(text) > WIDTH:
+        text, digits = f"{value:.{digits}g}", digits - 1
+    return text.rjust(WIDTH)

@@ -14,10 +14,10 @@ from billow.decks.units import Units
 _PARTS = re.compile(rb"([+-]?[0-9.]+)(?:[eEdD]?([+-]?\d+))?")
 
 
-def metres(texts: np.ndarray, numbers: np.ndarray, scale: np.ndarray, units: Units) -> np.ndarray:
+def metres(texts: np.ndarray | None, numbers: np.ndarray, scale: np.ndarray, units: Units) -> np.ndarray:
     """Coordinates (n, 3) [m]. texts: as the deck has them; numbers: what they are, times scale (n,)."""
     power = round(math.log10(units.length))
-    if units.length != float(f"1e{power}"):
+    if texts is None or units.length != float(f"1e{power}"):
         return numbers * units.length
     out = numbers * units.length
     plain = scale == 1.0

@@ -196,11 +196,13 @@ def _leakage(
         over = np.concatenate([[0.0], np.geomspace(50.0, 300e3, 60)])
         speed = case.fabric.permeability * np.sqrt(over / 500.0)
         curve = deck.curve(outside + over, speed, "pressure", "velocity", f"{part} leak speed")
-        notes.append(f"part {part}: permeability as a curve of leak speed (FVOPT 7), exact at 61 pressures")
+        notes.append(
+            f"part {part}: permeability as a curve of leak speed (FVOPT 7), exact at 61 pressures; its stretched area"
+        )
         return (1.0, -float(curve), 7), 0.0
     fvopt = LEAK_CODES[law.law] + (1 if law.blockage else 0)
-    if not isinstance(law.area, str):
-        notes.append(f"part {part}: leakage.area has fields X0 to X3 of which X2 and X3 are those of FLC and FAC")
+    if law.area != "deformed":
+        notes.append(f"part {part}: the stretched area leaks; leakage.area has no fields beside FLC and FAC")
 
     def factor(value, axis: str, dimension: str) -> float:
         if isinstance(value, float):

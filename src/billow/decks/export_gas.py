@@ -49,15 +49,15 @@ def put_gas(deck: DeckText, case: Case, shape: BagShape, vents: dict[str, int], 
 def _molar(deck: DeckText, gas: Species, notes: list[str]) -> tuple[float, float, float, float]:
     """Molar mass and terms A, B, C in the units of the deck; fitted for gases with more terms."""
     if gas.low == gas.high and gas.low[3:] == (0.0, 0.0):
-        terms = np.array(gas.low[:3])
+        terms = [float(f"{term * MOLAR_GAS_CONSTANT:.15g}") for term in gas.low[:3]]  # as somebody wrote them
     else:
         t = np.linspace(COLDEST, HOTTEST_FIT, 131)
         cp = np.where(t < gas.middle, np.polyval(gas.low[::-1], t), np.polyval(gas.high[::-1], t))
-        terms = np.polyfit(t, cp, 2)[::-1]
-        off = float(np.abs(np.polyval(terms[::-1], t) / cp - 1.0).max())
+        fit = np.polyfit(t, cp, 2)
+        off = float(np.abs(np.polyval(fit, t) / cp - 1.0).max())
+        terms = (MOLAR_GAS_CONSTANT * fit[::-1]).tolist()
         notes.append(f"{gas.name}: cp as A + B T + C T^2, within {100 * off:.2g} % up to {HOTTEST_FIT:g} K")
-    factor = deck.units.factor("molar heat")
-    a, b, c = (float(term * MOLAR_GAS_CONSTANT / factor) for term in terms)
+    a, b, c = (deck.of(term, "molar heat") for term in terms)
     return deck.of(gas.molar_mass, "molar mass"), a, b, c
 
 

@@ -7,6 +7,8 @@ nominal stress is the true stress, and S of Green strain becomes S times the str
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from billow.base.errors import InputError
@@ -25,7 +27,8 @@ FABRICS_DIFFER = InputError.declare(
 )
 
 MEASURES = ("true", "engineering", "green")
-LAWS = {0: "linear", 4: "curves", 14: "curves-shear", -14: "curves-shear", 24: "curves-shear"}
+LAWS = {0: "linear", 1: "linear", 2: "linear", 3: "linear", 12: "linear", 13: "linear"}
+LAWS |= {4: "curves", 14: "curves-shear", -14: "curves-shear", 24: "curves-shear"}
 LEAKS = {1: "wang-nefske", 2: "wang-nefske", 3: "graefe", 4: "graefe", 5: "porous-medium", 6: "porous-medium"}
 LEAKS |= {7: "velocity-curve", 8: "velocity-curve"}
 
@@ -54,6 +57,8 @@ def put_fabric(context: Context, f: dict[str, Field], measure: str) -> None:
     if law is None:
         law = "linear"
         report.refused(f["FORM"], f"FORM {form} has no counterpart; the moduli are used, as with FORM 0")
+    elif form in (0, 1, 3, 13):
+        report.approximated(f["FORM"], "linear in Green strain; the forms differ at large strain and shear", law)
     else:
         report.mapped(f["FORM"], law)
     context.set("fabric.law", law, f["FORM"])
@@ -83,13 +88,23 @@ def put_fabric(context: Context, f: dict[str, Field], measure: str) -> None:
     if law != "linear":
         _curves(context, f, measure)
     if f["RGBRTH"].number:
-        context.put("bag.birth_time", f["RGBRTH"], "time")
+        birth_time(context, f["RGBRTH"])
+
+
+def birth_time(context: Context, one: Field) -> None:
+    """`bag.birth_time`: until then the start is the reference in a deck; in a case it moves to the flat cut."""
+    value = context.si(one, "time")
+    context.set("bag.birth_time", value, one)
+    how = "until then a deck measures strain from the start; in a case the reference moves to the flat cut meanwhile"
+    context.report.approximated(one, how, value, "bag.birth_time")
 
 
 def _poisson(context: Context, f: dict[str, Field], warp: float, weft: float) -> None:
     """poisson: contraction along the weft under load along the warp, nu_ab = PRBA EA / EB = PRAB."""
     minor, major, report = f["PRBA"], f["PRAB"], context.report
     value = minor.number * warp / weft if minor.number else major.number
+    if major.number and math.isclose(value, major.number, rel_tol=1e-6):
+        value = major.number
     largest = 0.99 * min(0.49, (warp / weft) ** 0.5)
     if not 0.0 <= value <= largest:
         clipped = min(max(value, 0.0), largest)
@@ -126,11 +141,7 @@ def _curves(context: Context, f: dict[str, Field], measure: str) -> None:
     context.set("fabric.curves.transverse", 0.0, "curves of one direction, at constant width")
     for name, loading, unloading in (("warp", "LCA", "LCUA"), ("weft", "LCB", "LCUB"), ("shear", "LCAB", "LCUAB")):
         if not f[loading].whole:
-            if name == "weft" and f["LCA"].whole:
-                _curve(context, f["LCA"], "weft", "loading", measure)
-                context.report.mapped(f[loading], "as LCA", note="blank")
-                continue
-            context.report.refused(f[loading], f"the law needs a curve of {name}; give it, or use FORM 0")
+            _line(context, f, name, loading)
             continue
         _curve(context, f[loading], name, "loading", measure)
         if f[unloading].whole:
@@ -138,6 +149,20 @@ def _curves(context: Context, f: dict[str, Field], measure: str) -> None:
     for name in ("LCAA", "LCBB"):
         if name in f and f[name].whole:
             context.report.refused(f[name], "curves of coupled stress have no counterpart; they are left out")
+
+
+def _line(context: Context, f: dict[str, Field], name: str, loading: str) -> None:
+    """Without a curve the modulus counts: a straight line, to 10 %."""
+    modulus = f[{"warp": "EA", "weft": "EB", "shear": "GAB"}[name]]
+    slope = context.si(modulus, "pressure")
+    if not slope > 0.0:
+        raise modulus.bad(f"{loading} names no curve, so a modulus is needed")
+    end = np.degrees(0.1) if name == "shear" else 0.1
+    file = f"curves/{name}_loading.csv"
+    head = "angle [deg]" if name == "shear" else "strain [-]"
+    context.curves[file] = f"{head}, stress [Pa]\n0, 0\n{float(end)!r}, {0.1 * slope!r}\n"
+    context.set(f"fabric.curves.{name}.loading", file, modulus)
+    context.report.mapped(f[loading], file, note=f"blank: a straight line of {modulus.name}")
 
 
 def _curve(context: Context, one: Field, name: str, branch: str, measure: str) -> None:
@@ -174,7 +199,7 @@ def leakage(context: Context, f: dict[str, Field], option: int) -> dict[str, obj
     is blank."""
     report, fvopt = context.report, f["FVOPT"].whole or option
     law = LEAKS.get(abs(fvopt))
-    if not f["FLC"].number and not f["FAC"].number:
+    if not any(f[name].number for name in (("FLC", "FAC", "X0", "X1") if fvopt < 0 else ("FLC", "FAC"))):
         return None
     if law is None:
         for name in ("FLC", "FAC"):
@@ -182,9 +207,10 @@ def leakage(context: Context, f: dict[str, Field], option: int) -> dict[str, obj
         return None
     report.mapped(f["FVOPT"], law)
     table: dict[str, object] = {"law": said(law, f["FVOPT"])}
-    table["time_factor"] = _factor(context, f["FLC"], "time", "-")
-    unit = {"porous-medium": "per velocity", "velocity-curve": "velocity"}.get(law, "-")
-    table["pressure_factor"] = _factor(context, f["FAC"], "pressure", unit)
+    if fvopt > 0:
+        table["time_factor"] = _factor(context, f["FLC"], "time", "-")
+        unit = {"porous-medium": "per velocity", "velocity-curve": "velocity"}.get(law, "-")
+        table["pressure_factor"] = _factor(context, f["FAC"], "pressure", unit)
     if fvopt % 2 == 0:
         table["blockage"] = said(True, f["FVOPT"])
         if f["ELA"].number < 0.0:
@@ -192,15 +218,21 @@ def leakage(context: Context, f: dict[str, Field], option: int) -> dict[str, obj
         else:
             table["through_blocked"] = said(min(f["ELA"].number, 1.0), f["ELA"])
             report.mapped(f["ELA"], min(f["ELA"].number, 1.0))
-    x0, x1 = f["X0"].number, f["X1"].number
-    if x0 == 1.0:
-        for name in ("X0", "X1"):
-            report.refused(f[name], "X2 and X3 share their fields with FLC and FAC; set leakage.area yourself")
-    elif x0 < 0.0:
-        report.refused(f["X0"], "vents that seal under tension have no counterpart")
+    if fvopt > 0:
+        table["area"] = said("deformed", f["FVOPT"])
+        return table
+    # A negative FVOPT takes the area of Anagonye and Wang, and FLC and FAC are X2 and X3.
+    if law not in ("wang-nefske", "graefe"):
+        report.refused(f["FVOPT"], "the area of Anagonye and Wang leaves no field for the law's own factor")
+    terms = [f[name].number for name in ("X0", "X1", "FLC", "FAC")]
+    table |= {"area": said(terms, f["X0"]), "time_factor": said(1.0, f["FVOPT"])}
+    table["pressure_factor"] = said(1.0, f["FVOPT"])
+    for name, value in zip(("X0", "X1", "FLC", "FAC"), terms, strict=True):
+        report.mapped(f[name], value, "leakage.area")
+    if f["A0REF"].number == 1.0:
+        report.mapped(f["A0REF"], "as cut", "leakage.area")
     else:
-        table["area"] = said("deformed", f["X1"])
-        report.mapped(f["X1"], "deformed", note="" if x1 == 1.0 else "blank: the stretched area, as LS-DYNA")
+        report.approximated(f["A0REF"], "terms are on the area as cut, not on that at the start", key="leakage.area")
     return table
 
 
@@ -210,6 +242,6 @@ def _factor(context: Context, one: Field, axis: str, dimension: str):
         curve = context.curve(one, axis, dimension, "leakage.pressure_factor", axis)
         context.report.mapped(one, f"curve {abs(one.whole)}")
         return said(curve, one)
-    value = one.number * context.units.factor(dimension)
+    value = context.si(one, dimension)
     context.report.mapped(one, value)
     return said(value, one)

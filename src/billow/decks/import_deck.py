@@ -19,15 +19,17 @@ from billow.decks.block import Block
 from billow.decks.cards import Cards, Field
 from billow.decks.context import Context
 from billow.decks.draft import Said, case_text, plain, said, source_of
-from billow.decks.fabric import FABRICS_DIFFER, fabric_cards, leakage, put_fabric
+from billow.decks.fabric import FABRICS_DIFFER, birth_time, fabric_cards, leakage, put_fabric
 from billow.decks.fields import known
 from billow.decks.jets import put_jets
 from billow.decks.keyword_file import Deck
+from billow.decks.mesh_model import mesh_model
 from billow.decks.obstacles import lift, put_contact, put_obstacles, raise_all, turn_of
 from billow.decks.report import REFUSED, Report
 from billow.decks.tables import Model
 from billow.decks.units import SYSTEMS, Evidence, Units, find_units
 from billow.decks.warp import put_warp
+from billow.geometry.mesh_file import SUFFIXES
 from billow.geometry.mesh_writing import write_mesh
 from billow.results.atomic import new_folder, new_place
 
@@ -91,7 +93,8 @@ def import_deck(path: str | Path, out: str | Path, options: Options | None = Non
 
 def translated(path: Path, options: Options) -> tuple[Context, BagMesh]:
     """The draft of a case and its meshes."""
-    model = Model(Deck(path, options.allow_outside))
+    is_mesh = path.suffix.lower() in SUFFIXES
+    model = mesh_model(path) if is_mesh else Model(Deck(path, options.allow_outside))
     report = Report()
     block = gas.choose(model.all("AIRBAG"), options.airbag)
     units = _units(model, block, options, path, report)
@@ -298,8 +301,8 @@ def _rest_of_base(context: Context, base: dict[str, Any], needs_gas: bool, path:
 
 
 def _bag_tables(context: Context, bag: BagMesh) -> None:
-    if bag.birth is not None and bag.birth.number:
-        context.put("bag.birth_time", bag.birth, "time")
+    if bag.birth is not None and bag.birth.number and "birth_time" not in context.tables["bag"]:
+        birth_time(context, bag.birth)  # unless the material has one, which counts
     own = context.tables["bag"]
     has_vent = any(part["kind"] == "vent" for part in bag.parts.values())
     if not has_vent:
@@ -354,7 +357,7 @@ def _run(context: Context, base: dict[str, Any]) -> None:
             report.refused(f["LCID"], "a body load of this kind has no counterpart")
             continue
         points = model.curve(f["LCID"]).points
-        value = float(points[0, 1]) * (f["SF"].number or 1.0) * context.units.factor("acceleration")
+        value = context.units.si(float(points[0, 1]) * (f["SF"].number or 1.0), "acceleration")
         gravity = list(plain(run.get("gravity", [0.0, 0.0, 0.0])))
         # The load is an acceleration of the frame: bodies go the other way.
         load = context.turned(np.where(np.arange(3) == axis, -value, 0.0))

@@ -62,6 +62,13 @@ class Deck:
             raise NO_DECK(name=self.path.name, path=str(self.path), why=error) from None
         self._take(self.path.resolve(), data, STANDARD, (), 0)
 
+    @classmethod
+    def of_mesh(cls, path: str | Path) -> Deck:
+        """A deck without keywords, for a mesh of another format."""
+        deck = cls.__new__(cls)
+        deck.path, deck.blocks, deck.parameters, deck.files = Path(path), [], Parameters(), [Path(path)]
+        return deck
+
     def all(self, *names: str) -> list[Block]:
         """Blocks of these keywords, with or without options."""
         return [block for block in self.blocks if any(block.is_a(name) for name in names)]

@@ -14,8 +14,10 @@ import numpy as np
 from billow.base.errors import InputError
 from billow.decks.block import Block
 from billow.decks.cards import Cards, Field, split, table
+from billow.decks.exact_lengths import metres
 from billow.decks.keyword_file import Deck
 from billow.decks.parameters import Parameters
+from billow.decks.units import Units
 
 NOT_THERE = InputError.declare(
     "E-DCK-006",
@@ -52,15 +54,21 @@ _UNSHIFTED = ("NODE", "ELEMENT_SHELL", "PART", "SECTION_SHELL", "SET", "DEFINE_C
 
 @dataclass(frozen=True)
 class Nodes:
-    """number: sorted ids, (nodes,). points: [unit of the deck], (nodes, 3). texts: the same as bytes, (nodes, 3).
+    """number: sorted ids, (nodes,). points: [unit of the deck], (nodes, 3). texts: the same as bytes, (nodes, 3), None
+    if they come from no text.
     scale: factor of each on its texts, from *INCLUDE_TRANSFORM. held: whether all translations are constrained (TC 7).
     place: where a table begins, by row."""
 
     number: np.ndarray
     points: np.ndarray
-    texts: np.ndarray
+    texts: np.ndarray | None
     scale: np.ndarray
     held: np.ndarray
+
+    def metres(self, rows: np.ndarray, units: Units) -> np.ndarray:
+        """Coordinates of some nodes [m], (n, 3)."""
+        texts = None if self.texts is None else self.texts[rows]
+        return metres(texts, self.points[rows], self.scale[rows], units)
 
     def rows(self, numbers: np.ndarray, who: str, place: str, kind: str = "node") -> np.ndarray:
         """Row of each node id. Raises InputError E-DCK-006."""

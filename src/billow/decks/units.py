@@ -6,7 +6,9 @@ only lie in a certain range; a system in which all lie in theirs passes. Exactly
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from decimal import Decimal
 
 from billow.base.errors import InputError
 
@@ -32,6 +34,26 @@ class Units:
         """What a number of this dimension is multiplied by to be SI."""
         m, length, t = DIMENSIONS[dimension]
         return self.mass**m * self.length**length * self.time**t
+
+    def si(self, value: float, dimension: str) -> float:
+        """A number of the deck in SI; where all units are powers of ten, its digits stay what they are."""
+        power = self._power(dimension)
+        return value * self.factor(dimension) if power is None else _moved(value, power)
+
+    def of_si(self, value: float, dimension: str) -> float:
+        """The other way."""
+        power = self._power(dimension)
+        return value / self.factor(dimension) if power is None else _moved(value, -power)
+
+    def _power(self, dimension: str) -> int | None:
+        """The power of ten that the factor is, None if it is none."""
+        power = round(math.log10(self.factor(dimension)))
+        return power if math.isclose(self.factor(dimension), 10.0**power, rel_tol=1e-12) else None
+
+
+def _moved(value: float, power: int) -> float:
+    """A number times a power of ten, its shortest digits kept."""
+    return float(Decimal(repr(float(value))).scaleb(power)) if power else float(value)
 
 
 DIMENSIONS = {

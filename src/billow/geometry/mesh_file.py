@@ -1,6 +1,6 @@
-"""Reading triangles and quads with their parts from VTKHDF files, which Billow and ParaView write, and from VTK legacy
-files, which nearly every other program can write. Every size is checked before anything is read or made, and nothing in
-a file is executed. Formats: docs.vtk.org, "VTKHDF format specification" and "VTK file formats, simple legacy formats".
+"""Reading triangles and quads with their parts from VTKHDF files, which Billow and ParaView write, and from VTK,
+STL, OBJ and PLY files, which nearly every other program can write. Every size is checked before anything is read or
+made, and nothing in a file is executed. Formats: docs.vtk.org, "VTKHDF format specification" and "VTK file formats".
 """
 
 from __future__ import annotations
@@ -16,12 +16,16 @@ from billow.base.errors import InputError
 from billow.base.input_file import LARGEST_DATA, read_bytes, require_file
 from billow.base.table_file import whole_numbers
 from billow.geometry.hdf_arrays import take
+from billow.geometry.mesh_formats import read_obj, read_ply, read_stl
 from billow.geometry.vtk_legacy import GHOSTS, QUAD, TRIANGLE, Grid, read_legacy
+from billow.geometry.vtk_xml import read_xml
 
 MOST_CELLS = 2_000_000
 MOST_PARTS = 100_000
 
-SUFFIXES = (".vtkhdf", ".hdf", ".vtk")
+PLAIN = {".stl": read_stl, ".obj": read_obj, ".ply": read_ply}
+"""Readers of files that have one time and may name their parts."""
+SUFFIXES = (".vtkhdf", ".hdf", ".vtk", ".vtu", ".vtp", *PLAIN)
 _KINDS = {
     1: "a vertex", 2: "a set of vertices", 3: "a line", 4: "a polyline", 6: "a strip of triangles", 7: "a polygon",
     8: "a pixel", 10: "a tetrahedron", 11: "a voxel", 12: "a hexahedron", 13: "a wedge", 14: "a pyramid",
@@ -69,8 +73,8 @@ class CellMesh:
 
 
 def read_mesh(path: str | Path, part_field: str = "part", frame: int = 0) -> CellMesh:
-    """Mesh of a .vtkhdf or .vtk file; frame: of a file with several times, negative ones counted from the last. Quads
-    that name a node twice in a row are triangles.
+    """Mesh of a file, by the ending of its name, one of SUFFIXES; frame: of a file with several times, negative ones
+    counted from the last. Quads that name a node twice in a row are triangles.
 
     Raises InputError E-GEO-030 (cannot be read), E-GEO-031 (holds no mesh of triangles and quads with parts).
     """
@@ -79,10 +83,10 @@ def read_mesh(path: str | Path, part_field: str = "part", frame: int = 0) -> Cel
         why, remedy = f"its name ends in {path.suffix!r}", f"give a file that ends in {', '.join(SUFFIXES)}"
         raise UNREADABLE(name=path.name, path=str(path), why=why, remedy=remedy)
     try:
-        if path.suffix.lower() == ".vtk":
+        if path.suffix.lower() not in (".vtkhdf", ".hdf"):
             if frame not in (0, -1):
                 raise ValueError(f"it has one time; there is no frame {frame}")
-            grid, names = read_legacy(read_bytes(path, LARGEST_DATA)), {}
+            grid, names = _read_plain(path.suffix.lower(), read_bytes(path, LARGEST_DATA))
         else:
             require_file(path, LARGEST_DATA)
             with h5py.File(path, "r") as file:
@@ -103,6 +107,12 @@ def read_mesh(path: str | Path, part_field: str = "part", frame: int = 0) -> Cel
         remedy = "name the field with the numbers of the parts in bag.part_field"
         raise NO_USABLE_MESH(name=path.name, path=path, why=error, remedy=remedy) from None
     return CellMesh(grid.points, cells, part, names)
+
+
+def _read_plain(suffix: str, content: bytes) -> tuple[Grid, dict[str, int]]:
+    if suffix in PLAIN:
+        return PLAIN[suffix](content)
+    return (read_legacy if suffix == ".vtk" else read_xml)(content), {}
 
 
 def corners_of(grid: Grid) -> np.ndarray:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from billow.base.errors import InputError
 from billow.base.table_file import read_table, whole_numbers
+from billow.study.dyna_run import UNSAID, DynaChoices, is_dyna, read_dyna
 from billow.study.frame_order import frame_order
 from billow.study.numpy_arrays import read_npy, read_npz
 from billow.study.vtk_frames import SUFFIXES, read_vtk
@@ -32,18 +34,24 @@ LARGEST = 1e30
 @dataclass(frozen=True, eq=False)
 class ForeignRun:
     """positions: [m], (times, nodes, 3) float64; triangles: (triangles, 3) int64 or None; times: [s], (times,) or None
-    contact_force: [N], (times, nodes, 3), or None
+    contact_force: [N], (times, nodes, 3), or None; histories: column -> values at times of their own
     """
 
     positions: np.ndarray
     triangles: np.ndarray | None = None
     times: np.ndarray | None = None
     contact_force: np.ndarray | None = None
+    histories: dict[str, np.ndarray] = field(default_factory=dict)
 
 
-def read_run(folder: Path, run: str) -> ForeignRun:
-    """A run in `folder`. InputError E-STU-027 if there is none, it cannot be read, or has other shapes than it must."""
-    readers = {folder / f"{run}.npz": _read_npz, folder / f"{run}.npy": _read_npy, folder / run: _read_frames}
+def read_run(folder: Path, run: str, dyna: DynaChoices = UNSAID) -> ForeignRun:
+    """A run in `folder`; dyna: what results of LS-DYNA do not say. InputError E-STU-027 if there is none, it cannot be
+    read, or has other shapes than it must."""
+    readers = {
+        folder / f"{run}.npz": _read_npz,
+        folder / f"{run}.npy": _read_npy,
+        folder / run: partial(_read_folder, dyna=dyna),
+    }
     found = [path for path in readers if path.exists()]
     path = found[0] if found else None
     try:
@@ -118,6 +126,13 @@ def _read_npz(path: Path) -> ForeignRun:
     if "triangles" in arrays:
         optional["triangles"] = whole_numbers(arrays["triangles"], "node")
     return ForeignRun(arrays["positions"].astype(float), **optional)
+
+
+def _read_folder(folder: Path, dyna: DynaChoices) -> ForeignRun:
+    if not is_dyna(folder):
+        return _read_frames(folder)
+    read = read_dyna(folder, dyna)
+    return ForeignRun(read.positions, read.triangles, read.times, histories=read.histories)
 
 
 def _read_frames(folder: Path) -> ForeignRun:

@@ -29,6 +29,7 @@ from billow.results.dataset_files import (
 from billow.results.histories import write_histories
 from billow.results.run_file import write_run_file
 from billow.results.vtkhdf import FabricWriter
+from billow.study.dyna_run import DynaChoices
 from billow.study.foreign_run import ForeignRun, read_run, read_times, read_triangles
 
 UNUSABLE_TABLE = InputError.declare(
@@ -67,11 +68,14 @@ def import_runs(
     reference_length: float | None = None,
     test_share: float = 0.2,
     seed: int = 0,
+    units: str | None = None,
+    parts: tuple[int, ...] = (),
 ) -> tuple[int, int]:
     """Make a dataset in `out` from the runs in `folder`; returns the numbers of training and test runs.
 
     title: by default the folder's name; reference_length: [m], to which errors are compared, by default the largest
-    extent of the start shape; test_share: part of the runs that is set aside, unless runs.csv has a column split
+    extent of the start shape; test_share: part of the runs that is set aside, unless runs.csv has a column split;
+    units, parts: of results of LS-DYNA, their system of units and the numbers of the parts that are the bag
 
     InputError E-STU-026: runs.csv; -027: a run cannot be read; -028: a run does not fit the others; -029: mesh or times
     are unknown; E-UNIT-001: sizes or times in another unit; E-RES-009: `out` exists. Nothing is written unless every
@@ -86,7 +90,7 @@ def import_runs(
     with new_folder(out) as partial:
         common = None
         for run in table.design:
-            found = read_run(folder, run)
+            found = read_run(folder, run, DynaChoices(units, parts))
             common = common or _Common(folder, run, found)
             common.check(run, found)
             _write_run(partial / "runs" / run, common, found, table, run)
@@ -218,6 +222,6 @@ def _write_run(folder: Path, common: _Common, found: ForeignRun, table: _Table, 
     with FabricWriter(folder / "fabric.vtkhdf", start, common.triangles, part, ["fabric"]) as frames:
         for time, points, pushed in zip(common.times, found.positions, force, strict=True):
             frames.append(float(time), points, {"displacement": points - start, "contact_force": pushed})
-    write_histories(folder / "histories.csv", {"time [s]": common.times})
+    write_histories(folder / "histories.csv", found.histories or {"time [s]": common.times})
     record = {"status": "completed", "reason": None, "case_digest": hashlib.sha256(case.encode()).hexdigest()}
     write_run_file(folder, {**record, "wall_seconds": table.seconds[run], "ledger": {}})
