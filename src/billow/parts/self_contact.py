@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numba import prange
@@ -93,13 +92,12 @@ class SelfContact(Part):
     """What never changes.
 
     triangles: all of the surface, (triangles, 3) uint32. solid: indices of those that can be touched, (solid,) int64.
-    own_corner: (nodes,) int64, the corner at which a node's force is booked, -1 for nodes that are on no solid
-    triangle. stiffness [N/m], damping [N s/m]: (nodes,). gap: [m].
+    touchable: (n,) int64, nodes of solid triangles. stiffness [N/m], damping [N s/m]: (nodes,). gap: [m].
     """
 
     triangles: np.ndarray
     solid: np.ndarray
-    own_corner: np.ndarray
+    touchable: np.ndarray
     stiffness: np.ndarray
     damping: np.ndarray
     gap: float
@@ -112,16 +110,9 @@ class SelfContact(Part):
         corners = start[surface.triangles[solid]]
         edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
         gap = GAP_IN_EDGES * float(edges.mean())
-        touchable = np.zeros(surface.node_count, np.bool_)
-        touchable[surface.triangles[solid]] = True
-        own = np.where(touchable, surface.corners[np.minimum(surface.corner_start[:-1], len(surface.corners) - 1)], -1)
+        touchable = np.unique(surface.triangles[solid]).astype(np.int64)
         stiffness = STIFFNESS * mass / crossing_time**2
-        return cls(surface.triangles, solid, own, stiffness, 2.0 * DAMPING * np.sqrt(stiffness * mass), gap)
-
-    @cached_property
-    def touchable(self) -> np.ndarray:
-        """Nodes of solid triangles, (n,) int64."""
-        return np.flatnonzero(self.own_corner >= 0)
+        return cls(surface.triangles, solid, touchable, stiffness, 2.0 * DAMPING * np.sqrt(stiffness * mass), gap)
 
     accounts = (SELF_CONTACT, FRICTION)
 
@@ -131,7 +122,7 @@ class SelfContact(Part):
     def add_forces(
         self, pairs: Pairs, positions: np.ndarray, velocities: np.ndarray, dt: float, loads: Loads
     ) -> list[Booking]:
-        """Add the forces of all pairs to the corners; books the energy in the springs and what
+        """Add the forces of all pairs to the nodes; books the energy in the springs and what
         damping took in this step of dt [s].
 
         positions [m], velocities [m/s]: (nodes, 3). Looks for new pairs when nodes have moved far enough.
@@ -147,17 +138,18 @@ class SelfContact(Part):
         if not len(pairs.triangle):
             return []
         sums, struck = np.empty((len(largest), 2)), np.zeros(len(self.triangles), np.bool_)
-        carried, corner_force = np.empty(len(self.triangles)), loads.at_corners()
+        carried, back = np.empty(len(self.triangles)), np.empty((len(self.triangles), 3, 3))
         _measure_carried(len(carried), self.triangles, moved, carried)
         _push(
             n, moved, carried, largest.max(), pairs.first_rest, pairs.rest, pairs.start, pairs.triangle, pairs.side,
-            pairs.gap, pairs.near, self.triangles, self.own_corner, self.gap, self.stiffness, self.damping, positions,
-            velocities, dt, corner_force.reshape(-1, 3), pairs.push, struck, sums,
+            pairs.gap, pairs.near, self.triangles, self.gap, self.stiffness, self.damping, positions, velocities, dt,
+            loads.node_force, pairs.push, struck, sums,
         )  # fmt: skip
         _push_back(
             len(self.triangles), struck, pairs.struck_start, pairs.by_triangle, pairs.side, pairs.push, self.triangles,
-            positions, corner_force,
+            positions, back,
         )  # fmt: skip
+        _add_struck(struck, back, self.triangles, loads.node_force)
         stored, heat = sums.sum(axis=0)
         return [Booking(SELF_CONTACT, float(stored)), Booking(FRICTION, float(heat))]
 
@@ -322,8 +314,8 @@ def _come_over(k, first, last, triangle, side, near, push, triangles):
 
 @kernel
 def _push(
-    n, moved, carried, largest, first_rest, rest, start, triangle, side, gap, near, triangles, own_corner, full_gap,
-    stiffness, damping, positions, velocities, dt, corner_force, push, struck, sums_out,
+    n, moved, carried, largest, first_rest, rest, start, triangle, side, gap, near, triangles, full_gap, stiffness,
+    damping, positions, velocities, dt, node_force, push, struck, sums_out,
 ):  # fmt: skip
     for chunk in prange((n + CHUNK - 1) // CHUNK):
         stored, heat = 0.0, 0.0
@@ -390,16 +382,15 @@ def _push(
                 heat += (force - spring) * closing * dt
                 fx, fy, fz = fx + side[k] * force * nx, fy + side[k] * force * ny, fz + side[k] * force * nz
                 push[k, 0], struck[t] = force, True  # whoever else sets it sets the same
-            corner = own_corner[p]
-            if corner >= 0:
-                corner_force[corner, 0] += fx
-                corner_force[corner, 1] += fy
-                corner_force[corner, 2] += fz
+            node_force[p, 0] += fx
+            node_force[p, 1] += fy
+            node_force[p, 2] += fz
         sums_out[chunk, 0], sums_out[chunk, 1] = stored, heat
 
 
 @kernel
-def _push_back(n, struck, struck_start, by_triangle, side, push, triangles, positions, corner_force):
+def _push_back(n, struck, struck_start, by_triangle, side, push, triangles, positions, back_out):
+    """Forces [N] on the corners of the triangles that are struck, (triangles, 3, 3)."""
     for t in prange(n):
         if not struck[t]:
             continue
@@ -411,9 +402,18 @@ def _push_back(n, struck, struck_start, by_triangle, side, push, triangles, posi
                 sa += (1.0 - push[k, 1] - push[k, 2]) * force
                 sb += push[k, 1] * force
                 sc += push[k, 2] * force
-        if sa != 0.0 or sb != 0.0 or sc != 0.0:
-            nx, ny, nz = _unit_normal(positions, triangles[t, 0], triangles[t, 1], triangles[t, 2])
-            for corner, share in enumerate((sa, sb, sc)):
-                corner_force[t, corner, 0] -= share * nx
-                corner_force[t, corner, 1] -= share * ny
-                corner_force[t, corner, 2] -= share * nz
+        nx, ny, nz = _unit_normal(positions, triangles[t, 0], triangles[t, 1], triangles[t, 2])
+        for corner, share in enumerate((sa, sb, sc)):
+            back_out[t, corner, 0], back_out[t, corner, 1] = -share * nx, -share * ny
+            back_out[t, corner, 2] = -share * nz
+
+
+@scalar
+def _add_struck(struck, back, triangles, node_force):
+    """One after the other, as triangles share nodes: few of them are struck."""
+    for t in range(len(struck)):
+        if struck[t]:
+            for corner in range(3):
+                p = triangles[t, corner]
+                for k in range(3):
+                    node_force[p, k] += back[t, corner, k]
