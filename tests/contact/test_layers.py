@@ -161,6 +161,17 @@ def test_cushion_is_the_gradient_of_its_energy():
     assert np.abs(np.cross(positions, nodal).sum(axis=0)).max() < 1e-13 * size * np.abs(positions).max()
 
 
+@pytest.mark.parametrize(("apart", "touch"), [(2.5e-4, True), (1e-3, False)])
+def test_layers_touch_within_the_thickness_of_the_fabric(apart, touch):
+    """Nodes above or below the other sheet, and no others."""
+    model, state = layered(apart)
+    advance(model, state, 1e-6)
+    x, y = (state.positions[:, k] for k in (0, 1))
+    lower = np.arange(len(x)) < len(x) // 2
+    over = np.where(lower, (x > 0.301 * EDGE) & (y > 0.201 * EDGE), (x < 7.999 * EDGE) & (y < 7.999 * EDGE))
+    assert np.array_equal(state.layers.touched, over & touch)
+
+
 @pytest.mark.parametrize("place", [np.nan, np.inf, 1e200])
 def test_a_bag_that_has_left_is_left_to_the_guards(place):
     """No search over half the universe: the energy is not a number, and the guards say what is wrong."""
@@ -300,3 +311,18 @@ def test_a_folded_bag_opens_without_crossings(tmp_path):
     assert verdict["crossings of fabric through fabric"] == "PASS"
     assert verdict["energy created by layers that meet, of peak internal"] == "PASS"
     assert result.histories["layer_impact [J]"][-1] > 1.0
+
+
+@pytest.mark.parametrize("apart", ["layers", False])
+def test_fabric_under_another_layer_does_not_leak(tmp_path, apart):
+    """Where layers lie on each other, and only there: none do at the start, and none are felt without contact."""
+    leakage = {"law": "graefe", "pressure_factor": 0.02, "blockage": True}
+    case = Case.from_dict(
+        {
+            "bag": folded_bag(tmp_path, 0.02, 1), "fabric": {"self_contact": apart}, "obstacles": [], "inflator": GAS,
+            "leakage": leakage, "run": {"end_time": 1e-3, "frames": 2},
+        }
+    )  # fmt: skip
+    blocked, whole = simulate(case, tmp_path / "run").histories["blocked_area [m^2]"], build_model(case).fabric.area
+    assert blocked[0] == 0.0
+    assert (0.05 * whole < max(blocked) < whole) if apart else max(blocked) == 0.0

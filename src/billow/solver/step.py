@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from billow.parts.bodies.contact import Nodes
 from billow.parts.gas.gas_model import Bag
 from billow.parts.part import DAMPING, GRAVITY_WORK, Booking
@@ -51,7 +53,10 @@ def evaluate_forces(model: Model, state: State, dt: float) -> None:
     work, loads = model.work, model.work.loads
     loads.open()
     ledger.book(model.fabric.add_forces(state.fabric, positions, velocities, state.time, dt, loads))
-    bag = Bag(model.surface, positions, velocities, state.bodies.contact.touching, work.before, loads.volumes)
+    touched = state.bodies.contact.touching
+    if model.layers is not None:
+        touched = np.vstack((touched, state.layers.touched))
+    bag = Bag(model.surface, positions, velocities, touched, work.before, loads.volumes)
     ledger.book(model.gas.advance(state.gas, bag, state.time, dt, loads))
     if model.self_contact is not None:
         ledger.book(model.self_contact.add_forces(state.self_contact, positions, velocities, dt, loads))

@@ -54,7 +54,8 @@ class VentFlow(Strict):
     """Latest time at which a vent opens; 0 if only the pressure decides. With an opening_pressure of 0 the vent stays
     closed until then."""
     blockage: bool = False
-    """Whether contact with an obstacle closes a vent, in proportion to the share of its rim in contact."""
+    """Whether contact with an obstacle, or with another layer of fabric ("layers"), closes a vent, in proportion to the
+    share of its rim in contact."""
     through_blocked: Fraction = 0.0
     """Share of the flow that still passes through the blocked part of a vent."""
 

@@ -211,7 +211,7 @@ class PartLeakage(Strict):
     """Area that leaks: as cut, as stretched, or four terms X0 to X3 of X0 + X1 rs + X2 rp + X3 rs rp on the area as
     cut, rs the stretch of area and rp the pressure ratio (Anagonye and Wang)."""
     blockage: bool = False
-    """Whether fabric in contact with an obstacle stops leaking."""
+    """Whether fabric in contact with an obstacle, or with another layer of fabric ("layers"), stops leaking."""
     through_blocked: quantity("-", 0.0, 1.0) = 0.0
     """Share of the leakage that remains through blocked fabric."""
 

@@ -210,3 +210,14 @@ def speed_along(k, nodes, weight, normal, velocities):
         speed = normal[k, 0] * velocities[j, 0] + normal[k, 1] * velocities[j, 1] + normal[k, 2] * velocities[j, 2]
         total += weight[k, i] * speed
     return total
+
+
+@kernel
+def touch(n, awake, edges_from, nodes, distance, near, touched_out):
+    """Mark the nodes that lie within `near` [m] of a triangle."""
+    for i in range(n):
+        k = awake[i]
+        if k >= edges_from:
+            break
+        if distance[k] <= near:
+            touched_out[nodes[k, 0]] = True

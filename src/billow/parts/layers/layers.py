@@ -39,7 +39,7 @@ LEAST_FLOOR = 1e-8
 TOLERANCE = 1.0 / 150.0
 """Largest error of position that the filter leaves, in gaps."""
 
-SKIN, MOST_SKIN, WIDER = 0.5, 0.1, 1.4
+SKIN, MOST_SKIN, WIDER = 0.5, 0.2, 1.4
 """How far a node may stray from its path before the list is spent: in gaps at least, in mean edges at most; and the
 factor by which it changes from list to list. More where impulses throw nodes off."""
 
@@ -56,12 +56,13 @@ CALMING = 0.7
 READY = 0.1
 """Change of a node's way in a step, by impulses, that sleeping pairs are ready for, in gaps."""
 
-PATIENCE, LEAST_PATIENCE, MOST_PATIENCE, EAGER = 10.0, 2.0, 40.0, 1.3
+PATIENCE, LEAST_PATIENCE, MOST_PATIENCE, EAGER = 10.0, 2.0, 100.0, 1.3
 """Steps for which a list is made: at first, at least, at most, and the factor by which it grows after a list that
 served its time."""
 
-FARTHEST_WAY = 0.2
-"""Way at the usual speed, beyond the mean, for which a list is made at most, in mean edges."""
+FARTHEST_WAY, MOST_WAY = 0.2, 0.8
+"""Way at the usual speed, beyond the mean, for which a list is made at most, in mean edges: with the narrowest skin,
+more in proportion to a wider one, and at most."""
 
 GROWTH = 0.15
 """Speed [m/s] at which own gaps are let out while the reference moves in."""
@@ -202,7 +203,8 @@ class Layers(Part):
         wider = WIDER * pairs.width if of_pairs < pairs.looked_at else pairs.width / WIDER
         pairs.width = max(SKIN * self.gap, min(MOST_SKIN * self.edge, wider))
         speed = math.sqrt(3.0 * float(velocities.var(axis=0).mean()))
-        time = max(1.01 * dt, min(pairs.patience * dt, FARTHEST_WAY * self.edge / max(speed, 1e-9))) + dt / APPROACH
+        farthest = min(MOST_WAY, FARTHEST_WAY * pairs.width / (SKIN * self.gap)) * self.edge
+        time = max(1.01 * dt, min(pairs.patience * dt, farthest / max(speed, 1e-9))) + dt / APPROACH
         # Who strayed far will do so again: with a wider skin it does not spend the list for all others.
         skin = pairs.width * np.clip(way / max(USUAL * float(way.mean()), 1e-12), 1.0, UNUSUAL)
         np.maximum(skin, CALMING * pairs.skin, out=skin)

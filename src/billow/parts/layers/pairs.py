@@ -53,7 +53,8 @@ class Pairs:
     What follows is known of the present positions only, and measured again where it is missing. awake: indices of
     pairs that can matter in a step, ascending. weight: of their nodes, (pairs, 4); distance: [m], (pairs,); measured:
     number of the moment at which, (pairs,) int64; moment: number of the present positions. slot: number of the
-    constraint that a pair is in a step, -1 if none, (pairs,) int32. room: for searches.
+    constraint that a pair is in a step, -1 if none, (pairs,) int32. touched: nodes within the thickness
+    of another layer when the step began, (nodes,) bool. room: for searches.
     """
 
     key: np.ndarray = field(metadata=VARYING)
@@ -76,6 +77,7 @@ class Pairs:
     distance: np.ndarray = field(metadata={"constant": True})
     measured: np.ndarray = field(metadata={"constant": True})
     slot: np.ndarray = field(metadata={"constant": True})
+    touched: np.ndarray = field(metadata={"constant": True})
     moment: int = field(default=0, metadata={"constant": True})
     room: Room | None = field(default=None, metadata={"constant": True})
 
@@ -87,6 +89,7 @@ class Pairs:
             np.zeros(0), np.zeros(0), np.zeros((nodes, 3)), np.zeros((nodes, 3)), np.zeros(nodes), 0.0, -1.0, patience,
             width, 0, 0,
             np.zeros(0, np.int64), np.zeros((0, 4)), np.zeros(0), np.zeros(0, np.int64), np.zeros(0, np.int32),
+            np.zeros(nodes, np.bool_),
         )  # fmt: skip
 
     def __len__(self) -> int:

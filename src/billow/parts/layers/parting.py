@@ -8,7 +8,7 @@ import numpy as np
 
 from billow.base.compiled import CHUNK
 from billow.parts.layers.clusters import join_short, move_together
-from billow.parts.layers.distance import gather, measure, wake, wake_struck
+from billow.parts.layers.distance import gather, measure, touch, wake, wake_struck
 from billow.parts.layers.friction import rub
 from billow.parts.layers.pairs import Pairs
 from billow.parts.layers.velocity_filter import (
@@ -94,9 +94,13 @@ class Parting:
     def run(self) -> bool:
         """Whether the list is wide enough for what the impulses did; if it is not, nothing of the pairs has changed."""
         pairs, step, limits = self.pairs, self.step, self.limits
+        pairs.touched[:] = False
         if not len(pairs.awake):
             return True
         self._measure()
+        touch.serial(
+            len(pairs.awake), pairs.awake, pairs.edges_from, pairs.nodes, pairs.distance, limits.gap, pairs.touched
+        )
         if limits.friction:
             rub.serial(
                 len(pairs.awake), pairs.awake, pairs.nodes, pairs.weight, pairs.normal, pairs.distance, pairs.gap,
