@@ -1,10 +1,12 @@
-"""Examples 5.1, 5.2 and 6.1 of the LS-DYNA paper, by uniform pressure and by particles.
+"""Examples 5.1, 5.2, 5.4, 6.1 and 6.2 of the LS-DYNA paper, by uniform pressure and by particles.
 
-    python benchmarks/paper_examples.py [EXAMPLE ...] --runs FOLDER [--out validation/particles] [--threads 1]
+    python benchmarks/paper_examples.py [EXAMPLE ...] --runs FOLDER [--out validation] [--threads 1] [--coarse]
 
-Runs what is not in the folder of runs yet, then draws what the paper shows (shapes, internal energy, outgoing mass,
-pressure, motion of the hemisphere) and writes the curves and a table of energies and computing times. A run that had to
-be stopped is drawn as far as it came, and the table says so.
+Runs what is not in the folder of runs yet, then draws what the paper shows (shapes or sections, internal energy,
+outgoing mass, pressure, motion of the hemisphere) and writes the curves and a table of energies and computing times,
+into validation/particles for bags that start flat and validation/folding for folded ones. A run that had to be stopped
+is drawn as far as it came, and the table says so. Folded bags are run three times: particles with other seeds, uniform
+pressure with slightly other steps. --coarse: elements and particles for a quick look.
 """
 
 from __future__ import annotations
@@ -21,22 +23,33 @@ import matplotlib
 import numpy as np
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
+from matplotlib.patches import Circle
 
 from billow.base.errors import NumericalStop
 from billow.base.plot_style import STYLE
+from billow.case.bag.build_bag import build_shape, fold_plan
 from billow.case.gas.build_gas import GasNames
 from billow.case.schema import Case
+from billow.geometry.folding.fold_plan import panel_side
 from billow.injury.criteria import mean_acceleration
 from billow.injury.filters import channel_filter
 from billow.parts.gas.supply.mixture import mixture_enthalpy
 from billow.parts.gas.supply.species import AIR, thermo_table
+from billow.pictures.scene import Plane
+from billow.pictures.section_figure import OBSTACLE, draw_bag
 from billow.results.result import Result
 from billow.run.simulate import simulate
 
 ROOT = Path(__file__).parents[1]
-MODELS = {"up": "uniform pressure", "up_no_jets": "uniform pressure without jets", "particles": "particles"}
+MODELS = {
+    "up": "uniform pressure", "up_no_jets": "uniform pressure without jets", "particles": "particles",
+    **{f"up_{k}": f"uniform pressure, again {k}" for k in (2, 3)},
+    **{f"particles_{k}": f"particles, seed {k}" for k in (2, 3)},
+}  # fmt: skip
 PAIR = ("up", "particles")
+AGAIN = ("up", "up_2", "up_3", "particles", "particles_2", "particles_3")
 COLOURS = {"up": "#0072b2", "up_no_jets": "#009e73", "particles": "#d55e00"}
+COARSE = {"bag.element_size": 0.02, "gas.particles": 20_000}
 LIGHT = np.array([-0.35, -0.5, 0.8]) / np.linalg.norm([-0.35, -0.5, 0.8])
 SIDE, TOP = (0, 2, 1), (0, 1, 2)
 """Axes of a view: to the right, up, and the one looked along."""
@@ -45,6 +58,7 @@ PRESSURE = ("pressure [Pa]", "pressure above ambient [kPa]", 1e-3)
 ENERGY = ("gas_energy [J]", "internal energy [kJ]", 1e-3)
 OUTGOING = ("vented [kg]", "outgoing mass [g]", 1e3)
 ACCELERATION = ("hemisphere_acceleration_z [m/s^2]", "acceleration, CFC 60 [m/s²]", 1.0)
+VOLUME = ("volume [m^3]", "volume [l]", 1e3)
 VELOCITY = ("hemisphere_velocity_z [m/s]", "velocity [m/s]", 1.0)
 
 EXAMPLES = {
@@ -64,31 +78,52 @@ EXAMPLES = {
         "shapes": {"side": SIDE},
         "times": (2e-3, 5e-3, 10e-3, 20e-3, 40e-3),
         "curves": (ACCELERATION, VELOCITY, PRESSURE, ENERGY),
-        "models": tuple(MODELS),
+        "models": ("up", "up_no_jets", "particles"),
+    },
+    "folded_tube": {
+        "shapes": {"section": SIDE},
+        "times": (0.0, 5e-3, 10e-3, 15e-3, 20e-3),
+        "window": ((-0.85, 0.15), (-0.02, 0.98)),
+        "curves": (PRESSURE, VOLUME, ENERGY),
+        "models": AGAIN,
+    },
+    "folded_driver": {
+        "shapes": {"section": SIDE},
+        "times": (0.0, 2e-3, 5e-3, 10e-3, 20e-3, 40e-3),
+        "window": ((-0.38, 0.38), (-0.02, 0.65)),
+        "curves": (ACCELERATION, VELOCITY, PRESSURE, VOLUME),
+        "models": (*AGAIN, "up_no_jets"),
     },
 }
-"""What the paper's figures 6, 7, 9, 10 and 16 show of each. In 6.1 the paper's uniform pressure has no jets
-(*AIRBAG_HYBRID), ours otherwise pushes with them; both are run there."""
+"""What the paper's figures 6, 7, 9, 10, 14, 16 and 18 show of each; folded bags, which have a window [m], as sections.
+In 6.1 the paper's uniform pressure has no jets (*AIRBAG_HYBRID), ours otherwise pushes with them; both are run
+there."""
 
 
-def load(example: str, model: str) -> Case:
-    """One case of a pair, or the one by uniform pressure without its jets."""
-    path = ROOT / "examples" / "paper" / f"{example}_{model.removesuffix('_no_jets')}.toml"
-    if not model.endswith("_no_jets"):
-        return Case.load(path)
-    without = tomllib.loads(path.read_text())
-    without["inflator"]["jets"]["count"] = 0
-    return Case.from_dict(without)
+def load(example: str, model: str, coarse: bool = False) -> Case:
+    """One case of a pair, the one by uniform pressure without its jets, or one run again."""
+    kind, _, again = model.removesuffix("_no_jets").partition("_")
+    path = ROOT / "examples" / "paper" / f"{example}_{kind}.toml"
+    if model.endswith("_no_jets"):
+        without = tomllib.loads(path.read_text())
+        without["inflator"]["jets"]["count"] = 0
+        case = Case.from_dict(without)
+    else:
+        case = Case.load(path)
+    if again:
+        dt_scale = case.run.dt_scale * (1.0 - 0.005 * int(again))
+        case = case.vary({"gas.seed": int(again)} if kind == "particles" else {"run.dt_scale": dt_scale})
+    return case.vary(COARSE) if coarse else case
 
 
-def run_once(example: str, model: str, runs: Path, threads: int) -> tuple[Result, dict]:
+def run_once(example: str, model: str, runs: Path, threads: int, coarse: bool) -> tuple[Result, dict]:
     """The run of one case, made if it is not there, and how long it took on how busy a machine."""
     folder = runs / f"{example}_{model}"
     cost = folder.with_suffix(".cost.json")
     if not cost.exists():
         busy, begun, spent = os.getloadavg()[0], time.perf_counter(), time.process_time()
         try:
-            simulate(load(example, model), folder, threads=threads)
+            simulate(load(example, model, coarse), folder, threads=threads)
         except NumericalStop as stop:
             print(stop)
         cost.write_text(
@@ -102,6 +137,51 @@ def run_once(example: str, model: str, runs: Path, threads: int) -> tuple[Result
             )
         )
     return Result.open(folder), json.loads(cost.read_text())
+
+
+def draw_section(axes, result: Result, time: float, window: tuple) -> None:
+    """What the plane y = 0 cuts of bag and hemisphere at the frame nearest to a time [s]."""
+    frame = int(np.abs(result.times - time).argmin())
+    plane = Plane(np.array([0.0, 1.0, 0.0]), 1e-6)
+    draw_bag(axes, plane, result.reference + result.displacement[frame], result.triangles, colors="#22303c", lw=0.7)
+    for obstacle in result.case_toml["obstacles"]:
+        if obstacle["shape"] == "super-ellipsoid":
+            row, name = int(np.abs(result.histories["time [s]"] - time).argmin()), obstacle["name"]
+            x, z = (1e3 * result.histories[f"{name}_centre_{axis} [m]"][row] for axis in "xz")
+            axes.add_patch(Circle((x, z), 1e3 * obstacle["radii"], color=OBSTACLE))
+    axes.axhline(0.0, color="#9aa5ad", lw=0.8)
+    axes.set_aspect("equal")
+    axes.set(xlim=1e3 * np.array(window[0]), ylim=1e3 * np.array(window[1]), xticks=[], yticks=[])
+    axes.spines[:].set_visible(False)
+    axes.grid(False)
+    axes.set_title(f"{1e3 * result.times[frame]:.1f} ms", fontsize=8)
+
+
+def openings(result: Result, case: Case) -> np.ndarray:
+    """Mean distance [m] of the two panels in each quarter of the folded tube, from the mouth on, (frames, 4)."""
+    plan, shape = fold_plan(case.bag), build_shape(case.bag)
+    flat = plan.unfolded(shape.positions)
+    side, order = panel_side(shape, flat), {}
+    for node in np.flatnonzero(side):
+        order.setdefault(tuple(flat[node, :2].round(6)), {})[side[node]] = node
+    front, rear = np.array([[pair[1.0], pair[-1.0]] for pair in order.values() if len(pair) == 2]).T
+    quarter = np.minimum(3, (4.0 * (flat[front, 0] / case.bag.length + 0.5)).astype(int))
+    frames = (result.reference + moved for moved in result.displacement)
+    apart = [np.linalg.norm(nodes[front] - nodes[rear], axis=1) for nodes in frames]
+    return np.array([[row[quarter == k].mean() for k in range(4)] for row in apart])
+
+
+def draw_openings(results: dict[str, Result], cases: dict[str, Case]) -> Figure:
+    """How far each quarter of the tube is open against time, by both gases."""
+    figure = Figure((7.0, 2.8), layout="constrained", dpi=150)
+    for axes, model in zip(figure.subplots(1, len(PAIR), sharey=True), PAIR, strict=True):
+        apart = openings(results[model], cases[model])
+        for k, shade in enumerate((0.0, 0.25, 0.5, 0.75)):
+            axes.plot(1e3 * results[model].times, 1e3 * apart[:, k], color=str(shade), label=f"quarter {k + 1}")
+        axes.set(xlabel="time [ms]", title=MODELS[model])
+    figure.axes[0].set(ylabel="panels apart [mm]")
+    figure.axes[0].legend()
+    return figure
 
 
 def draw_shape(axes, result: Result, time: float, view: tuple[int, int, int]) -> None:
@@ -135,16 +215,21 @@ def draw_shape(axes, result: Result, time: float, view: tuple[int, int, int]) ->
     axes.set_title(f"{1e3 * result.times[frame]:.1f} ms", fontsize=8)
 
 
-def draw_shapes(results: dict[str, Result], times: tuple, views: dict) -> Figure:
-    """A row of shapes for each model and view; a place is empty where a run did not come so far."""
+def draw_shapes(results: dict[str, Result], times: tuple, views: dict, window: tuple | None = None) -> Figure:
+    """A row of shapes, or sections in a window [m], for each model and view; a place is empty where a run did not come
+    so far."""
     rows = [(model, name) for model in results for name in views]
     figure = Figure((1.9 * len(times), 1.9 * len(rows)), layout="constrained", dpi=150)
     grid = figure.subplots(len(rows), len(times), squeeze=False)
     for (model, name), row in zip(rows, grid, strict=True):
-        row[0].text(-0.05, 0.5, f"{MODELS[model]}, {name}", rotation=90, va="center", transform=row[0].transAxes)
+        label = f"{MODELS[model]}, {name}"
+        row[0].text(-0.05, 0.5, label, rotation=90, va="center", ha="right", size=7, transform=row[0].transAxes)
         for axes, instant in zip(row, times, strict=True):
             if instant <= results[model].times[-1] + 5e-4:
-                draw_shape(axes, results[model], instant, views[name])
+                if window:
+                    draw_section(axes, results[model], instant, window)
+                else:
+                    draw_shape(axes, results[model], instant, views[name])
             else:
                 axes.set_axis_off()
     return figure
@@ -162,7 +247,11 @@ def draw_curves(results: dict[str, Result], curves: tuple) -> Figure:
             if column == ACCELERATION[0]:
                 times, values = mean_acceleration(times, h[VELOCITY[0]])
                 values = channel_filter(times, values, 60)
-            axes.plot(1e3 * times, values, color=COLOURS[model], lw=1.1, label=MODELS[model])
+            kind, _, again = model.partition("_") if model not in COLOURS else (model, "", "")
+            axes.plot(
+                1e3 * times, values, color=COLOURS[kind], lw=0.6 if again else 1.1, alpha=0.5 if again else 1.0,
+                label=None if again else MODELS[model],
+            )  # fmt: skip
             if model == "up":
                 most = 3.0 * np.abs(values).max()
         low, high = axes.get_ylim()
@@ -175,7 +264,7 @@ def write_curves(path: Path, results: dict[str, Result], curves: tuple) -> None:
     """The same numbers as CSV, on the rows of the run that came farthest."""
     longest = max((result.histories["time [s]"] for result in results.values()), key=len)
     columns = {"time [s]": longest}
-    for column, _, _ in (*curves, ("enthalpy_in [J]", "", 1.0), ("volume [m^3]", "", 1.0)):
+    for column in dict.fromkeys([*(column for column, _, _ in curves), "enthalpy_in [J]", "volume [m^3]"]):
         for model, result in results.items():
             values = result.histories[column]
             columns[f"{model} {column}"] = np.append(values, np.full(len(longest) - len(values), np.nan))
@@ -209,8 +298,13 @@ def summary(case: Case, result: Result, cost: dict) -> dict:
         "largest_volume_l": 1e3 * h["volume [m^3]"].max(),
         "energy_residual_of_largest": result.ledger["energy_residual_of_largest"],
         "escaped": result.ledger.get("leaked_particles", 0),
+        "last_volume_l": 1e3 * h["volume [m^3]"][h["time [s]"] > 0.9 * h["time [s]"][-1]].mean(),
+        "verdict": record["quality"]["verdict"],
         **cost,
     }
+    for key in ("crossings_at_worst", "layer_impact_of_gas_work"):
+        if "layer_impact_of_gas_work" in result.ledger:
+            row[key] = result.ledger[key]
     if VELOCITY[0] in h:
         row["highest_acceleration_m_s2"] = h[ACCELERATION[0]].max()
         row["last_velocity_m_s"] = h[VELOCITY[0]][-1]
@@ -225,6 +319,11 @@ COLUMNS = {
     "outgoing mass": ("outgoing_mass_g", "{:.2f} g"),
     "energy residual": ("energy_residual_of_largest", "{:.2%}"),
     "particles put back": ("escaped", "{:.0f}"),
+    "crossings": ("crossings_at_worst", "{:.0f}"),
+    "heat of layers, of the gas' work": ("layer_impact_of_gas_work", "{:.1%}"),
+    "volume at the end": ("last_volume_l", "{:.2f} l"),
+    "highest acceleration": ("highest_acceleration_m_s2", "{:.0f} m/s²"),
+    "verdict": ("verdict", "{}"),
     "hemisphere at the end": ("last_velocity_m_s", "{:.2f} m/s"),
     "computing time": ("wall_seconds", "{:.0f} s"),
     "processor time": ("processor_seconds", "{:.0f} s"),
@@ -238,48 +337,66 @@ def write_page(folder: Path) -> None:
         "Written by `benchmarks/paper_examples.py`; cases in [examples/paper](../../examples/paper/README.md).",
         "Computing times are of shared machines; the tables (`*.json`) hold threads and load of each run.",
     ]  # fmt: skip
-    for example, shown in EXAMPLES.items():
+    for example in EXAMPLES:
         path = folder / f"{example}.json"
         if not path.exists():
             continue
         table = json.loads(path.read_text())
-        lines += ["", f"## {load(example, 'up').title}", "", f"| | {' | '.join(COLUMNS)} |"]
-        lines += [f"|---|{'---|' * len(COLUMNS)}"]
-        for model in shown["models"]:
-            cells = [text.format(table[model][key]) if key in table[model] else "" for key, text in COLUMNS.values()]
+        columns = {name: how for name, how in COLUMNS.items() if any(how[0] in row for row in table.values())}
+        lines += ["", f"## {load(example, 'up').title}", "", f"| | {' | '.join(columns)} |"]
+        lines += [f"|---|{'---|' * len(columns)}"]
+        for model, row in table.items():
+            cells = [text.format(row[key]) if key in row else "" for key, text in columns.values()]
             lines.append(f"| {MODELS[model]} | {' | '.join(cells)} |")
-        lines += ["", f"![shapes]({example}_shapes.png)", "", f"![curves]({example}_curves.png)"]
+        shown = [name for name in ("shapes", "openings", "curves") if (folder / f"{example}_{name}.png").exists()]
+        lines += [line for name in shown for line in ("", f"![{name}]({example}_{name}.png)")]
     if (folder / "convergence").exists():
         lines += ["", "## How many particles are enough", "", "What `billow converge` found for the case in"]
         lines += ["[convergence](convergence/case.toml):", ""]
         lines += [f"![{name}](convergence/{name}.png)" for name in ("errors", "curves")]
+    notes = folder / "notes.md"  # written by hand
+    lines += ["", notes.read_text().rstrip()] if notes.exists() else []
     (folder / "README.md").write_text("\n".join(lines) + "\n")
+
+
+def report(example: str, arguments: argparse.Namespace) -> Path:
+    """Run, draw and write one example; returns its folder."""
+    shown = EXAMPLES[example]
+    out = arguments.out / ("folding" if "window" in shown else "particles")
+    out.mkdir(parents=True, exist_ok=True)
+    models = [m for m in shown["models"] if not m[-1].isdigit() or int(m[-1]) <= arguments.repeats]
+    cases = {model: load(example, model, arguments.coarse) for model in models}
+    made = {model: run_once(example, model, arguments.runs, arguments.threads, arguments.coarse) for model in models}
+    results = {model: result for model, (result, _) in made.items()}
+    table = {model: summary(cases[model], result, cost) for model, (result, cost) in made.items()}
+    (out / f"{example}.json").write_text(json.dumps(table, indent=1, default=float) + "\n")
+    write_curves(out / f"{example}.csv", results, shown["curves"])
+    with matplotlib.rc_context(STYLE):
+        window = shown.get("window")
+        drawn = {model: result for model, result in results.items() if not window or model in PAIR}
+        draw_shapes(drawn, shown["times"], shown["shapes"], window).savefig(out / f"{example}_shapes.png")
+        draw_curves(results, shown["curves"]).savefig(out / f"{example}_curves.png")
+        if example == "folded_tube":
+            draw_openings(results, cases).savefig(out / f"{example}_openings.png")
+    for model, row in table.items():
+        print(example, model, " ".join(f"{k}={v}" for k, v in row.items()))
+    return out
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("examples", nargs="*", metavar="EXAMPLE", help=", ".join(EXAMPLES))
     parser.add_argument("--runs", type=Path, required=True, help="folder of runs; what is there is not run again")
-    parser.add_argument("--out", type=Path, default=ROOT / "validation" / "particles")
+    parser.add_argument("--out", type=Path, default=ROOT / "validation")
     parser.add_argument("--threads", type=int, default=1)
+    parser.add_argument("--coarse", action="store_true", help="20 mm elements, 20,000 particles")
+    parser.add_argument("--repeats", type=int, default=3, choices=(1, 2, 3), help="runs of each folded case")
     arguments = parser.parse_args()
     if unknown := set(arguments.examples) - set(EXAMPLES):
         parser.error(f"no example {unknown.pop()!r}")
     arguments.runs.mkdir(parents=True, exist_ok=True)
-    arguments.out.mkdir(parents=True, exist_ok=True)
-    for example in arguments.examples or EXAMPLES:
-        shown = EXAMPLES[example]
-        made = {model: run_once(example, model, arguments.runs, arguments.threads) for model in shown["models"]}
-        results = {model: result for model, (result, _) in made.items()}
-        table = {model: summary(load(example, model), result, cost) for model, (result, cost) in made.items()}
-        (arguments.out / f"{example}.json").write_text(json.dumps(table, indent=1, default=float) + "\n")
-        write_curves(arguments.out / f"{example}.csv", results, shown["curves"])
-        with matplotlib.rc_context(STYLE):
-            draw_shapes(results, shown["times"], shown["shapes"]).savefig(arguments.out / f"{example}_shapes.png")
-            draw_curves(results, shown["curves"]).savefig(arguments.out / f"{example}_curves.png")
-        for model, row in table.items():
-            print(example, model, " ".join(f"{k}={v}" for k, v in row.items()))
-    write_page(arguments.out)
+    for folder in {report(example, arguments) for example in arguments.examples or EXAMPLES}:
+        write_page(folder)
 
 
 if __name__ == "__main__":

@@ -55,6 +55,7 @@ def test_exit_code_is_that_of_the_table(tmp_path):
     path.write_text(case(LEPORELLO).to_toml())
     done = CliRunner().invoke(app, ["fold", str(path), "--out", str(tmp_path / "one")])
     assert done.exit_code == 0, done.output
+    assert "8 layers, 239.7 x 600 x 4 mm" in done.output
     path.write_text(case(*BOTH_WAYS).to_toml())
     done = CliRunner().invoke(app, ["fold", str(path), "--out", str(tmp_path / "two")])
     assert done.exit_code == 1

@@ -50,12 +50,13 @@ def relaxed_start(tense: Model, relax: Relax, digest: str) -> np.ndarray:
 
 
 def _lift(tense: Model, positions: np.ndarray) -> None:
-    """Nodes that press on a plate lie in it by some micrometres: move them onto it."""
+    """A bag that presses on a plate lies in it by some micrometres: lift it off, all layers alike, so that none comes
+    nearer to another."""
     free = tense.inverse_mass > 0.0
     for plate in tense.bodies.bodies:
         origin, *ends = plate.distance(np.concatenate([np.zeros((1, 3)), np.eye(3)]))[0]
-        depth = np.maximum(0.0, -plate.distance(positions)[0])
-        positions[free] += depth[free, None] * (np.array(ends) - origin)
+        depth = max(0.0, -float(plate.distance(positions[free])[0].min()))
+        positions[free] += depth * (np.array(ends) - origin)
 
 
 def _kept(tense: Model, digest: str) -> Path | None:

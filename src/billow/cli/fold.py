@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import Annotated
 
@@ -24,6 +25,9 @@ def fold(
     from billow.case.schema import Case
 
     checks = fold_case(Case.load(case_file).vary(parse_settings(settings)), out)
+    record = json.loads((out / "fold.json").read_text(encoding="utf-8"))
+    packed = " x ".join(f"{1e3 * extent:.4g}" for extent in record["packed_size"])
+    print(f"{record['layers']} layers, {packed} mm")
     for check in checks:
         verdict = "ok" if check.passed else "FAILED"
         print(f"{verdict:<7}{check.name}: {check.measured:.4g} {check.unit}".rstrip())

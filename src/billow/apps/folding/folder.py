@@ -30,8 +30,8 @@ def fold_case(case: Case, out: Path) -> list[Check]:
     """Fold the bag of a case into the folder `out`; returns the table of checks.
 
     Writes start.vtkhdf (the flat bag at time 0, the bag after the k-th fold at time k, relaxed last), fold.md,
-    fold.json and a picture of every step. Raises InputError E-GEO-047 without folds, E-GEO-040..046 for folds that cannot be, and
-    those of `new_folder`.
+    fold.json and a picture of every step. Raises InputError E-GEO-047 without folds, E-GEO-040..049 for folds that
+    cannot be, and those of `new_folder`.
     """
     plan = fold_plan(case.bag)
     if plan is None:
