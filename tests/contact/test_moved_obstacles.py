@@ -226,6 +226,7 @@ def test_histories_of_a_moved_obstacle_say_where_it_is_and_what_moved_it():
     "motion",
     [
         {"kind": "travel", "travel": {"time": [0.0, 1.0], "value": [0.1, 0.2]}},
+        {"kind": "travel", "travel": {"time": [0.0, 1e-6], "value": [0.0, 0.2]}},
         {"kind": "speed", "speed": 1.0, "direction": [0.0, 0.0, 0.0]},
         {"kind": "guided", "force": 1.0},
         {"kind": "travel", "speed": 1.0},

@@ -10,6 +10,8 @@ from pydantic import field_validator, model_validator
 from billow.case.quantity import Strict, chosen_by, curve, number_or_curve, quantity, refused
 from billow.parts.bodies.drive import Course, Drive, Guided, Prescribed
 
+FASTEST = 100.0
+"""Speed [m/s] of what moves an obstacle."""
 Component = quantity("-", -1e3, 1e3)
 
 
@@ -60,7 +62,11 @@ class Travel(Directed):
     """Way along the direction against time, 0 at time 0; after the last point it stays."""
 
     @model_validator(mode="after")
-    def _begins_at_rest(self):
+    def _begins_at_its_start_and_is_not_too_fast(self):
+        speeds = np.abs(np.diff(self.travel.value) / np.diff(self.travel.time))
+        if speeds.max() > FASTEST:
+            reason = f"it would move at {speeds.max():.3g} m/s; at most {FASTEST:g} m/s are plausible"
+            raise refused(reason, 'write units, for example time = [0, "10 ms"], value = [0, "20 mm"]', kind="range")
         if first := Course(np.array(self.travel.time), np.array(self.travel.value)).at(0.0):
             reason = f"travel is {first:g} m at time 0, where the obstacle is at its start"
             raise refused(reason, "begin with time 0 and value 0, and place the obstacle where it starts")
@@ -75,7 +81,7 @@ class Speed(Directed):
 
     kind: Literal["speed"]
     """speed"""
-    speed: number_or_curve("m/s", -100.0, 100.0, "time")
+    speed: number_or_curve("m/s", -FASTEST, FASTEST, "time")
     """Speed along the direction: a number, or a curve against time."""
 
     def build(self) -> Drive:
@@ -91,7 +97,7 @@ class Guide(Directed):
     """Mass that moves."""
     force: number_or_curve("N", -1e6, 1e6, "time") = 0.0
     """Force along the direction, beside contact and gravity: a number, or a curve against time."""
-    speed: quantity("m/s", -100.0, 100.0) = 0.0
+    speed: quantity("m/s", -FASTEST, FASTEST) = 0.0
     """Speed along the direction at the start."""
 
     def build(self) -> Drive:

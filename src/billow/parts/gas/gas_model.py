@@ -38,8 +38,7 @@ class Bag:
     positions: [m] at the end of the step, before: at its start, velocities: [m/s] at its middle, all (nodes, 3). before
     is positions where no step was made, and (0, 3) for a gas that does not look back. touched: (shapes, nodes) bool,
     nodes in contact with each shape of a body, and in a last row with other layers of fabric; None where nothing can be
-    touched. measured: volumes of the chambers
-    [m^3], (chambers,), None where nobody has measured them.
+    touched. measured: volumes of the chambers [m^3], (chambers,), None where nobody has measured them.
     """
 
     surface: Surface

@@ -113,8 +113,8 @@ def write_tubes(folder: Path, results: Mapping[str, Result]) -> Path:
     lines = [
         "# LS-DYNA paper, section 5.3: tubes of a window bag side by side", "",
         "Sections half way along the tubes, of runs of `examples/paper/window_tubes_*.toml`. With the mesh gas of the",
-        "paper, patches of fabric stick in each other (Figures 11 and 12). Roundness is 4 pi area over girth squared of",
-        "the line of fabric half way along a tube, 1 for a circle.", "",
+        "paper, patches of fabric stick in each other (Figures 11 and 12). Roundness is 4 pi area over girth squared",
+        "of the line of fabric half way along a tube, 1 for a circle.", "",
         f"| | {' | '.join(COLUMNS.values())} |", f"|---|{'---|' * len(COLUMNS)}",
         *(f"| {name} | {' | '.join(f'{row[key]:.4g}' for key in COLUMNS)} |" for name, row in table.items()), "",
         "![sections](tubes_sections.png)",
