@@ -1,4 +1,4 @@
-"""Examples 5.1, 5.2 and 6.1 of the LS-DYNA paper, by uniform pressure and by particles.
+"""Examples 5.1, 5.2 and 6.1 of the LS-DYNA paper, by uniform pressure, by particles and on a mesh.
 
     python benchmarks/paper_examples.py [EXAMPLE ...] --runs FOLDER [--out validation/particles] [--threads 1]
 
@@ -34,9 +34,16 @@ from billow.results.result import Result
 from billow.run.simulate import simulate
 
 ROOT = Path(__file__).parents[1]
-MODELS = {"up": "uniform pressure", "up_no_jets": "uniform pressure without jets", "particles": "particles"}
-PAIR = ("up", "particles")
-COLOURS = {"up": "#0072b2", "up_no_jets": "#009e73", "particles": "#d55e00"}
+MODELS = {
+    "up": "uniform pressure",
+    "up_no_jets": "uniform pressure without jets",
+    "particles": "particles",
+    "mesh": "mesh",
+}
+THREE = ("up", "particles", "mesh")
+COLOURS = {"up": "#0072b2", "up_no_jets": "#009e73", "particles": "#d55e00", "mesh": "#cc79a7"}
+CELLS = {"square_two_stage": 0.018, "square_spinning_jet": 0.018, "flat_driver": 0.0085}
+"""Edge of a cell of the mesh gas [m]: about 27,000 and 350,000 in a box about the bag, as in the paper."""
 LIGHT = np.array([-0.35, -0.5, 0.8]) / np.linalg.norm([-0.35, -0.5, 0.8])
 SIDE, TOP = (0, 2, 1), (0, 1, 2)
 """Axes of a view: to the right, up, and the one looked along."""
@@ -52,13 +59,13 @@ EXAMPLES = {
         "shapes": {"side": SIDE},
         "times": (0.0, 1e-3, 3e-3, 10e-3),
         "curves": (ENERGY, PRESSURE),
-        "models": PAIR,
+        "models": THREE,
     },
     "square_spinning_jet": {
         "shapes": {"top": TOP, "side": SIDE},
         "times": (2e-3, 4.5e-3, 7e-3, 9.5e-3, 15e-3),
         "curves": (OUTGOING, PRESSURE, ENERGY),
-        "models": PAIR,
+        "models": THREE,
     },
     "flat_driver": {
         "shapes": {"side": SIDE},
@@ -72,7 +79,11 @@ EXAMPLES = {
 
 
 def load(example: str, model: str) -> Case:
-    """One case of a pair, or the one by uniform pressure without its jets."""
+    """One case of a pair, the one by uniform pressure without its jets, or on a mesh, "mesh" or "mesh12" for cells of
+    12 mm."""
+    if model.startswith("mesh"):
+        cell = 1e-3 * float(model.removeprefix("mesh")) if model != "mesh" else CELLS[example]
+        return load(example, "up").vary({"gas.model": "mesh", "gas.cell": cell})
     path = ROOT / "examples" / "paper" / f"{example}_{model.removesuffix('_no_jets')}.toml"
     if not model.endswith("_no_jets"):
         return Case.load(path)
@@ -245,7 +256,7 @@ def write_page(folder: Path) -> None:
         table = json.loads(path.read_text())
         lines += ["", f"## {load(example, 'up').title}", "", f"| | {' | '.join(COLUMNS)} |"]
         lines += [f"|---|{'---|' * len(COLUMNS)}"]
-        for model in shown["models"]:
+        for model in (name for name in shown["models"] if name in table):
             cells = [text.format(table[model][key]) if key in table[model] else "" for key, text in COLUMNS.values()]
             lines.append(f"| {MODELS[model]} | {' | '.join(cells)} |")
         lines += ["", f"![shapes]({example}_shapes.png)", "", f"![curves]({example}_curves.png)"]
