@@ -1,4 +1,4 @@
-"""Examples 5.1, 5.2, 5.4, 6.1 and 6.2 of the LS-DYNA paper, by uniform pressure and by particles.
+"""Examples 5.1, 5.2, 5.4, 6.1 and 6.2 of the LS-DYNA paper, by uniform pressure, by particles and on a mesh.
 
     python benchmarks/paper_examples.py [EXAMPLE ...] --runs FOLDER [--out validation] [--threads 1] [--coarse]
 
@@ -42,14 +42,17 @@ from billow.run.simulate import simulate
 
 ROOT = Path(__file__).parents[1]
 MODELS = {
-    "up": "uniform pressure", "up_no_jets": "uniform pressure without jets", "particles": "particles",
+    "up": "uniform pressure", "up_no_jets": "uniform pressure without jets", "particles": "particles", "mesh": "mesh",
     **{f"up_{k}": f"uniform pressure, again {k}" for k in (2, 3)},
     **{f"particles_{k}": f"particles, seed {k}" for k in (2, 3)},
 }  # fmt: skip
 PAIR = ("up", "particles")
+THREE = (*PAIR, "mesh")
 AGAIN = ("up", "up_2", "up_3", "particles", "particles_2", "particles_3")
-COLOURS = {"up": "#0072b2", "up_no_jets": "#009e73", "particles": "#d55e00"}
+COLOURS = {"up": "#0072b2", "up_no_jets": "#009e73", "particles": "#d55e00", "mesh": "#cc79a7"}
 COARSE = {"bag.element_size": 0.02, "gas.particles": 20_000}
+CELLS = {"square_two_stage": 0.018, "square_spinning_jet": 0.018, "flat_driver": 0.0085}
+"""Edge of a cell of the mesh gas [m]: about 27,000 and 350,000 in a box about the bag, as in the paper."""
 LIGHT = np.array([-0.35, -0.5, 0.8]) / np.linalg.norm([-0.35, -0.5, 0.8])
 SIDE, TOP = (0, 2, 1), (0, 1, 2)
 """Axes of a view: to the right, up, and the one looked along."""
@@ -66,19 +69,19 @@ EXAMPLES = {
         "shapes": {"side": SIDE},
         "times": (0.0, 1e-3, 3e-3, 10e-3),
         "curves": (ENERGY, PRESSURE),
-        "models": PAIR,
+        "models": THREE,
     },
     "square_spinning_jet": {
         "shapes": {"top": TOP, "side": SIDE},
         "times": (2e-3, 4.5e-3, 7e-3, 9.5e-3, 15e-3),
         "curves": (OUTGOING, PRESSURE, ENERGY),
-        "models": PAIR,
+        "models": THREE,
     },
     "flat_driver": {
         "shapes": {"side": SIDE},
         "times": (2e-3, 5e-3, 10e-3, 20e-3, 40e-3),
         "curves": (ACCELERATION, VELOCITY, PRESSURE, ENERGY),
-        "models": ("up", "up_no_jets", "particles"),
+        "models": ("up", "up_no_jets", "particles", "mesh"),
     },
     "folded_tube": {
         "shapes": {"section": SIDE},
@@ -101,7 +104,11 @@ there."""
 
 
 def load(example: str, model: str, coarse: bool = False) -> Case:
-    """One case of a pair, the one by uniform pressure without its jets, or one run again."""
+    """One case of a pair, the one by uniform pressure without its jets, one run again, or on
+    a mesh: "mesh", or "mesh12" for cells of 12 mm."""
+    if model.startswith("mesh"):
+        cell = 1e-3 * float(model.removeprefix("mesh")) if model != "mesh" else CELLS[example]
+        return load(example, "up", coarse).vary({"gas.model": "mesh", "gas.cell": cell})
     kind, _, again = model.removesuffix("_no_jets").partition("_")
     path = ROOT / "examples" / "paper" / f"{example}_{kind}.toml"
     if model.endswith("_no_jets"):
@@ -333,7 +340,7 @@ COLUMNS = {
 def write_page(folder: Path) -> None:
     """README.md of the folder, from the tables and figures there are."""
     lines = [
-        "# Examples of the LS-DYNA paper, by uniform pressure and by particles", "",
+        "# Examples of the LS-DYNA paper, by every gas", "",
         "Written by `benchmarks/paper_examples.py`; cases in [examples/paper](../../examples/paper/README.md).",
         "Computing times are of shared machines; the tables (`*.json`) hold threads and load of each run.",
     ]  # fmt: skip

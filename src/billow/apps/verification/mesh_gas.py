@@ -100,6 +100,7 @@ def carry(state: MeshState, velocity: np.ndarray) -> None:
     """Let gas at rest move with a velocity [m/s], (3,)."""
     for sheet in state.sheets:
         mass = sheet.held[:, :-4].sum(axis=1)
+        sheet.held = sheet.held.copy()
         sheet.held[:, -4:-1] = mass[:, None] * velocity
         sheet.held[:, -1] += 0.5 * mass * float(velocity @ velocity)
     state.start_energy = sum(sheet.energy for sheet in state.sheets)

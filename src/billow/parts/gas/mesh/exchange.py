@@ -188,6 +188,8 @@ class Exchange:
     def _cool(self, dt: float) -> None:
         supply = self.ways.supply
         for c, fragments in enumerate(self.cooling):
+            if self.ways.supply.heat_conductance[c] == 0.0:
+                continue
             chamber = self.chambers[c]
             self.gas.heat_lost += lose_heat(
                 supply.table, chamber.state, chamber.total, chamber.of[chamber.cell_of_fragment[fragments]],

@@ -16,7 +16,7 @@ from billow.geometry.surface import Surface, area_vectors
 from billow.parts.gas.gas_model import Bag, ChamberTotals, Content, GasTotals, SwitchableGas
 from billow.parts.gas.mesh.exchange import Exchange, Ways
 from billow.parts.gas.mesh.fields import at_places, boxes_of, chamber_totals, is_inside, on_triangles
-from billow.parts.gas.mesh.sheet import Moved, Sheet, Walls, fastest
+from billow.parts.gas.mesh.sheet import Moved, Scratch, Sheet, Walls, fastest
 from billow.parts.gas.mesh.state import MeshState
 from billow.parts.gas.mesh.walls import press
 from billow.parts.gas.mesh.work import add_load, pay, work_of
@@ -131,9 +131,12 @@ class MeshGas(SwitchableGas):
         velocity = (positions - before) / dt
         parts = max(1, math.ceil(dt / self.longest_part(gas)))
         second_order = self.advection == VAN_LEER
+        if gas.scratch is None:
+            gas.scratch = [Scratch() for _ in gas.sheets]
         chambers = [
             Moved.begin(
-                self.walls[c], gas.sheets[c], self.table, self.cell, gas.origin, (old[c], new[c]), velocity,
+                self.walls[c], gas.sheets[c], gas.scratch[c], self.table, self.cell, gas.origin, (old[c], new[c]),
+                velocity,
                 self.ways.links(c, gas.is_open), second_order,
             )
             for c in range(len(gas.sheets))
@@ -178,6 +181,12 @@ class MeshGas(SwitchableGas):
 
     def longest_part(self, gas: MeshState) -> float:
         """Longest part of a step [s]."""
+        now = tuple(sheet.held for sheet in gas.sheets)
+        if gas.longest is None or any(a is not b for a, b in zip(gas.longest[0], now, strict=True)):
+            gas.longest = now, self._longest_part(gas)
+        return gas.longest[1]
+
+    def _longest_part(self, gas: MeshState) -> float:
         fast, flow = 0.0, 0.0
         for sheet in gas.sheets:
             n = len(sheet.key)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -83,15 +84,51 @@ class Sheet:
     def species(self) -> int:
         return self.held.shape[1] - 4
 
+    # Sums over the cells, and what they are of: made anew when the cells are others.
+    summed = None
+
+    def sums(self) -> np.ndarray:
+        """Sums of `held` over the cells, (species + 4,)."""
+        if self.summed is None or self.summed[0] is not self.held:
+            n, columns = self.held.shape
+            parts = np.empty((-(-n // CHUNK), columns))
+            _sum_up(n, self.held, parts)
+            self.summed = self.held, parts.sum(axis=0)
+        return self.summed[1]
+
     @property
     def masses(self) -> np.ndarray:
         """[kg], (species,)."""
-        return self.held[:, : self.species].sum(axis=0)
+        return self.sums()[: self.species].copy()
 
     @property
     def energy(self) -> float:
         """Energy [J], less what is owed."""
-        return float(self.held[:, -1].sum() - self.owed.sum())
+        return float(self.sums()[-1] - self.owed.sum())
+
+
+class Scratch:
+    """Arrays that every step needs anew and whose memory is kept: fresh memory costs as much as filling it."""
+
+    def __init__(self):
+        self._kept: dict[str, np.ndarray] = {}
+        self.turn = 0
+
+    def takes_turns(self, name: str, *shape: int) -> np.ndarray:
+        """An array whose content is still there in the turn after this one."""
+        return self.take(f"{name}{self.turn % 2}", *shape)
+
+    def take(self, name: str, *shape: int) -> np.ndarray:
+        """An array of any content, until the next one of this name."""
+        size, kept = math.prod(shape), self._kept.get(name)
+        if kept is None or len(kept) < size:
+            kept = self._kept[name] = np.empty(size + size // 4)
+        return kept[:size].reshape(shape)
+
+    def zeros(self, name: str, *shape: int) -> np.ndarray:
+        array = self.take(name, *shape)
+        array.fill(0.0)
+        return array
 
 
 @dataclass
@@ -99,6 +136,7 @@ class Moved:
     """A chamber in a step of the structure: its cells, those of the surface before and after together."""
 
     walls: Walls
+    scratch: Scratch
     table: np.ndarray
     h: float
     origin: np.ndarray
@@ -120,7 +158,7 @@ class Moved:
 
     @classmethod
     def begin(
-        cls, walls: Walls, sheet: Sheet, table: np.ndarray, h: float, origin: np.ndarray,
+        cls, walls: Walls, sheet: Sheet, scratch: Scratch, table: np.ndarray, h: float, origin: np.ndarray,
         cuts: tuple[CutCells, CutCells], velocity: np.ndarray, is_link: np.ndarray, second_order: bool,
     ) -> Moved:  # fmt: skip
         """h, origin: of the lattice [m]. cuts: the surface before and after; velocity: of the nodes in between [m/s];
@@ -130,10 +168,13 @@ class Moved:
         key, at_both, in_new = unite(with_gas, new.key)
         in_sheet, in_old = _through(at_both, at_sheet), _through(at_both, at_old)
         n, species = len(key), len(table)
-        held, temperature, sound = np.empty((n, species + 4)), np.empty(n), np.empty(n)
+        scratch.turn += 1
+        held, temperature = scratch.takes_turns("held", n, species + 4), scratch.takes_turns("temperature", n)
+        sound = scratch.takes_turns("sound", n)
         _spread(n, in_sheet, sheet.held, sheet.temperature, sheet.sound, held, temperature, sound)
         return cls(
-            walls, table, h, origin, old, new, velocity, is_link, second_order, key, in_old, in_new, neighbours(key),
+            walls, scratch, table, h, origin, old, new, velocity, is_link, second_order, key, in_old, in_new,
+            neighbours(key),
             held, temperature, sound,
         )  # fmt: skip
 
@@ -142,13 +183,15 @@ class Moved:
         passages and openings add to `gained`, and say which clusters are `fed`. Yields the time [s] in its
         middle."""
         n, species, dt = len(self.key), len(self.table), dt / parts
-        whole, volume, aperture, centroid = np.empty((2, n)), np.empty((2, n)), np.empty((n, 3)), np.empty((n, 3))
+        take = self.scratch.take
+        whole, volume = take("whole", 2, n), take("volume", 2, n)
+        aperture, centroid = take("aperture", n, 3), take("centroid", n, 3)
         _geometry(
             n, self.key, self.in_old, self.in_new, self.old.volume, self.new.volume, self.old.centroid,
             self.new.centroid, whole, centroid,
         )  # fmt: skip
         self.booked = np.zeros(len(self.walls.triangles))
-        flux = np.empty((n, 3, VALUES))
+        flux = take("flux", n, 3, VALUES)
         for part in range(parts):
             begin, end = part / parts, (part + 1) / parts
             self.middle = middle = 0.5 * (begin + end)
@@ -161,22 +204,22 @@ class Moved:
             self.of = clusters.of
             self.adopted, self.lost = self.adopted + clusters.adopted, self.lost + clusters.lost
             count = len(clusters.before)
-            self.total, self.state = np.empty((count, species + 4)), np.empty((count, Y + species))
-            self.place, bad = np.empty((count, 3)), np.empty(count, np.bool_)
+            self.total, self.state = take("total", count, species + 4), take("state", count, Y + species)
+            self.place, bad = take("place", count, 3), np.empty(count, np.bool_)
             gather(
                 count, clusters.start, clusters.members, clusters.before, clusters.after, self.table, volume[0],
                 self.held, self.temperature, volume[1], centroid, self.h**3, self.total, self.state, self.place, bad,
             )  # fmt: skip
             if bad.any():
                 raise self._negative(clusters, int(bad.argmax()), self.total, time + part * dt)
-            self.slope, half = np.empty((count, 3, VALUES)), np.empty((count, VALUES))
+            self.slope, half = take("slope", count, 3, VALUES), take("half", count, VALUES)
             find_slopes(
                 count, clusters.start, clusters.members, clusters.of, self.beside, aperture, self.in_new,
                 self.new.start, self.new.order, self.new.fragments.rows, self.fragment_triangle,
                 self.walls.triangles, self.velocity, self.state, self.place, dt / self.h, self.second_order,
                 self.slope, half,
             )  # fmt: skip
-            self.gained, self.fed = np.zeros((count, species + 4)), np.empty(0, np.int32)
+            self.gained, self.fed = self.scratch.zeros("gained", count, species + 4), np.empty(0, np.int32)
             yield time + (part + 0.5) * dt
             self._finish(clusters, volume[1], aperture, flux, half, dt, middle, time + part * dt)
 
@@ -187,8 +230,9 @@ class Moved:
         """Fluxes and walls; where a cluster would run out of energy, again with it as a donor cell."""
         half[self.fed] = self.state[self.fed, :VALUES]  # the half step knows nothing of sources
         n, count, new = len(self.key), len(clusters.before), self.new
-        total, state = np.empty_like(self.total), np.empty_like(self.state)
-        work = np.zeros(len(self.old.cell)), np.zeros(len(new.cell))
+        scratch = self.scratch
+        total, state = scratch.take("new_total", *self.total.shape), scratch.take("new_state", *self.state.shape)
+        work = scratch.zeros("old_work", len(self.old.cell)), scratch.zeros("new_work", len(new.cell))
         bad, walled, second_order = np.empty(count, np.bool_), np.empty(count, np.bool_), self.second_order
         while True:
             face_fluxes(
@@ -256,9 +300,36 @@ class Moved:
 
     def write(self, sheet: Sheet) -> None:
         """Keep what cells hold after the step."""
-        some = self.held[:, :-4].any(axis=1)
-        sheet.key, sheet.held = self.key[some], self.held[some]
-        sheet.temperature, sheet.sound = self.temperature[some], self.sound[some]
+        n = _close_up(self.key, self.held, self.temperature, self.sound)
+        sheet.key, sheet.held = self.key[:n], self.held[:n]
+        sheet.temperature, sheet.sound = self.temperature[:n], self.sound[:n]
+
+
+@scalar
+def _close_up(key, held, temperature, sound):
+    """Move the cells that hold gas together; returns their number."""
+    n = 0
+    for i in range(len(key)):
+        some = False
+        for s in range(held.shape[1] - 4):
+            some = some or held[i, s] != 0.0
+        if some:
+            if n != i:
+                key[n], temperature[n], sound[n] = key[i], temperature[i], sound[i]
+                for k in range(held.shape[1]):
+                    held[n, k] = held[i, k]
+            n += 1
+    return n
+
+
+@kernel
+def _sum_up(n, held, sums_out):
+    for chunk in prange((n + CHUNK - 1) // CHUNK):
+        for k in range(held.shape[1]):
+            sums_out[chunk, k] = 0.0
+        for i in range(chunk * CHUNK, min(n, (chunk + 1) * CHUNK)):
+            for k in range(held.shape[1]):
+                sums_out[chunk, k] += held[i, k]
 
 
 def _cell_here(in_cut: np.ndarray, cut: CutCells) -> np.ndarray:

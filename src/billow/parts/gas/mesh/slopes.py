@@ -58,6 +58,13 @@ def find_slopes(
                     slope_out[c, d, v] = 0.0
             if not state[c, P] > 0.0:
                 continue
+            if start[c + 1] - start[c] == 1 and _in_the_open(
+                members[start[c]], c, beside, aperture, of, fragments_of, new_start, state, place, second_order,
+                slope_out,
+            ):  # fmt: skip
+                if second_order:
+                    _half_step(state, c, slope_out, 0.5 * courant, half_out)
+                continue
             seen[:] = 0.0
             for m in range(start[c], start[c + 1]):
                 i = members[m]
@@ -100,6 +107,32 @@ def find_slopes(
                         slope_out[c, d, v] = limited(a, b, walled)
             if second_order:
                 _half_step(state, c, slope_out, 0.5 * courant, half_out)
+
+
+@scalar
+def _in_the_open(i, c, beside, aperture, of, fragments_of, new_start, state, place, second_order, slope_out):
+    """Slopes of cluster c, a single cell i without walls, which sees one cluster on each side of each axis; returns
+    whether it is one, before anything is written."""
+    at = fragments_of[i]
+    if at >= 0 and new_start[at + 1] > new_start[at]:
+        return False
+    for d in range(3):
+        j, k = beside[i, 2 * d], beside[i, 2 * d + 1]
+        if j < 0 or k < 0 or aperture[j, d] < NARROW or aperture[i, d] < NARROW:
+            return False
+        a, b = of[j], of[k]
+        if not (state[a, P] > 0.0 and state[b, P] > 0.0):
+            return False
+        if place[c, d] - place[a, d] < NEAR or place[b, d] - place[c, d] < NEAR:
+            return False
+    for d in range(3):
+        a, b = of[beside[i, 2 * d]], of[beside[i, 2 * d + 1]]
+        left, right = 1.0 / (place[c, d] - place[a, d]), 1.0 / (place[b, d] - place[c, d])
+        for v in range(VALUES):
+            if second_order or v == U + d:
+                before, after = (state[c, v] - state[a, v]) * left, (state[b, v] - state[c, v]) * right
+                slope_out[c, d, v] = limited(before, after, False)
+    return True
 
 
 @scalar

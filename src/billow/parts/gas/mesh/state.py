@@ -48,3 +48,5 @@ class MeshState:
     # Made anew from the rest when needed: cells about the surface as it stands, and room for them.
     cuts = None
     window = None
+    scratch = None
+    longest = None

@@ -20,21 +20,56 @@ USUAL = 300.0
 
 
 @scalar
+def mixture_row(table, totals, i, species, temperature):
+    """Heat capacity of the masses totals[i, :species] [kg] as a + b t + c t^2 + d t^3 + e t^4 [J/K], what its integral
+    lacks of the enthalpy [J], and the range of temperatures [K] about this one within which that holds."""
+    t, low, high = temperature, COLDEST, HOTTEST
+    a, b, c, d, e, offset = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for s in range(species):
+        m, middle = totals[i, s], table[s, 1]
+        if t < middle:
+            k, add, high = 2, table[s, 14], min(high, middle)
+        else:
+            k, add, low = 7, table[s, 15], max(low, middle)
+        a, b, c = a + m * table[s, k], b + m * table[s, k + 1], c + m * table[s, k + 2]
+        d, e, offset = d + m * table[s, k + 3], e + m * table[s, k + 4], offset + m * add
+    return a, b, c, d, e, offset, low, high
+
+
+@scalar
 def heat_content(table, totals, i, species, temperature):
     """Enthalpy [J] and heat capacity at constant pressure [J/K] of the masses totals[i, :species] [kg]."""
-    t, enthalpy, capacity = temperature, 0.0, 0.0
-    within = COLDEST < t < HOTTEST
+    enthalpy, capacity = 0.0, 0.0
     for s in range(species):
-        m = totals[i, s]
-        if within:
-            k, offset = (2, table[s, 14]) if t < table[s, 1] else (7, table[s, 15])
-            a, b, c, d, e = table[s, k], table[s, k + 1], table[s, k + 2], table[s, k + 3], table[s, k + 4]
-            capacity += m * (a + t * (b + t * (c + t * (d + t * e))))
-            enthalpy += m * (offset + t * (a + t * (b / 2.0 + t * (c / 3.0 + t * (d / 4.0 + t * e / 5.0)))))
-        else:
-            capacity += m * species_cp(table[s], t)
-            enthalpy += m * species_enthalpy(table[s], t)
+        enthalpy += totals[i, s] * species_enthalpy(table[s], temperature)
+        capacity += totals[i, s] * species_cp(table[s], temperature)
     return enthalpy, capacity
+
+
+@scalar
+def temperature_of(table, totals, i, species, gas_constant, thermal, guess):
+    """Temperature [K] and heat capacity at constant pressure [J/K] of masses with this internal energy [J], by Newton's
+    method. gas_constant: of all of them [J/K]."""
+    t = guess if guess > 1.0 else USUAL
+    a, b, c, d, e, offset, low, high = mixture_row(table, totals, i, species, t)
+    for _ in range(ITERATIONS):
+        if not low < t < high:
+            break
+        cp = a + t * (b + t * (c + t * (d + t * e)))
+        enthalpy = offset + t * (a + t * (b / 2.0 + t * (c / 3.0 + t * (d / 4.0 + t * e / 5.0))))
+        change = (enthalpy - gas_constant * t - thermal) / (cp - gas_constant)
+        t -= change
+        if abs(change) <= EXACT * t and low < t < high:
+            return t, cp
+    t, cp = guess if guess > 1.0 else USUAL, 0.0  # across the ranges of the species
+    for _ in range(ITERATIONS):
+        enthalpy, cp = heat_content(table, totals, i, species, t)
+        change = (enthalpy - gas_constant * t - thermal) / (cp - gas_constant)
+        change = min(max(change, -t), 0.5 * t)  # never below zero, at most doubled
+        t -= change
+        if abs(change) <= EXACT * t:
+            break
+    return t, cp
 
 
 @scalar
@@ -51,14 +86,7 @@ def primitive(table, totals, i, species, volume, guess, state, row):
     thermal = totals[i, species + 3] - 0.5 * m * (u * u + v * v + w * w)
     if not thermal > 0.0:
         return False
-    t, cp = guess if guess > 1.0 else USUAL, 0.0
-    for _ in range(ITERATIONS):
-        enthalpy, cp = heat_content(table, totals, i, species, t)
-        change = (enthalpy - gas_constant * t - thermal) / (cp - gas_constant)
-        change = min(max(change, -t), 0.5 * t)  # never below zero, at most doubled
-        t -= change
-        if abs(change) <= EXACT * t:
-            break
+    t, cp = temperature_of(table, totals, i, species, gas_constant, thermal, guess)
     state[row, RHO], state[row, U], state[row, U + 1], state[row, U + 2] = m / volume, u, v, w
     state[row, P] = gas_constant * t / volume
     state[row, C] = math.sqrt(cp / (cp - gas_constant) * gas_constant * t / m)
