@@ -130,13 +130,13 @@ def test_motion_and_injury_metrics_are_those_of_python(with_head, coupled):
         velocity, centre, acceleration, metrics = with_head(run, design.tolist())
         moved = np.abs(answer.motion.velocity[:, 2] - answer.motion.velocity[0, 2]).max()
         assert moved > 0.5  # it was hit
-        assert np.abs(np.reshape(velocity, (-1, 3)) - answer.motion.velocity).max() < 2e-3 * moved
-        assert np.abs(np.reshape(centre, (-1, 3)) - answer.motion.centre).max() < 1e-4
+        assert np.abs(np.reshape(velocity, (-1, 3)) - answer.motion.velocity).max() < 1e-4 * moved
+        assert np.abs(np.reshape(centre, (-1, 3)) - answer.motion.centre).max() < 1e-6
         truth = answer.motion.acceleration(60)[1][:, 2]
-        assert np.abs(np.array(acceleration) - truth).max() < 2e-3 * np.abs(truth).max()
+        assert np.abs(np.array(acceleration) - truth).max() < 1e-4 * np.abs(truth).max()
         for (value, low, high), name in zip(metrics, METRICS, strict=True):
             assert [value, low, high] == pytest.approx(
-                [getattr(answer.injury[name], end) for end in ("value", "low", "high")], rel=5e-3
+                [getattr(answer.injury[name], end) for end in ("value", "low", "high")], rel=1e-4
             )
 
 

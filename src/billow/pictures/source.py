@@ -17,7 +17,8 @@ from billow.base.table_file import read_table
 from billow.base.units import CONVERSIONS
 from billow.results.atomic import PARTIAL
 from billow.results.histories import TIME, History, read_histories
-from billow.results.journal import JOURNAL, STATUS, history_so_far
+from billow.results.journal import JOURNAL, history_so_far
+from billow.results.ownership import in_use
 from billow.results.result import Result
 from billow.results.vtkhdf import FabricFile
 
@@ -85,7 +86,7 @@ def running_histories(path: Path) -> History | None:
 
 def is_running(path: Path) -> bool:
     """Whether a run goes on now. path: its --out folder."""
-    return not path.exists() and (_partial(path) / STATUS).is_file()
+    return not path.exists() and in_use(_partial(path))
 
 
 def _partial(path: Path) -> Path:

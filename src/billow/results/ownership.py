@@ -108,6 +108,23 @@ def owned_file(path: str | Path, sign: bytes) -> Iterator[None]:
         os.close(handle)
 
 
+def in_use(folder: Path) -> bool:
+    """Whether a process writes to a folder now; False where that cannot be known."""
+    try:
+        handle = os.open(folder / LOCK, os.O_RDONLY | os.O_NOFOLLOW | os.O_CLOEXEC)
+    except OSError:
+        return False
+    try:
+        fcntl.flock(handle, fcntl.LOCK_SH | fcntl.LOCK_NB)
+        return False
+    except BlockingIOError:
+        return True
+    except OSError:  # a disk without locks
+        return False
+    finally:
+        os.close(handle)
+
+
 def is_ours(folder: Path, *known: str) -> bool:
     """Whether Billow made a folder: it has the mark, or one of the files `known`, and is no link."""
     return any((folder / name).is_file() for name in (LOCK, *known))

@@ -38,7 +38,8 @@ NO_PANDAS = ResourceError.declare(
     "E-RES-034",
     "tables need pandas",
     where="Result.to_pandas",
-    remedy="install it: pip install pandas; or use result.histories, a dictionary of arrays",
+    cause="it is an optional package",
+    remedy="install it: pip install pandas; or take the arrays of the histories as they are",
 )
 
 
