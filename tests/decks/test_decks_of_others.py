@@ -380,3 +380,16 @@ def test_curves_of_fabric_are_of_the_measure_that_is_said(use, measure, strain, 
         assert yarn.loading.stress == pytest.approx((0.0, stress))
     assert case.fabric.curves.transverse == 0.0
     assert case.fabric.curves.shear.loading.angle[-1] == pytest.approx(np.degrees(0.5))
+
+
+def test_nodes_that_are_constrained_or_belong_to_a_locked_part_are_fixed(use):
+    pillow = Pillow()
+    more = (
+        "*BOUNDARY_SPC_NODE\n25,0,1,1,1\n1,0,1,1,0\n9999,0,1,1,1\n*SET_NODE_LIST\n5\n18,19\n"
+        "*BOUNDARY_SPC_SET\n5,0,1,1,1,1,1,1\n*ELEMENT_SHELL\n900,9,26,27,9001,9001\n*NODE\n9001,350,250,-300\n"
+        "*PART\ninflator\n9,9,9\n*MAT_RIGID\n9,7.8e-6,210,0.3\n1,7,7\n*CONSTRAINED_EXTRA_NODES_NODE\n9,33\n"
+    )
+    case, report = use(pillow.deck(more=more))
+    assert [n + 1 for n in case.bag.fixed_nodes] == [18, 19, 25, 26, 27, 33]
+    assert case.obstacles == ()
+    assert {row.field for row in report.of("refused")} == {"BOUNDARY_SPC_NODE.DOFX", "BOUNDARY_SPC_NODE.DOFY"}

@@ -20,6 +20,7 @@ from billow.decks.context import Context
 from billow.decks.draft import Said, case_text, plain, said, source_of
 from billow.decks.fabric import FABRICS_DIFFER, added_leakage, birth_time, fabric_cards, leakage, put_fabric
 from billow.decks.fields import known
+from billow.decks.fixed import put_fixed
 from billow.decks.jets import put_jets
 from billow.decks.keyword_file import Deck
 from billow.decks.mesh_model import mesh_model
@@ -105,8 +106,9 @@ def translated(path: Path, options: Options) -> tuple[Context, BagMesh]:
     bag, place = _bag(context, block, options)
     _fabric(context, bag, place, options, base)
     _rest_of_base(context, base, block is None, path)
+    attached = put_fixed(context, bag)
     _bag_tables(context, bag)
-    put_obstacles(context, set(bag.parts), options.parts, bag.start.points)
+    put_obstacles(context, set(bag.parts) | attached, options.parts, bag.start.points)
     put_contact(context, set(bag.parts))
     bag = _raised(context, bag)
     _run(context, base)
@@ -309,8 +311,6 @@ def _bag_tables(context: Context, bag: BagMesh) -> None:
     table: dict[str, Any] = {"shape": "mesh", "start": "start.vtkhdf"}
     if bag.reference is not None:
         table["reference"] = Said("reference.vtkhdf", bag.reference_source)
-    if bag.held:
-        table["fixed_nodes"] = Said(list(bag.held), "NODE.TC")
     context.tables["bag"] = {**table, **own, "parts": list(bag.parts.values())}
 
 
