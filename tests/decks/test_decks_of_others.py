@@ -303,3 +303,93 @@ def test_the_warp_runs_as_vectors_and_angles_say(use):
             assert low.warp_angle == pytest.approx(-up.warp_angle)
             assert up.warp_angle == pytest.approx(30.0)
         shutil.rmtree(Path(case.bag.start).parent)
+
+
+def test_every_field_of_other_airbags_materials_and_contacts_is_named_too(use, tmp_path):
+    more = (
+        "*MAT_ELASTIC_TITLE\nsteel\n8,7.8e-6,210,0.3\n*MAT_ADD_AIRBAG_POROSITY_LEAKAGE\n1,0.02,1.5e-3,0.1,8\n"
+        "*MAT_ADD_AIRBAG_POROSITY_LEAKAGE\n9,0.5,1\n*AIRBAG_INTERACTION\n1,2,100,0.7\n"
+        "*CONTACT_NODES_TO_SURFACE\n1,2,3,4\n0.2,0.1\n1,1\n*AIRBAG_HYBRID\n2,1\n293,1.01e-4,,8.314,1\n0,,0\n0,,1\n"
+        "1,2,,0.028,1,29\n"
+    )
+    case, report = use(Pillow().deck(more=more), airbag=1)
+    rows = {(row.place, row.deck): row.status for row in report.rows.values()}
+    lines = (tmp_path / "bag.k").read_text().splitlines()
+    checked, inside = 0, False
+    for number, line in enumerate(lines, 1):
+        if line.startswith("*"):
+            inside, title = line.startswith(("*AIRBAG", "*MAT", "*CONTACT")), "_TITLE" in line
+            continue
+        if inside and not title:
+            for text in filter(None, line.split(",")):
+                assert (f"bag.k:{number}", text) in rows, (number, text)
+                checked += 1
+        title = False
+    assert checked > 60
+    assert (case.leakage.law, case.leakage.blockage) == ("velocity-curve", True)
+    assert case.leakage.time_factor == 0.02
+    assert case.leakage.pressure_factor == pytest.approx(1.5e-3)
+    assert case.leakage.through_blocked == pytest.approx(0.1)
+    assert "AIRBAG_INTERACTION" in report.keywords
+    assert all(row.field.startswith("AIRBAG_INTERACTION") for row in report.of("refused"))
+
+
+def test_a_coefficient_that_is_not_zero_counts_before_its_curve(use):
+    """Of C23 and LCC23 the first counts unless it is zero (manual, *AIRBAG_WANG_NEFSKE)."""
+    for card, expected in (("0.6,2,100", 0.6), ("0,3,100", (1.0, 0.5))):
+        gas = GAS.replace("0,,0\n0,,1", f"{card}\n0,,1") + "*DEFINE_CURVE\n3\n0,1\n100,0.5\n"
+        case, _ = use(Pillow().deck(gas=gas))
+        (exit_,) = case.gas.orifices
+        assert exit_.area == pytest.approx(1e-4)
+        found = exit_.discharge if isinstance(expected, float) else exit_.discharge.value
+        assert found == expected
+        shutil.rmtree(Path(case.bag.start).parent)
+
+
+def test_a_gas_that_is_not_in_the_units_of_the_model_is_said(use):
+    begin, end = GAS.index("*AIRBAG_HYBRID"), GAS.index("*CONTROL")
+    model = "*AIRBAG_WANG_NEFSKE\n1,1\n718,1005,600,0,1\n0.7,,100\n1.01e-4,1.2e-9,{}\n"
+    for constant, refused in (("1.0", []), ("386.4", ["AIRBAG_WANG_NEFSKE.GC"])):
+        case, report = use(Pillow().deck(gas=GAS[:begin] + model.format(constant) + GAS[end:]), units="kg-mm-ms")
+        assert [row.field for row in report.of("refused")] == refused
+        assert case.gas.species["gas_1"].molar_mass == pytest.approx(8.31446261815324 / 287.0)
+        shutil.rmtree(Path(case.bag.start).parent)
+
+
+def test_forms_of_fabric_without_curves_take_their_moduli(use):
+    cloth = CLOTH.replace("2\n,,,1\n\n", "2,,,,,14\n,,,1\n\n0,0,0\n")
+    case, report = use(Pillow().deck(cloth=cloth))
+    assert case.fabric.law == "curves-shear"
+    warp, shear = case.fabric.curves.warp.loading, case.fabric.curves.shear.loading
+    assert warp.stress[-1] / warp.strain[-1] == pytest.approx(0.4e9)
+    assert shear.stress[-1] / np.radians(shear.angle[-1]) == pytest.approx(0.01e9)
+    assert not report.of("refused")
+
+
+@pytest.mark.parametrize(
+    ("measure", "strain", "stress"),
+    [("true", 0.2, 20e6), ("engineering", np.log(1.2), 20e6), ("green", 0.5 * np.log(1.4), 20e6 * np.sqrt(1.4))],
+)
+def test_curves_of_fabric_are_of_the_measure_that_is_said(use, measure, strain, stress):
+    """At constant width a nominal stress is the true stress, and S of Green strain E is S times the stretch."""
+    cloth = CLOTH.replace("2\n,,,1\n\n", "2,,,,,14\n,,,1\n\n5,5,6\n")
+    curves = "*DEFINE_CURVE\n5\n-0.1,-1\n0,0\n0.2,0.02\n*DEFINE_CURVE\n6\n0,0\n0.5,1e-3\n"
+    case, _ = use(Pillow().deck(cloth=cloth, more=curves), measure=measure)
+    for yarn in (case.fabric.curves.warp, case.fabric.curves.weft):
+        assert yarn.loading.strain == pytest.approx((0.0, strain))
+        assert yarn.loading.stress == pytest.approx((0.0, stress))
+    assert case.fabric.curves.transverse == 0.0
+    assert case.fabric.curves.shear.loading.angle[-1] == pytest.approx(np.degrees(0.5))
+
+
+def test_nodes_that_are_constrained_or_belong_to_a_locked_part_are_fixed(use):
+    pillow = Pillow()
+    more = (
+        "*BOUNDARY_SPC_NODE\n25,0,1,1,1\n1,0,1,1,0\n9999,0,1,1,1\n*SET_NODE_LIST\n5\n18,19\n"
+        "*BOUNDARY_SPC_SET\n5,0,1,1,1,1,1,1\n*ELEMENT_SHELL\n900,9,26,27,9001,9001\n*NODE\n9001,350,250,-300\n"
+        "*PART\ninflator\n9,9,9\n*MAT_RIGID\n9,7.8e-6,210,0.3\n1,7,7\n*CONSTRAINED_EXTRA_NODES_NODE\n9,33\n"
+    )
+    case, report = use(pillow.deck(more=more))
+    assert [n + 1 for n in case.bag.fixed_nodes] == [18, 19, 25, 26, 27, 33]
+    assert case.obstacles == ()
+    assert {row.field for row in report.of("refused")} == {"BOUNDARY_SPC_NODE.DOFX", "BOUNDARY_SPC_NODE.DOFY"}

@@ -47,6 +47,20 @@ def fabric_cards(context: Context, block: Block) -> dict[str, Field]:
     return found
 
 
+def added_leakage(context: Context, f: dict[str, Field]) -> dict[str, Field]:
+    """The fields with those of *MAT_ADD_AIRBAG_POROSITY_LEAKAGE of the same material, which count instead."""
+    for block in context.model.deck.all("MAT_ADD_AIRBAG_POROSITY_LEAKAGE"):
+        number = context.cards(block).optional("leakage", "MID")["MID"]
+        if number.whole == f["MID"].whole:
+            own = context.card(context.cards(block), "leakage")
+            context.report.mapped(own["MID"], own["MID"].text, "leakage")
+            for name in ("FLC", "FAC", "ELA", "FVOPT", "X0", "X1"):
+                if f[name].number:
+                    context.report.ignored(f[name], f"*{block.name} counts instead")
+            return f | own
+    return f
+
+
 def put_fabric(context: Context, f: dict[str, Field], measure: str) -> None:
     """The `[fabric]` table."""
     report = context.report

@@ -85,6 +85,8 @@ CARDS: dict[str, dict[str, str]] = {
         "flat": "XHEV YHEV ZHEV LENL LENM",
         "motion": "LCID OPT VX VY VZ",
     },
+    "BOUNDARY_SPC": {"spc": "NID CID DOFX DOFY DOFZ DOFRX DOFRY DOFRZ"},
+    "CONSTRAINED_EXTRA_NODES": {"extra": "PID NID IFLAG"},
     "INITIAL_VELOCITY_GENERATION": {
         "velocity": "ID STYP OMEGA VX VY VZ IVATN ICID",
         "axis": "XC YC ZC NX NY NZ PHASE IRIGID",

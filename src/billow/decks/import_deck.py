@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -19,8 +18,9 @@ from billow.decks.block import Block
 from billow.decks.cards import Cards, Field
 from billow.decks.context import Context
 from billow.decks.draft import Said, case_text, plain, said, source_of
-from billow.decks.fabric import FABRICS_DIFFER, birth_time, fabric_cards, leakage, put_fabric
+from billow.decks.fabric import FABRICS_DIFFER, added_leakage, birth_time, fabric_cards, leakage, put_fabric
 from billow.decks.fields import known
+from billow.decks.fixed import put_fixed
 from billow.decks.jets import put_jets
 from billow.decks.keyword_file import Deck
 from billow.decks.mesh_model import mesh_model
@@ -28,6 +28,7 @@ from billow.decks.obstacles import lift, put_contact, put_obstacles, raise_all, 
 from billow.decks.report import REFUSED, Report
 from billow.decks.tables import Model
 from billow.decks.units import SYSTEMS, Evidence, Units, find_units
+from billow.decks.unread import name_the_rest
 from billow.decks.warp import put_warp
 from billow.geometry.mesh_file import SUFFIXES
 from billow.geometry.mesh_writing import write_mesh
@@ -105,15 +106,14 @@ def translated(path: Path, options: Options) -> tuple[Context, BagMesh]:
     bag, place = _bag(context, block, options)
     _fabric(context, bag, place, options, base)
     _rest_of_base(context, base, block is None, path)
+    attached = put_fixed(context, bag)
     _bag_tables(context, bag)
-    put_obstacles(context, set(bag.parts), options.parts, bag.start.points)
+    put_obstacles(context, set(bag.parts) | attached, options.parts, bag.start.points)
     put_contact(context, set(bag.parts))
     bag = _raised(context, bag)
     _run(context, base)
+    report.keywords = name_the_rest(context)
     report.finish()
-    read = model.used | {"KEYWORD", "END", "TITLE", "COMMENT"}
-    counted = Counter(one.name for one in model.deck.blocks if one.name not in read)
-    report.keywords = dict(counted)
     return context, bag
 
 
@@ -257,7 +257,8 @@ def _fabric(context: Context, bag: BagMesh, place: str, options: Options, base: 
         for number, value in thick.items():
             if value and not math.isclose(value, base_thickness, rel_tol=1e-9):
                 bag.parts[number]["layers"] = value / base_thickness
-    laws = {n: leakage(context, g, getattr(getattr(context, "airbag", None), "option", 0)) for n, g in found.items()}
+    option = context.airbag.option if context.airbag is not None else 0
+    laws = {n: leakage(context, added_leakage(context, g), option) for n, g in found.items()}
     if any(laws.values()):
         if all(plain(law) == plain(laws[first]) for law in laws.values()) and len(laws) == len(cloth):
             context.tables["leakage"] = {**context.tables.get("leakage", {}), **laws[first]}
@@ -310,8 +311,6 @@ def _bag_tables(context: Context, bag: BagMesh) -> None:
     table: dict[str, Any] = {"shape": "mesh", "start": "start.vtkhdf"}
     if bag.reference is not None:
         table["reference"] = Said("reference.vtkhdf", bag.reference_source)
-    if bag.held:
-        table["fixed_nodes"] = Said(list(bag.held), "NODE.TC")
     context.tables["bag"] = {**table, **own, "parts": list(bag.parts.values())}
 
 
