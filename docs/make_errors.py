@@ -30,6 +30,7 @@ GROUPS = {
     "CMP": "Comparisons",
     "CONV": "Convergence studies",
     "CPL": "Force inputs and coupled models",
+    "DES": "Design with response surfaces",
     "FAB": "Fabric",
     "GAS": "Gas",
     "GEO": "Geometry",
