@@ -44,7 +44,8 @@ def varied_mesh(here: Here, unseen: bool = False):
     if unseen:
         here.patch.setattr(study, "_outline", lambda case: Outline(1, 1, "", ()))
     definition = here.study_file('low = 0.02\nhigh = 0.035\nkeys = ["fabric.permeability"]',
-                                 'low = 0.6\nhigh = 0.8\nkeys = ["bag.diameter"]', run__end_time=1e-4)  # fmt: skip
+                                 'low = 0.05\nhigh = 0.08\nkeys = ["bag.element_size"]',
+                                 run__end_time=1e-4)  # fmt: skip
     definition = here.write("definition.toml", definition.read_text())
     Study.create(definition, here.place / "out").run(workers=1)
 
@@ -174,6 +175,9 @@ TRIGGERS: dict[str, Callable[[Here], object]] = {
     "E-STU-010": other_design,
     "E-STU-011": lambda here: varied_mesh(here, unseen=True),
     "E-STU-040": varied_mesh,
+    "E-STU-041": define(
+        "[[parameters]]", "[[constraints]]\nterms = {permeability = 1.0}\nat_least = 1.0\n[[parameters]]"
+    ),
     "E-STU-012": failing_runs(full),
     "E-STU-014": failing_runs(stopping_quietly),
     "E-STU-015": lambda here: fresh_study(here).run(scheduler="nonsense://host"),

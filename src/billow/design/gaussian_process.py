@@ -21,6 +21,8 @@ LENGTH_BOUNDS, NUGGET_BOUNDS = (-3.0, 4.0), (-18.0, 0.0)
 STARTS = 4
 JITTER = 1e-8
 """Added to the nugget: correlations of near points are singular to rounding."""
+LEAST_VARIANCE = 1e-18
+"""Of a process, of standardised values: those of a straight line have none but rounding."""
 AT_ONCE = 2_000
 """Designs that are answered at once, to fit into memory."""
 
@@ -159,7 +161,7 @@ class _Known:
         self.projection = self.inverse - spanned.T @ spanned
         self.residual = self.projection @ standard
         self.weights = self.trend_whitener.T @ (spanned @ standard)
-        self.variance = float(standard @ self.residual) / (len(trend) - trend.shape[1])
+        self.variance = max(float(standard @ self.residual) / (len(trend) - trend.shape[1]), LEAST_VARIANCE)
         self.log_determinants = 2.0 * np.log(np.diag(lower)).sum() + 2.0 * np.log(np.diag(trend_lower)).sum()
 
 

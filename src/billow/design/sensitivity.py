@@ -54,21 +54,26 @@ def sensitivity(surfaces, name: str, samples: int = 1024, seed: int = 0) -> Sens
 def indices(answer, dimensions: int, samples: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
     """First and total indices with their ends, (dimensions, 3) each; answer: (designs, dimensions) in [0, 1] to
     (designs,)."""
-    from scipy.stats import sobol_indices, uniform
+    from scipy.stats import qmc, sobol_indices
 
-    found = sobol_indices(
-        func=lambda unit: answer(unit.T)[None],
-        n=samples,
-        dists=[uniform()] * dimensions,
-        rng=np.random.default_rng(seed),
-    )
-    ends = found.bootstrap(confidence_level=CONFIDENCE, n_resamples=RESAMPLES)
-    return tuple(
-        np.column_stack(
-            [index.ravel(), interval.confidence_interval.low.ravel(), interval.confidence_interval.high.ravel()]
-        )
-        for index, interval in ((found.first_order, ends.first_order), (found.total_order, ends.total_order))
-    )
+    random = np.random.default_rng(seed)
+    points = qmc.Sobol(2 * dimensions, rng=random).random(samples)
+    one, other = points[:, :dimensions], points[:, dimensions:]
+    mixed = np.tile(one, (dimensions, 1, 1))
+    for k in range(dimensions):
+        mixed[k, :, k] = other[:, k]
+    whole = answer(np.concatenate([one, other, mixed.reshape(-1, dimensions)])).reshape(dimensions + 2, samples)
+
+    def of(rows: np.ndarray) -> np.ndarray:  # (2, dimensions)
+        part = whole[:, rows]
+        made = sobol_indices(func={"f_A": part[:1], "f_B": part[1:2], "f_AB": part[2:, None]}, n=samples)
+        return np.stack([made.first_order.ravel(), made.total_order.ravel()])
+
+    # Resampled here and not by scipy, whose resampling takes no seed.
+    again = np.array([of(random.integers(0, samples, samples)) for _ in range(RESAMPLES)])
+    low, high = np.quantile(again, [0.5 * (1.0 - CONFIDENCE), 0.5 * (1.0 + CONFIDENCE)], axis=0)
+    found = of(np.arange(samples))
+    return tuple(np.column_stack([found[k], low[k], high[k]]) for k in range(2))
 
 
 def levelled(unit: np.ndarray, parameters) -> np.ndarray:

@@ -47,7 +47,7 @@ DAMAGED = IntegrityError.declare(
     "the file of response surfaces cannot be used",
     where="{path}",
     cause="a copy that was cut short, a file of another kind, or of another version",
-    remedy="make it again: billow respond train STUDY --out responses.safetensors",
+    remedy="make it again: billow design train STUDY --out responses.safetensors",
 )
 FILE_FORMAT = 1
 UNREADABLE = InputError.declare(
@@ -55,7 +55,7 @@ UNREADABLE = InputError.declare(
     "the file of response surfaces cannot be read",
     where="{path}",
     cause="a misspelt path",
-    remedy="make it: billow respond train STUDY --out responses.safetensors",
+    remedy="make it: billow design train STUDY --out responses.safetensors",
 )
 NO_RANGE = InputError.declare(
     "E-DES-014",

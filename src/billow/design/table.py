@@ -12,10 +12,11 @@ import numpy as np
 from billow.base import quality
 from billow.base.errors import BillowError, InputError
 from billow.design.measures import NOT_IN_RUN, measure, unit_of
+from billow.injury.filters import SAMPLED_TOO_SLOWLY
 from billow.results.csv_files import csv_text
 from billow.results.dataset import Dataset
 from billow.results.dataset_files import Parameter, design_columns
-from billow.results.result import Result
+from billow.results.result import UNREADABLE_CASE, Result
 from billow.study.responses import StudyResponse
 from billow.study.study import STUDY_FILE, Study
 
@@ -132,7 +133,7 @@ def usual_responses(result: Result) -> tuple[StudyResponse, ...]:
             measure(result, response, Path())
             found.append(response)
         except BillowError as error:
-            if error.code not in (NOT_IN_RUN.code, "E-INJ-003", "E-RES-015"):
+            if error.code not in (NOT_IN_RUN.code, SAMPLED_TOO_SLOWLY.code, UNREADABLE_CASE.code):
                 raise
     return tuple(found)
 

@@ -22,7 +22,7 @@ NO_RUN = InputError.declare(
     "the optimum could not be simulated",
     where="{folder}, run {run}",
     cause="a design at which the case does not hold, or at which the run is in doubt",
-    remedy="see failed/{run}.json or quality in its run.json; exclude such designs by a limit or a narrower range",
+    remedy="see what the study says of run {run}; exclude such designs by a limit or a narrower range",
 )
 MOST_ROUNDS = 3
 

@@ -78,7 +78,7 @@ def from_unit(unit: np.ndarray, parameters: tuple[Parameter, ...]) -> np.ndarray
 def design_rows(design, parameters: tuple[Parameter, ...]) -> tuple[np.ndarray, bool]:
     """Designs as (runs, parameters) float64, and whether a single one was given.
 
-    design: {name: value or (runs,)} or (parameters,) or (runs, parameters)
+    design: {name: value or (runs,)} or (parameters,) or (runs, parameters); a factor's value may be a level's name
     Raises InputError E-ROM-001 for wrong names, shapes, or values that are not finite numbers.
     """
     names = [parameter.name for parameter in parameters]
@@ -88,7 +88,7 @@ def design_rows(design, parameters: tuple[Parameter, ...]) -> tuple[np.ndarray, 
             missing = [f"missing {name}" for name in names if name not in design]
             if unknown or missing:
                 raise ValueError(", ".join(unknown + missing))
-            columns = (np.asarray(design[name], float) for name in names)
+            columns = (_numbers(design[parameter.name], parameter) for parameter in parameters)
             rows = np.stack(np.broadcast_arrays(*columns), axis=-1)
         else:
             rows = np.asarray(design, float)
@@ -103,6 +103,13 @@ def design_rows(design, parameters: tuple[Parameter, ...]) -> tuple[np.ndarray, 
     except (TypeError, ValueError) as error:
         raise DESIGN_DOES_NOT_FIT(why=error, names=", ".join(names)) from error
     return np.atleast_2d(rows), rows.ndim == 1
+
+
+def _numbers(values, parameter: Parameter) -> np.ndarray:
+    """Values of a parameter, of a factor by the names of its levels too."""
+    if isinstance(values, str) and values in parameter.levels:
+        return np.asarray(float(parameter.levels.index(values)))
+    return np.asarray(values, float)
 
 
 def check_design(rows: np.ndarray, parameters: tuple[Parameter, ...]) -> None:
