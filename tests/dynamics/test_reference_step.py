@@ -29,6 +29,7 @@ CASES = {
     "straps": {"bag": {**BAG, "straps": {"count": 2}}},
     "chambers": {"bag": {"shape": "rectangular", "chambers": 2, "element_size": 0.05, "vents": {"chambers": [2]}}},
     "self-contact": {"fabric": {"self_contact": True}},
+    "layers": {"fabric": {"self_contact": "layers"}},
     "particles": {"gas": {"model": "corpuscular", "particles": 2000}},
     "gravity": {"run": {"gravity": [0.0, 0.0, -9.81]}},
 }
@@ -42,7 +43,12 @@ def plain_step(model, state, dt):
     velocities += half * state.nodal_force
     # Contact by itself: a kick without force.
     nodes = Nodes(model.inverse_mass, np.zeros_like(positions), positions, velocities, np.empty_like(positions))
-    model.bodies.kick_touch_drift(state.bodies, nodes, dt)
+    if model.layers is None:
+        model.bodies.kick_touch_drift(state.bodies, nodes, dt)
+    else:
+        rows = model.bodies.rows(state.bodies, nodes, dt)
+        model.layers.part_layers(state.layers, positions, velocities, rows, state.time, dt)
+        model.bodies.drift(state.bodies, rows)
     model.bodies.meet(state.bodies, dt)
     model.bodies.move(state.bodies, dt)
     contact = state.bodies.contact
@@ -56,6 +62,8 @@ def plain_step(model, state, dt):
     model.gas.advance(state.gas, bag, state.time, dt, loads)
     if model.self_contact is not None:
         model.self_contact.add_forces(state.self_contact, positions, velocities, dt, loads)
+    if model.layers is not None:
+        model.layers.add_forces(state.layers, positions, velocities, state.time, dt, loads)
     model.straps.add_forces(state.straps, positions, velocities, dt, loads)
     force += on_nodes(loads, model.surface, positions) + model.mass[:, None] * model.gravity
     state.nodal_force[...] = force

@@ -12,6 +12,7 @@ from contextlib import contextmanager
 
 import numpy as np
 import torch
+from torch.optim.adamw import adamw
 
 from billow.base.errors import NumericalStop
 from billow.rom.learn.progress import Progress
@@ -64,14 +65,12 @@ def train_shared(inputs, targets, *, epochs: int | None = None, seed: int = 0, p
     generator = torch.Generator().manual_seed(seed)
     x, y = torch.from_numpy(inputs), torch.from_numpy(targets)
     weights, biases = _start(MEMBERS, (inputs.shape[1], *HIDDEN_SHARED, targets.shape[1]), generator)
-    optimiser = torch.optim.AdamW(weights + biases, lr=6e-3, weight_decay=1e-2, fused=True)
-    schedule = torch.optim.lr_scheduler.OneCycleLR(optimiser, max_lr=6e-3, total_steps=epochs * batches)
+    optimiser = OneCycleAdamW(weights + biases, epochs * batches)
     for epoch in range(1, epochs + 1):
         order = torch.stack([torch.randperm(len(x), generator=generator) for _ in range(MEMBERS)])
         losses = []
         for chosen in order.tensor_split(batches, dim=1):
             losses.append(_step(weights, biases, torch.nn.functional.silu, optimiser, x[chosen], y[chosen]))
-            schedule.step()
         _tell(progress, epoch, epochs, sum(losses) / len(losses))
     return _arrays(weights), _arrays(biases)
 
@@ -102,6 +101,44 @@ def train_paper(
             checkpoint.save(epoch, _state(weights + biases, optimiser))
         _tell(progress, epoch, epochs, loss)
     return _arrays(weights), _arrays(biases)
+
+
+class OneCycleAdamW:
+    """`torch.optim.AdamW` with the rates of `OneCycleLR`, to the bit, and without what these do besides, which takes a
+    seventh of a step, and 2 s when the first one is made.
+
+    Rate and momentum go from a 25th of RATE and SLOWEST to RATE and FASTEST in the first WARM_UP of all steps, and on
+    to next to nothing and SLOWEST, along half a cosine each (Smith and Topin, arXiv 1708.07120).
+    """
+
+    RATE, DECAY, WARM_UP = 6e-3, 1e-2, 0.3
+    SLOWEST, FASTEST = 0.95, 0.85
+    """Momentum: of the past in the mean gradient."""
+
+    def __init__(self, parameters: list[torch.Tensor], steps: int):
+        self._parameters, self._steps, self._done = parameters, steps, 0
+        self._means, self._squares = ([torch.zeros_like(p) for p in parameters] for _ in range(2))
+        self._counts = [torch.zeros(()) for _ in parameters]
+
+    def zero_grad(self, set_to_none: bool = True) -> None:
+        for parameter in self._parameters:
+            parameter.grad = None
+
+    @torch.no_grad()
+    def step(self) -> None:
+        top, end = self.WARM_UP * self._steps - 1.0, self._steps - 1.0
+        if self._done <= top:
+            share, rates, momenta = self._done / top, (self.RATE / 25.0, self.RATE), (self.SLOWEST, self.FASTEST)
+        else:
+            share, rates = (self._done - top) / (end - top), (self.RATE, self.RATE / 25.0 / 1e4)
+            momenta = self.FASTEST, self.SLOWEST
+        rate, momentum = (b + (a - b) / 2.0 * (math.cos(math.pi * share) + 1.0) for a, b in (rates, momenta))
+        adamw(
+            self._parameters, [p.grad for p in self._parameters], self._means, self._squares, [], self._counts,
+            fused=True, amsgrad=False, beta1=momentum, beta2=0.999, lr=rate, weight_decay=self.DECAY, eps=1e-8,
+            maximize=False,
+        )  # fmt: skip
+        self._done += 1
 
 
 def _step(weights, biases, activation, optimiser, x, y) -> float:
