@@ -33,15 +33,16 @@ class BodyRows:
         velocities = nodes.velocities
         velocities += (0.5 * dt * nodes.inverse_mass)[:, None] * nodes.force
         self._kicked = nodes.velocities.copy()
-        self._settled_at = np.full_like(nodes.velocities, np.nan)
+        self._settled_at = np.full_like(nodes.velocities, np.nan) if len(table.kind) else None
         self.restart()
 
     def restart(self) -> None:
         """Take back whatever changed velocities since the half kick, and solve for bodies alone."""
         self._nodes.velocities[...] = self._kicked
-        self._contact.force[...] = 0.0
-        self._settled_at[...] = np.nan
-        self.settle()
+        if len(self._table.kind):
+            self._contact.force[...] = 0.0
+            self._settled_at[...] = np.nan
+            self.settle()
 
     def settle(self) -> float:
         """Solve the pushes on nodes that something else has changed; returns the largest change of a node's velocity

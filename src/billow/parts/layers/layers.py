@@ -137,9 +137,10 @@ class Layers(Part):
             self._search(pairs, positions, velocities, dt, way)
             stray[:] = 0.0
         before = velocities.copy()
-        thrown, pull, limits = np.zeros(len(positions)), rows.pull(), self._limits
+        thrown, limits = np.zeros(len(positions)), self._limits
         if time < self.ramp:
             limits = limits._replace(friction=0.0)
+        pull = rows.pull() if limits.friction else None
         while True:
             step = Step(positions, velocities, before, self.mass, self.inverse_mass, stray, dt)
             parting = Parting(pairs, step, rows, limits)

@@ -88,7 +88,6 @@ class Parting:
         )  # fmt: skip
         pairs.awake = self._gathered()
         self.struck, self.is_awake = np.zeros(n, np.bool_), None
-        self.changed, self.seen = np.empty(n, np.bool_), np.full((n, 3), np.nan)
         self.rubbed = None
 
     def run(self) -> bool:
@@ -97,6 +96,7 @@ class Parting:
         pairs.touched[:] = False
         if not len(pairs.awake):
             return True
+        self.changed, self.seen = np.empty(len(pairs.touched), np.bool_), np.full_like(step.velocities, np.nan)
         self._measure()
         touch.serial(
             len(pairs.awake), pairs.awake, pairs.edges_from, pairs.nodes, pairs.distance, limits.gap, pairs.touched
