@@ -26,6 +26,8 @@ def test_a_pressed_stack_keeps_the_order_of_its_layers(tmp_path):
     assert result.ledger["crossings_at_worst"] == 0.0
     assert result.ledger["energy_residual_of_largest"] < 0.02
     h = result.histories
+    assert result.obstacles == {"plate": False, "press": True}
+    assert result.free_obstacles == ()  # nothing to be injured
     assert h["press_centre_z [m]"][-1] == pytest.approx(0.005, abs=1e-12)
     assert h["press_force_z [N]"].max() > 1.0
     assert h["drive_work [J]"][-1] == h["press_drive_work [J]"][-1] > 0.0
