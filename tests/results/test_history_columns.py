@@ -63,6 +63,27 @@ def test_a_run_with_bodies_and_straps(gas, tmp_path):
     )
 
 
+def test_a_run_with_moved_bodies_and_tear_seams(tmp_path):
+    motion = {"kind": "speed", "speed": 1.0}
+    guided = {"kind": "guided", "mass": 1.0}
+    case = {
+        "bag": {
+            "shape": "square", "element_size": 0.06, "vents": {"count": 0},
+            "tear_seams": [{"name": "zip", "begin": [-0.2, 0.1], "end": [0.2, 0.1], "strength": 1e3}],
+        },
+        "fabric": {"permeability": 0.0},
+        "obstacles": [
+            {"shape": "plate", "name": "press", "height": 0.2, "normal": [0.0, 0.0, -1.0], "motion": motion},
+            {"shape": "box", "name": "sled", "size": [0.1, 0.1, 0.1], "place": [0.0, 0.0, 0.05], "motion": guided},
+        ],
+    }  # fmt: skip
+    both = ["press", "sled"]
+    assert columns(case, tmp_path / "run") == documented(
+        part=["front", "rear"], each_obstacle=both, obstacles_that_are_moved=[""], moved_or_guided=both,
+        each_guided=["sled"], seams_that_tear=[""], tear_seam=["zip"], can_meet_another=both,
+    )  # fmt: skip
+
+
 def test_a_run_with_layers_in_stacks(tmp_path):
     case = {
         "bag": {"element_size": 0.06, "vents": {"count": 0}, "straps": {"count": 0}},

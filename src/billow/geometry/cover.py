@@ -11,6 +11,9 @@ from billow.geometry.chambers import OUTSIDE, Chambers
 from billow.geometry.rectangle_mesh import even_lines, mesh_rectangle
 from billow.geometry.surface import Surface
 
+SLIT = 1e-3
+"""Between the two rows of the seam [m]: contact knows no side of layers that start in one place."""
+
 
 def covered(
     shape: BagShape, name: str, place: np.ndarray, length: float, width: float, size: float, layers: float
@@ -18,10 +21,10 @@ def covered(
     """A bag with a flat cover, and the ties (n, 2) of its seam, along y.
 
     place: its middle [m], (3,). length: between the edges that are held, along x; width: along y; size: of elements,
-    [m]. layers: of the bag's fabric. The seam's nodes lie in one place; gas is on neither side.
+    [m]. layers: of the bag's fabric. Gas is on neither side.
     """
     y = even_lines([-0.5 * width, 0.5 * width], size, ())
-    outer = even_lines([0.0, 0.5 * length], size, ())
+    outer = even_lines([0.5 * SLIT, 0.5 * length], size, ())
     flap = mesh_rectangle(outer, y, size)
     other = np.column_stack([-flap.points[:, 0], flap.points[:, 1]])
     count, before = len(flap.points), len(shape.positions)

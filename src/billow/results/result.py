@@ -140,13 +140,18 @@ class Result:
 
     @cached_property
     def obstacles(self) -> dict[str, bool]:
-        """Names of the obstacles, and whether each is free to move."""
+        """Names of the obstacles, and whether each moves."""
         return {shape["name"]: not shape["locked"] for shape in self.record.get("obstacles", ())}
 
     @property
     def free_obstacles(self) -> tuple[str, ...]:
-        """Names of the obstacles that are free to move."""
-        return tuple(name for name, free in self.obstacles.items() if free)
+        """Names of the obstacles that forces move: free and guided ones, not those whose motion is prescribed."""
+        return tuple(name for name, moves in self.obstacles.items() if moves and not self._is_prescribed(name))
+
+    def _is_prescribed(self, name: str) -> bool:
+        """Whether an obstacle goes its way whatever it takes; it has no acceleration of its own."""
+        curves = self.histories.of(name)
+        return "drive_work" in curves and "acceleration" not in curves
 
     def chamber(self, name: str) -> Curves:
         """Curves of the gas in a chamber: pressure, temperature, volume, mass, energy. KeyError if there is none."""

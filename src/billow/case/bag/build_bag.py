@@ -344,12 +344,22 @@ def _tear_lines(bag: schema_bag.PanelBag, shape: BagShape) -> tuple[TearLine, ..
 
 def tear_line(seam: schema_bag.TearStrength, ties: np.ndarray, shape: BagShape) -> TearLine:
     """A tear seam of ties (n, 2) in their order along it; each stands for half of the way to its neighbours on either
-    side. Raises InputError E-GEO-060 if it has no length."""
+    side. Raises InputError E-GEO-060 if it has no length, E-GEO-010 if nodes to be tied lie in one place: contact of
+    layers knows no side of them, and would not let them part."""
     middle = 0.5 * (shape.positions[ties[:, 0]] + shape.positions[ties[:, 1]])
     steps = np.linalg.norm(np.diff(middle, axis=0), axis=1)
     length = 0.5 * (np.append(steps, 0.0) + np.append(0.0, steps))
     if not length.all():
         raise NO_SEAM(seam=seam.name, ties=len(ties))
+    apart = np.linalg.norm(shape.positions[ties[:, 1]] - shape.positions[ties[:, 0]], axis=1)
+    if not apart.min() > SHORTEST_STRAP:
+        one, other = ties[apart.argmin()]
+        raise DOES_NOT_FIT(
+            what=f"nodes of the tear seam {seam.name} lie in one place",
+            key="tear_seams",
+            why=f"nodes {one} and {other} are {1e3 * apart.min():.3g} mm apart, and contact knows no side of them",
+            remedy="leave a slit of a tenth of a millimetre between the rows",
+        )
     single = isinstance(seam.strength, float)
     rate, strength = ([0.0], [seam.strength]) if single else (seam.strength.loading_rate, seam.strength.value)
     return TearLine(seam.name, ties, length, np.array(rate), np.array(strength), seam.stiffness or None)

@@ -6,6 +6,7 @@ from functools import cache
 
 import numpy as np
 
+from billow.geometry.shapes.box import Box
 from billow.geometry.shapes.shape import Shape
 
 FINENESS = 4
@@ -17,6 +18,9 @@ HALVINGS = 40
 def triangulated(shape: Shape, fineness: int = FINENESS) -> tuple[np.ndarray, np.ndarray]:
     """Points [m] (nodes, 3) in a shape's own axes and triangles (n, 3), outwards, of one that has an end."""
     directions, triangles = sphere(fineness)
+    if isinstance(shape, Box):  # as many triangles across a thin side as across a wide one
+        directions = directions * shape.half
+        directions /= np.linalg.norm(directions, axis=1)[:, None]
     return directions * reach(shape, directions)[:, None], triangles
 
 
