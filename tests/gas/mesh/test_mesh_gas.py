@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import h5py
 import numba
 import numpy as np
 import pytest
@@ -166,6 +167,24 @@ def test_stopped_half_way_and_resumed(in_two, brief, tmp_path):
     assert resumed.record["ledger"] == straight.record["ledger"]
     assert straight.record["ledger"]["gas_mass_error"] < 1e-12
     assert straight.record["ledger"]["gas_energy_error"] < 1e-11
+
+
+def test_frames_and_sensors_show_the_gas(brief, tmp_path):
+    place = {"name": "middle", "position": [0.0, 0.0, 0.01]}
+    result = simulate(brief.vary({"run.sensors": [place]}), tmp_path / "run", threads=1)
+    with h5py.File(result.folder / "gas.vtkhdf") as file:
+        grid = file["VTKHDF"]
+        fields = {name: grid[f"CellData/{name}"][()] for name in grid["CellData"]}
+    assert {"pressure", "temperature", "density", "velocity", "volume_fraction", "chamber"} <= set(fields)
+    assert sum(fields[name] for name in fields if name.startswith("mass_fraction_")) == pytest.approx(1.0, abs=1e-5)
+    assert fields["volume_fraction"].min() > 0.0
+    assert fields["pressure"].min() > 5e4
+    pressure = result.histories["middle_gas_pressure [Pa]"]
+    assert pressure[0] == pytest.approx(101325.0, rel=1e-9)
+    assert np.abs(pressure - 101325.0).max() > 100.0
+    gauge = result.fabric.cell_data("gauge_pressure")[0]
+    assert np.abs(gauge).max() < 1e-6  # at the start
+    assert result.fabric.cell_data("gas_temperature")[-1].max() > 300.0
 
 
 @pytest.mark.slow
