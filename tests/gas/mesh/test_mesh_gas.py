@@ -14,7 +14,7 @@ from billow.apps.verification.scenes import sphere
 from billow.geometry.chambers import Chambers
 from billow.geometry.surface import Surface
 from billow.parts.gas.gas_model import Bag
-from billow.parts.gas.mesh import sheet as sheet_module
+from billow.parts.gas.mesh import moved as moved_module
 from billow.parts.gas.mesh.clusters import LEAST
 from billow.parts.gas.supply.ambient import InitialGas
 from billow.parts.gas.supply.outflow import ORIFICE
@@ -26,14 +26,14 @@ from billow.run.simulate import simulate
 def test_crumpled_surfaces_that_lie_in_themselves(seed, monkeypatch):
     """No cluster below the floor, energy and pressure positive everywhere, books exact."""
     smallest = []
-    real = sheet_module.find_clusters
+    real = moved_module.find_clusters
 
     def watched(*arguments):
         found = real(*arguments)
         smallest.append(min(found.before.min(), found.after.min()))
         return found
 
-    monkeypatch.setattr(sheet_module, "find_clusters", watched)
+    monkeypatch.setattr(moved_module, "find_clusters", watched)
     random, shape = np.random.default_rng(seed), sphere(0.2, 2)
 
     def field():

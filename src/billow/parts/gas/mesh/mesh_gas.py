@@ -16,8 +16,10 @@ from billow.parts.gas.gas_model import Bag, ChamberTotals, Content, GasTotals, S
 from billow.parts.gas.mesh.concerns import mesh_concerns
 from billow.parts.gas.mesh.exchange import Exchange
 from billow.parts.gas.mesh.fields import at_places, boxes_of, chamber_totals, is_inside, on_triangles
+from billow.parts.gas.mesh.moved import Moved
+from billow.parts.gas.mesh.scratch import Scratch
 from billow.parts.gas.mesh.setup import VAN_LEER, Setup
-from billow.parts.gas.mesh.sheet import Moved, Scratch, Sheet, fastest
+from billow.parts.gas.mesh.sheet import Sheet, fastest
 from billow.parts.gas.mesh.state import MeshState
 from billow.parts.gas.mesh.walls import press
 from billow.parts.gas.mesh.work import add_load, pay, work_of
