@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import h5py
 import numba
 import numpy as np
@@ -153,6 +155,19 @@ def test_gas_and_bag_that_move_together_are_at_rest():
         pass
     cells = gas.cells(state)
     np.testing.assert_allclose(cells["pressure"], 1e5, rtol=1e-3)
+
+
+def test_gas_flows_no_farther_in_a_part_than_the_limit():
+    shape = sphere(0.1, 1)
+    gas = mesh_in(Bag(shape.surface, shape.positions, np.zeros_like(shape.positions)), 0.03)
+    for speed, binds in ((100.0, False), (600.0, True)):
+        state = gas.start(Bag(shape.surface, shape.positions, np.zeros_like(shape.positions)))
+        carry(state, np.array([speed, 0.0, 0.0]))
+        free, quarter = gas.longest_part(state), 0.25 * gas.cell / speed
+        state.longest = None
+        limited = dataclasses.replace(gas, flow_limit=0.25).longest_part(state)
+        assert limited == pytest.approx(min(free, quarter), rel=1e-12)
+        assert (limited < free) == binds
 
 
 @pytest.fixture(scope="module")
