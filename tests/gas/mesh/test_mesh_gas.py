@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from pathlib import Path
 
 import h5py
 import numba
@@ -13,6 +14,8 @@ from run_fingerprint import fingerprint
 from billow.apps.verification.gas import boxes_in_a_row
 from billow.apps.verification.mesh_gas import SCHEMES, books, carry, mesh_in, moved, still
 from billow.apps.verification.scenes import sphere
+from billow.case.build import build_model
+from billow.case.schema import Case
 from billow.geometry.chambers import Chambers
 from billow.geometry.surface import Surface
 from billow.parts.gas.gas_model import Bag
@@ -182,6 +185,15 @@ def test_stopped_half_way_and_resumed(in_two, brief, tmp_path):
     assert resumed.record["ledger"] == straight.record["ledger"]
     assert straight.record["ledger"]["gas_mass_error"] < 1e-12
     assert straight.record["ledger"]["gas_energy_error"] < 1e-11
+
+
+def test_the_example_differs_from_uniform_pressure_in_its_gas_alone():
+    case = Case.load(Path(__file__).parents[3] / "examples" / "gas" / "driver_mesh.toml")
+    model = build_model(case).gas.model
+    assert (model.cell, model.advection) == (0.02, "van_leer")
+    other = case.vary({"gas.model": "uniform-pressure"})
+    assert other.bag == case.bag
+    assert not list(build_model(other).gas.model.concerns(None))
 
 
 def test_frames_and_sensors_show_the_gas(brief, tmp_path):
