@@ -125,13 +125,14 @@ def test_a_closed_opening_is_a_wall():
 
 
 def test_a_thin_layer_follows_panels_that_part():
-    """From 4 to 8 mm at 5 m/s each, in cells of 20 mm: work and pressure of the adiabatic law, no damper."""
+    """From 4 to 8 mm at 20 m/s each, in cells of 20 mm: work and pressure of the adiabatic law, no damper (rho c v is 8
+    kPa)."""
     bag = boxes_in_a_row((0.004,))
     middle = bag.positions[:, 0].mean()
 
     def at(time):
         places = bag.positions.copy()
-        places[:, 0] += np.where(places[:, 0] > middle, 5.0, -5.0) * time
+        places[:, 0] += np.where(places[:, 0] > middle, 20.0, -20.0) * time
         return places
 
     single = Surface.build(bag.surface.triangles, bag.surface.part, ("outer",), len(bag.positions), ("fabric",))
@@ -139,7 +140,7 @@ def test_a_thin_layer_follows_panels_that_part():
     gas = mesh_in(bag, 0.02)
     state = gas.start(bag)
     mass = state.sheets[0].held[:, 0].sum()
-    for _ in moved(gas, state, at, 4e-4):
+    for _ in moved(gas, state, at, 1e-4):
         pass
     exact = state.start_energy * (1.0 - 0.5**0.4)
     assert state.work == pytest.approx(exact, rel=0.02)
