@@ -106,6 +106,8 @@ TRIGGERS: dict[str, Callable[[Here], object]] = {
     "W-GAS-003": warns("W-GAS-003", inflator__mass_flow__value=[0, 0.0125, 0]),
     "W-GAS-004": warns("W-GAS-004", fabric__permeability=10.0),
     "W-GAS-005": warns("W-GAS-005", bag__vents__opening_pressure=0.3),
+    "W-GAS-021": warns("W-GAS-021", gas={"model": "mesh", "cell": 0.1}),
+    "W-GAS-022": warns("W-GAS-022", gas={"model": "mesh", "cell": 0.002}),
     "W-GAS-006": warns("W-GAS-006", inflator__jets__ring_radius=0.1),
     "W-MESH-001": warns("W-MESH-001", bag__element_size=0.12, bag__vents__count=0),
     "W-MESH-002": warns("W-MESH-002", bag__initial_gap=0.12),

@@ -20,10 +20,10 @@ def folded(*folds: dict, **settings) -> Callable[[Here], object]:
     return bag(**{"shape": "square", "element_size": 0.02, **settings, "folds": list(folds)})
 
 
-def case(*folds: dict, fabric: dict | None = None, **settings) -> Callable[[Here], Case]:
+def case(*folds: dict, fabric: dict | None = None, gas: dict | None = None, **settings) -> Callable[[Here], Case]:
     table = {"shape": "square", "element_size": 0.02, **settings, "folds": list(folds)}
     return lambda here: Case.from_dict(
-        {"bag": table, "gas": {"model": "none"}, "obstacles": [], "fabric": fabric or {}}
+        {"bag": table, "gas": gas or {"model": "none"}, "obstacles": [], "fabric": fabric or {}}
     )
 
 
@@ -39,6 +39,7 @@ TRIGGERS: dict[str, Callable[[Here], object]] = {
     "E-GEO-048": bag(element_size=0.02, folds=[{**LEPORELLO, "lines": [0.16, 0.345]}]),
     "E-GEO-049": bag(element_size=0.02, folds=[TWO_LINES, {**TWO_LINES, "lines": [0.12, 0.2], "across": "y"}]),
     "W-MESH-008": warned("W-MESH-008", case(LEPORELLO, vents={"count": 1, "diameter": 0.04, "distance": 0.175})),
+    "W-GAS-020": warned("W-GAS-020", case(LEPORELLO, gas={"model": "mesh", "cell": 0.05})),
     "W-FAB-006": warned("W-FAB-006", case(LEPORELLO, fabric={"self_contact": True})),
     "W-FAB-007": warned("W-FAB-007", case(fabric={"friction": 0.2})),
     "W-MESH-009": warned("W-MESH-009", case({**LEPORELLO, "layer_gap": 0.0005})),

@@ -30,8 +30,8 @@ MOST_ROWS = 100_000  # of histories; a run that needs 50 ms has 500
 
 
 class Sensor(Strict):
-    """A point where the corpuscular gas is measured: columns of histories.csv for pressure, temperature, density and
-    velocity. Values are means over the nearest 400 particles."""
+    """A point where a corpuscular or mesh gas is measured: columns of histories.csv for pressure, temperature, density
+    and velocity. Values are means over the nearest 400 particles, or those of the cell."""
 
     name: Name
     """Name, for the histories."""
@@ -56,7 +56,8 @@ class Run(Strict):
     """Whether to count at every frame where fabric passes through fabric, and to write the places to fabric.vtkhdf; at
     start and end it is always counted."""
     gas_frames: bool = True
-    """Whether to write gas.vtkhdf: the corpuscular gas in boxes of about 100 particles, at every frame."""
+    """Whether to write gas.vtkhdf at every frame: the corpuscular gas in boxes of about 100 particles, the mesh gas in
+    its cells."""
     particle_times: tuple[quantity("s", 0.0, 1.0), ...] = ()
     """Times at which the particles themselves are written to particles.vtkhdf, at the next row of the histories."""
     sensors: tuple[Sensor, ...] = ()

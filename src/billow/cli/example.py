@@ -31,7 +31,7 @@ shear = 10e6                    # shear modulus between them [Pa]
 permeability = 0.0              # leak speed in units of 1 m/s at 500 Pa; 0 for coated fabric
 
 [gas]
-model = "uniform-pressure"      # or "corpuscular": particles, for jets, folds and chambers
+model = "uniform-pressure"      # or "corpuscular": particles, for jets, folds and chambers; or "mesh"
 heat_transfer = 0.0             # to the surroundings through the fabric [W/(m^2 K)]
 
 [inflator]                      # 50 g of pyrotechnic gas within 50 ms; typical, take yours from a tank test

@@ -35,6 +35,7 @@ UNITS = {
     "gauge_pressure": "Pa", "gas_temperature": "K", "gas_density": "kg/m^3", "gas_velocity": "m/s",
     "tension": "N", "pressure": "Pa", "temperature": "K", "density": "kg/m^3", "particles": "-",
     "half_width": "m", "internal_energy": "J", "torn_at": "s", "species": "-", "chamber": "-",
+    "volume_fraction": "-",
 }  # fmt: skip
 """Unit of each field of the frames, kept beside it as the attribute `units`; what they mean: docs/histories.md."""
 

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import dataclasses
+from pathlib import Path
+
+import h5py
 import numba
 import numpy as np
 import pytest
@@ -10,10 +14,12 @@ from run_fingerprint import fingerprint
 from billow.apps.verification.gas import boxes_in_a_row
 from billow.apps.verification.mesh_gas import SCHEMES, books, carry, mesh_in, moved, still
 from billow.apps.verification.scenes import sphere
+from billow.case.build import build_model
+from billow.case.schema import Case
 from billow.geometry.chambers import Chambers
 from billow.geometry.surface import Surface
 from billow.parts.gas.gas_model import Bag
-from billow.parts.gas.mesh import sheet as sheet_module
+from billow.parts.gas.mesh import moved as moved_module
 from billow.parts.gas.mesh.clusters import LEAST
 from billow.parts.gas.supply.ambient import InitialGas
 from billow.parts.gas.supply.outflow import ORIFICE
@@ -25,14 +31,14 @@ from billow.run.simulate import simulate
 def test_crumpled_surfaces_that_lie_in_themselves(seed, monkeypatch):
     """No cluster below the floor, energy and pressure positive everywhere, books exact."""
     smallest = []
-    real = sheet_module.find_clusters
+    real = moved_module.find_clusters
 
     def watched(*arguments):
         found = real(*arguments)
         smallest.append(min(found.before.min(), found.after.min()))
         return found
 
-    monkeypatch.setattr(sheet_module, "find_clusters", watched)
+    monkeypatch.setattr(moved_module, "find_clusters", watched)
     random, shape = np.random.default_rng(seed), sphere(0.2, 2)
 
     def field():
@@ -119,13 +125,14 @@ def test_a_closed_opening_is_a_wall():
 
 
 def test_a_thin_layer_follows_panels_that_part():
-    """From 4 to 8 mm at 5 m/s each, in cells of 20 mm: work and pressure of the adiabatic law, no damper."""
+    """From 4 to 8 mm at 20 m/s each, in cells of 20 mm: work and pressure of the adiabatic law, no damper (rho c v is 8
+    kPa)."""
     bag = boxes_in_a_row((0.004,))
     middle = bag.positions[:, 0].mean()
 
     def at(time):
         places = bag.positions.copy()
-        places[:, 0] += np.where(places[:, 0] > middle, 5.0, -5.0) * time
+        places[:, 0] += np.where(places[:, 0] > middle, 20.0, -20.0) * time
         return places
 
     single = Surface.build(bag.surface.triangles, bag.surface.part, ("outer",), len(bag.positions), ("fabric",))
@@ -133,7 +140,7 @@ def test_a_thin_layer_follows_panels_that_part():
     gas = mesh_in(bag, 0.02)
     state = gas.start(bag)
     mass = state.sheets[0].held[:, 0].sum()
-    for _ in moved(gas, state, at, 4e-4):
+    for _ in moved(gas, state, at, 1e-4):
         pass
     exact = state.start_energy * (1.0 - 0.5**0.4)
     assert state.work == pytest.approx(exact, rel=0.02)
@@ -154,6 +161,19 @@ def test_gas_and_bag_that_move_together_are_at_rest():
     np.testing.assert_allclose(cells["pressure"], 1e5, rtol=1e-3)
 
 
+def test_gas_flows_no_farther_in_a_part_than_the_limit():
+    shape = sphere(0.1, 1)
+    gas = mesh_in(Bag(shape.surface, shape.positions, np.zeros_like(shape.positions)), 0.03)
+    for speed, binds in ((100.0, False), (600.0, True)):
+        state = gas.start(Bag(shape.surface, shape.positions, np.zeros_like(shape.positions)))
+        carry(state, np.array([speed, 0.0, 0.0]))
+        free, quarter = gas.longest_part(state), 0.25 * gas.cell / speed
+        state.longest = None
+        limited = dataclasses.replace(gas, flow_limit=0.25).longest_part(state)
+        assert limited == pytest.approx(min(free, quarter), rel=1e-12)
+        assert (limited < free) == binds
+
+
 @pytest.fixture(scope="module")
 def brief(small_case):
     return small_case.vary({"gas.model": "mesh", "gas.cell": 0.06, "bag.initial_gap": 0.04, "run.end_time": 0.001})
@@ -166,6 +186,33 @@ def test_stopped_half_way_and_resumed(in_two, brief, tmp_path):
     assert resumed.record["ledger"] == straight.record["ledger"]
     assert straight.record["ledger"]["gas_mass_error"] < 1e-12
     assert straight.record["ledger"]["gas_energy_error"] < 1e-11
+
+
+def test_the_example_differs_from_uniform_pressure_in_its_gas_alone():
+    case = Case.load(Path(__file__).parents[3] / "examples" / "gas" / "driver_mesh.toml")
+    model = build_model(case).gas.model
+    assert (model.cell, model.advection) == (0.02, "van_leer")
+    other = case.vary({"gas.model": "uniform-pressure"})
+    assert other.bag == case.bag
+    assert not list(build_model(other).gas.model.concerns(None))
+
+
+def test_frames_and_sensors_show_the_gas(brief, tmp_path):
+    place = {"name": "middle", "position": [0.0, 0.0, 0.01]}
+    result = simulate(brief.vary({"run.sensors": [place]}), tmp_path / "run", threads=1)
+    with h5py.File(result.folder / "gas.vtkhdf") as file:
+        grid = file["VTKHDF"]
+        fields = {name: grid[f"CellData/{name}"][()] for name in grid["CellData"]}
+    assert {"pressure", "temperature", "density", "velocity", "volume_fraction", "chamber"} <= set(fields)
+    assert sum(fields[name] for name in fields if name.startswith("mass_fraction_")) == pytest.approx(1.0, abs=1e-5)
+    assert fields["volume_fraction"].min() > 0.0
+    assert fields["pressure"].min() > 5e4
+    pressure = result.histories["middle_gas_pressure [Pa]"]
+    assert pressure[0] == pytest.approx(101325.0, rel=1e-9)
+    assert np.abs(pressure - 101325.0).max() > 100.0
+    gauge = result.fabric.cell_data("gauge_pressure")[0]
+    assert np.abs(gauge).max() < 1e-6  # at the start
+    assert result.fabric.cell_data("gas_temperature")[-1].max() > 300.0
 
 
 @pytest.mark.slow

@@ -24,7 +24,8 @@ from billow.apps.verification.gas import (
 )
 from billow.apps.verification.scenes import bag_of_height, sphere
 from billow.parts.gas.gas_model import Bag
-from billow.parts.gas.mesh.mesh_gas import DONOR, VAN_LEER, MeshGas
+from billow.parts.gas.mesh.mesh_gas import MeshGas
+from billow.parts.gas.mesh.setup import DONOR, VAN_LEER
 from billow.parts.gas.mesh.state import MeshState
 from billow.parts.gas.supply.ambient import Ambient, InitialGas
 from billow.parts.gas.supply.inflator import JetRing

@@ -26,9 +26,10 @@ from typing import ClassVar, NamedTuple
 
 import numpy as np
 
+from billow.base.errors import Concern
 from billow.base.quality import Criterion
 from billow.geometry.surface import Surface
-from billow.parts.part import Loads
+from billow.parts.part import Loads, Setting
 
 
 @dataclass
@@ -181,6 +182,10 @@ class GasModel(ABC):
 
     def verdicts(self, books: Mapping[str, float]) -> Iterator[Criterion]:
         """Its own criteria for the verdict of a run; books: entries of the ledger."""
+        return iter(())
+
+    def concerns(self, setting: Setting) -> Iterator[Concern]:
+        """What of it is allowed but probably not meant."""
         return iter(())
 
     def remarks(self, gas) -> list[str]:

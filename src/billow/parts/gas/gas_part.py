@@ -227,6 +227,7 @@ class GasPart(Part):
     def concerns(self, setting: Setting) -> Iterator[Concern]:
         if self.supply is not None:
             yield from supply_concerns(self.supply, setting)
+        yield from self.model.concerns(setting)
 
     def seconds_per_step(self, gas: GasState, dt: float, end: float) -> float:
         return SECONDS_PER_TRIANGLE * self.surface.triangle_count + self.model.seconds_per_step(gas.content, dt, end)

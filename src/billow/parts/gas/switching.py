@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from billow.base.errors import Concern
 from billow.base.quality import Criterion
 from billow.geometry.chambers import OUTSIDE
 from billow.geometry.surface import Surface, area_vectors
@@ -17,7 +18,7 @@ from billow.parts.gas.gas_model import Bag, GasTotals, LocalGas, SwitchableGas
 from billow.parts.gas.supply.mixture import mixture_gas_constant, mixture_temperature
 from billow.parts.gas.supply.supply import Supply
 from billow.parts.gas.uniform.uniform_pressure import UniformPressure, UniformState
-from billow.parts.part import Loads
+from billow.parts.part import Loads, Setting
 
 ITERATIONS = 6
 """For the pressure and its work in half a step; each is better than the last by the change of volume in it, 1e-3."""
@@ -178,6 +179,9 @@ class Switching(LocalGas):
 
     def verdicts(self, books: Mapping[str, float]) -> Iterator[Criterion]:
         return self.local.verdicts(books)
+
+    def concerns(self, setting: Setting) -> Iterator[Concern]:
+        return self.local.concerns(setting)
 
     def remarks(self, gas: SwitchingState) -> list[str]:
         return self.local.remarks(gas.local)

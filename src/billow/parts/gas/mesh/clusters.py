@@ -1,4 +1,4 @@
-"""Clusters: cells too small for the step are joined with a neighbour, and share one state (docs/mesh_gas.md, Clusters).
+"""Clusters: cells too small for the step are joined with a neighbour, and share one state (docs/mesh_gas.md, Method).
 
 Cells join face by face. A face is a reason to join if it is wide for the smaller of the two volumes that the cell has
 at the start and at the end; the neighbour behind the widest such face takes the cell in, if it is larger. A thin layer

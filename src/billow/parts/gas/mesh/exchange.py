@@ -10,9 +10,10 @@ import numpy as np
 from billow.geometry.chambers import OUTSIDE
 from billow.geometry.surface import Surface
 from billow.parts.gas.gas_model import Bag
+from billow.parts.gas.mesh.moved import Moved
 from billow.parts.gas.mesh.openings import link
 from billow.parts.gas.mesh.passages import Side, flow_through, lose_heat, mean_lead, surroundings
-from billow.parts.gas.mesh.sheet import Moved, Walls
+from billow.parts.gas.mesh.sheet import Walls
 from billow.parts.gas.mesh.sources import blow
 from billow.parts.gas.mesh.state import MeshState
 from billow.parts.gas.supply.passages import OPENING

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from billow.base.compiled import scalar
@@ -13,12 +11,10 @@ from billow.geometry.lattice_clipping import FARTHEST, NORMAL, cell_of
 from billow.geometry.surface import area_vectors
 from billow.parts.gas.corpuscular.inside_points import Enclosure
 from billow.parts.gas.corpuscular.winding_number import winding_numbers
+from billow.parts.gas.mesh.setup import Setup
 from billow.parts.gas.mesh.sheet import Sheet
 from billow.parts.gas.mesh.state import MeshState
 from billow.parts.gas.supply.mixture import mixture_gas_constant
-
-if TYPE_CHECKING:
-    from billow.parts.gas.mesh.mesh_gas import MeshGas
 
 
 def chamber_totals(table: np.ndarray, sheet: Sheet, volume: float) -> tuple[float, float]:
@@ -45,28 +41,28 @@ def corners_of(key: np.ndarray) -> np.ndarray:
     return np.stack(cell_of.py_func(key), axis=1)
 
 
-def _states(model: MeshGas, sheet: Sheet, cut: CutCells) -> tuple[np.ndarray, ...]:
+def _states(setup: Setup, sheet: Sheet, cut: CutCells) -> tuple[np.ndarray, ...]:
     """Of the cells that have room for gas: number in the cut, pressure [Pa], temperature [K], density [kg/m^3],
     velocity [m/s], and mass fractions."""
     at = np.searchsorted(cut.key, sheet.key)
     known = (at < len(cut.key)) & (cut.key[np.minimum(at, len(cut.key) - 1)] == sheet.key)
     known[known] = cut.volume[at[known]] > 0.0
     at, masses = at[known], sheet.held[known, :-4]
-    room = cut.volume[at] * model.cell**3
+    room = cut.volume[at] * setup.cell**3
     mass = masses.sum(axis=1)
-    pressure = (masses @ model.table[:, 0]) * sheet.temperature[known] / room
+    pressure = (masses @ setup.table[:, 0]) * sheet.temperature[known] / room
     velocity = sheet.held[known, -4:-1] / mass[:, None]
     return at, pressure, sheet.temperature[known], mass / room, velocity, masses / mass[:, None]
 
 
-def boxes_of(model: MeshGas, gas: MeshState, cuts: tuple[CutCells, ...]) -> dict[str, np.ndarray]:
+def boxes_of(setup: Setup, gas: MeshState, cuts: tuple[CutCells, ...]) -> dict[str, np.ndarray]:
     """Cells as boxes; see `LocalGas.cells`. Of several chambers that share a cell each has a box of its own."""
     rows: dict[str, list[np.ndarray]] = {}
     for c, (sheet, cut) in enumerate(zip(gas.sheets, cuts, strict=True)):
-        at, pressure, temperature, density, velocity, fractions = _states(model, sheet, cut)
+        at, pressure, temperature, density, velocity, fractions = _states(setup, sheet, cut)
         found = {
-            "centre": gas.origin + (corners_of(cut.key[at]) + 0.5) * model.cell,
-            "size": np.full((len(at), 3), model.cell),
+            "centre": gas.origin + (corners_of(cut.key[at]) + 0.5) * setup.cell,
+            "size": np.full((len(at), 3), setup.cell),
             "pressure": pressure,
             "temperature": temperature,
             "density": density,
@@ -74,54 +70,54 @@ def boxes_of(model: MeshGas, gas: MeshState, cuts: tuple[CutCells, ...]) -> dict
             "volume_fraction": cut.volume[at],
             "chamber": np.full(len(at), float(c)),
         }
-        for name, share in zip(model.supply.species_names, fractions.T, strict=True):
+        for name, share in zip(setup.supply.species_names, fractions.T, strict=True):
             found[f"mass_fraction_{name}"] = np.ascontiguousarray(share)
         for name, values in found.items():
             rows.setdefault(name, []).append(values)
     return {name: np.concatenate(values) for name, values in rows.items()}
 
 
-def is_inside(model: MeshGas, positions: np.ndarray, places: np.ndarray, chamber: int) -> np.ndarray:
+def is_inside(setup: Setup, positions: np.ndarray, places: np.ndarray, chamber: int) -> np.ndarray:
     """Whether places [m] (m, 3) are in a chamber of the surface with these positions, (m,) bool."""
-    enclosure = Enclosure(model.surface.triangles, positions, model.supply.chambers)
+    enclosure = Enclosure(setup.surface.triangles, positions, setup.supply.chambers)
     return winding_numbers(places, np.full(len(places), chamber), enclosure) >= 1
 
 
-def at_places(model: MeshGas, gas: MeshState, cuts: tuple[CutCells, ...], places: np.ndarray) -> dict[str, np.ndarray]:
+def at_places(setup: Setup, gas: MeshState, cuts: tuple[CutCells, ...], places: np.ndarray) -> dict[str, np.ndarray]:
     """State of the cells around places; see `LocalGas.at`."""
-    ambient = model.supply.ambient
-    air = ambient.pressure / (mixture_gas_constant(model.table, ambient.mass_fractions) * ambient.temperature)
+    ambient = setup.supply.ambient
+    air = ambient.pressure / (mixture_gas_constant(setup.table, ambient.mass_fractions) * ambient.temperature)
     rows = np.tile([ambient.pressure, ambient.temperature, air, 0.0, 0.0, 0.0], (len(places), 1))
-    corner = np.floor((places - gas.origin) / model.cell)
+    corner = np.floor((places - gas.origin) / setup.cell)
     near = np.abs(corner).max(axis=1, initial=0.0) < FARTHEST - 1
     i, j, k = np.where(near[:, None], corner, 0.0).astype(np.int64).T
     key = (i + FARTHEST << 42) + (j + FARTHEST << 21) + k + FARTHEST
     for c, (sheet, cut) in enumerate(zip(gas.sheets, cuts, strict=True)):
-        at, pressure, temperature, density, velocity, _ = _states(model, sheet, cut)
+        at, pressure, temperature, density, velocity, _ = _states(setup, sheet, cut)
         if not len(at):
             continue
         found = np.minimum(np.searchsorted(cut.key[at], key), len(at) - 1)
         inside = near & (cut.key[at[found]] == key)
-        inside[inside] = is_inside(model, gas.positions, places[inside], c)
+        inside[inside] = is_inside(setup, gas.positions, places[inside], c)
         mine = found[inside]
         rows[inside] = np.column_stack([pressure[mine], temperature[mine], density[mine], velocity[mine]])
     return {"pressure": rows[:, 0], "temperature": rows[:, 1], "density": rows[:, 2], "velocity": rows[:, 3:]}
 
 
-def on_triangles(model: MeshGas, gas: MeshState, cuts: tuple[CutCells, ...]) -> dict[str, np.ndarray]:
+def on_triangles(setup: Setup, gas: MeshState, cuts: tuple[CutCells, ...]) -> dict[str, np.ndarray]:
     """Pressure behind minus ahead of each triangle of the bag, and the gas beside it: behind it, if there is any."""
-    n, surface, ambient = model.surface.triangle_count, model.surface, model.supply.ambient
+    n, surface, ambient = setup.surface.triangle_count, setup.surface, setup.supply.ambient
     area = np.linalg.norm(area_vectors(surface.triangles, gas.positions), axis=1)
-    chambers = model.supply.chambers
+    chambers = setup.supply.chambers
     gauge = np.where(chambers.ahead == OUTSIDE, -ambient.pressure, 0.0)
     gauge += np.where(chambers.behind == OUTSIDE, ambient.pressure, 0.0)
     beside = {"gas_temperature": np.full(n, np.nan), "gas_density": np.full(n, np.nan)}
     beside["gas_velocity"] = np.full((n, 3), np.nan)
-    for walls, sheet, cut in reversed(list(zip(model.walls, gas.sheets, cuts, strict=True))):
+    for walls, sheet, cut in reversed(list(zip(setup.walls, gas.sheets, cuts, strict=True))):
         normals = area_vectors(walls.triangles, gas.positions)
         push = np.einsum("ij,ij->i", sheet.force.sum(axis=1), normals)
         np.add.at(gauge, walls.index, push / np.maximum(area[walls.index], 1e-300) ** 2)
-        at, _, temperature, density, velocity, _ = _states(model, sheet, cut)
+        at, _, temperature, density, velocity, _ = _states(setup, sheet, cut)
         where = np.full(len(cut.key), -1)
         where[at] = np.arange(len(at))
         mine = where[cut.cell]

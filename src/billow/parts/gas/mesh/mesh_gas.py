@@ -4,27 +4,27 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
 from billow.base.compiled import CHUNK
+from billow.base.errors import Concern
 from billow.base.quality import SMALLER_STEPS, Criterion, criterion
 from billow.geometry.cut_cells import CutCells, Window, cut_cells
-from billow.geometry.surface import Surface, area_vectors
+from billow.geometry.surface import area_vectors
 from billow.parts.gas.gas_model import Bag, ChamberTotals, Content, GasTotals, SwitchableGas
-from billow.parts.gas.mesh.exchange import Exchange, Ways
+from billow.parts.gas.mesh.concerns import mesh_concerns
+from billow.parts.gas.mesh.exchange import Exchange
 from billow.parts.gas.mesh.fields import at_places, boxes_of, chamber_totals, is_inside, on_triangles
-from billow.parts.gas.mesh.sheet import Moved, Scratch, Sheet, Walls, fastest
+from billow.parts.gas.mesh.moved import Moved
+from billow.parts.gas.mesh.scratch import Scratch
+from billow.parts.gas.mesh.setup import VAN_LEER, Setup
+from billow.parts.gas.mesh.sheet import Sheet, fastest
 from billow.parts.gas.mesh.state import MeshState
 from billow.parts.gas.mesh.walls import press
 from billow.parts.gas.mesh.work import add_load, pay, work_of
 from billow.parts.gas.supply.mixture import mixture_enthalpy, mixture_gamma, mixture_gas_constant
-from billow.parts.gas.supply.supply import Supply
-from billow.parts.part import MYLAR_VOLUME, Loads
-
-DONOR, VAN_LEER = "donor", "van_leer"
+from billow.parts.part import MYLAR_VOLUME, Loads, Setting
 
 COURANT = 0.9
 """Part of a cell that gas and sound may cross in a part of a step, summed over the axes."""
@@ -39,31 +39,8 @@ SECONDS_PER_CELL, SECONDS_PER_TRIANGLE = 0.9e-6, 2e-6
 """Rough cost of a full cell, and of what of a triangle is cut, in a part of a step."""
 
 
-@dataclass(frozen=True)
-class MeshGas(SwitchableGas):
-    """supply: its sources have mouths, its passages triangles. surface: of the bag. fabric_area: as cut [m^2]. cell:
-    edge of a cell [m]. advection: DONOR or VAN_LEER. flow_limit: part of a cell that gas may flow in a part of a
-    step."""
-
-    supply: Supply
-    surface: Surface
-    fabric_area: float
-    cell: float
-    advection: str = VAN_LEER
-    flow_limit: float = 1.0
-
-    @property
-    def table(self) -> np.ndarray:
-        return self.supply.table
-
-    @cached_property
-    def walls(self) -> tuple[Walls, ...]:
-        chambers = self.supply.chambers
-        return tuple(Walls.of(self.surface, chambers, c) for c in range(chambers.count))
-
-    @cached_property
-    def ways(self) -> Ways:
-        return Ways(self.supply, self.surface, self.walls, self.cell)
+class MeshGas(Setup, SwitchableGas):
+    """The gas model; its parameters are those of `Setup`."""
 
     # --- the contract ----------------------------------------------------------------------------------------------
 
@@ -320,6 +297,11 @@ class MeshGas(SwitchableGas):
             "volume that is inside out, where fabric lies in itself", inverted, 0.1, 5.0, "%", SMALLER_STEPS
         )
         yield criterion("gas without room", books["mesh_gas_lost_clusters"], 0.5, math.inf, "clusters", SMALLER_STEPS)
+
+    def concerns(self, setting: Setting) -> Iterator[Concern]:
+        start = np.ascontiguousarray(setting.start)
+        state = self.start(Bag(self.surface, start, np.zeros_like(start)))
+        return mesh_concerns(self.cell, self.cut(state), setting)
 
     def remarks(self, gas: MeshState) -> list[str]:
         cells = sum(len(sheet.key) for sheet in gas.sheets)

@@ -1,0 +1,31 @@
+"""Memory that is kept from step to step."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+
+class Scratch:
+    """Arrays that every step needs anew and whose memory is kept: fresh memory costs as much as filling it."""
+
+    def __init__(self):
+        self._kept: dict[str, np.ndarray] = {}
+        self.turn = 0
+
+    def takes_turns(self, name: str, *shape: int) -> np.ndarray:
+        """An array whose content is still there in the turn after this one."""
+        return self.take(f"{name}{self.turn % 2}", *shape)
+
+    def take(self, name: str, *shape: int) -> np.ndarray:
+        """An array of any content, until the next one of this name."""
+        size, kept = math.prod(shape), self._kept.get(name)
+        if kept is None or len(kept) < size:
+            kept = self._kept[name] = np.empty(size + size // 4)
+        return kept[:size].reshape(shape)
+
+    def zeros(self, name: str, *shape: int) -> np.ndarray:
+        array = self.take(name, *shape)
+        array.fill(0.0)
+        return array

@@ -1,0 +1,57 @@
+"""Which cells share a state."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from billow.geometry.cut_cells import neighbours
+from billow.geometry.lattice_clipping import key_of
+from billow.parts.gas.mesh.clusters import LEAST, find_clusters
+
+
+def in_a_row(volumes, apertures, pace=0.0, after=None):
+    """Clusters of cells along z with these volumes, and apertures between each and the next."""
+    n = len(volumes)
+    key = np.array([key_of(0, 0, k) for k in range(n)])
+    aperture = np.zeros((n, 3))
+    aperture[: n - 1, 2] = apertures
+    volume = np.array([volumes, volumes if after is None else after], float)
+    return find_clusters(key, neighbours(key), volume, aperture, np.full((n, 3), pace), 1e-3)
+
+
+def test_full_cells_stand_alone():
+    found = in_a_row([1.0, 1.0, 1.0], [1.0, 1.0], 300.0)
+    assert found.of.tolist() == [0, 1, 2]
+    assert found.before.tolist() == found.after.tolist() == [1.0, 1.0, 1.0]
+
+
+def test_a_small_cell_joins_the_neighbour_behind_its_widest_face():
+    found = in_a_row([1.0, 0.1, 0.9], [0.3, 0.8])
+    assert found.of.tolist() == [0, 1, 1]
+    assert found.members[found.start[1] : found.start[2]].tolist() == [1, 2]
+    np.testing.assert_allclose(found.before, [1.0, 1.0])
+
+
+def test_a_thin_layer_stays_a_layer():
+    """Open sideways by no more than it is thick."""
+    assert in_a_row([0.05, 0.05, 0.05], [0.05, 0.05], 300.0).of.tolist() == [0, 1, 2]
+
+
+def test_cells_on_both_sides_of_a_face_that_is_inside_out_join():
+    assert in_a_row([1.0, 1.0, 1.0], [-0.2, 0.5]).of.tolist() == [0, 0, 1]
+
+
+def test_what_is_inside_out_finds_as_many_neighbours_as_it_takes():
+    found = in_a_row([1.0, -1.5, 1.0, 1.0], [0.0, 0.0, 1.0])
+    assert found.before.min() > LEAST
+    assert found.lost == 0
+    assert len(found.before) == 2
+
+
+def test_a_cluster_without_room_and_without_neighbours_is_counted():
+    assert in_a_row([1e-6], []).lost == 1
+
+
+def test_cells_that_live_or_die_in_a_step_join_others():
+    found = in_a_row([0.0, 1.0, 0.3], [0.4, 0.3], after=[0.2, 1.0, 0.0])
+    assert found.of.tolist() == [0, 0, 0]
