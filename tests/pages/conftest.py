@@ -16,7 +16,7 @@ FLAGS = (
     "--host-resolver-rules=MAP * ~NOTFOUND",
 )
 """A picture without a graphics card, and no name that resolves."""
-PATIENCE = 20.0
+PATIENCE = 60.0
 """[s] that a busy machine may take to open a page."""
 
 
@@ -28,7 +28,7 @@ def browser():
     from playwright.sync_api import sync_playwright
 
     with sync_playwright() as driver:
-        started = driver.chromium.launch(executable_path=found, args=list(FLAGS))
+        started = driver.chromium.launch(executable_path=found, args=list(FLAGS), timeout=1e3 * PATIENCE)
         yield started
         started.close()
 
@@ -62,14 +62,14 @@ def open_page(browser):
     def open_it(path, link="", *, wide=1280, tall=800, before="") -> Opened:
         context = browser.new_context(viewport={"width": wide, "height": tall}, offline=True)
         opened = Opened(context.new_page())
-        opened.page.set_default_timeout(10_000)
+        opened.page.set_default_timeout(1e3 * PATIENCE)
         opened.page.on("console", lambda message: opened.said.append(message.text))
         opened.page.on("pageerror", lambda error: opened.said.append(str(error)))
         opened.page.on("request", lambda request: opened.asked.append(request.url))
         opened.page.add_init_script(
             "addEventListener('securitypolicyviolation', (e) => console.log(`policy: ${e.blockedURI}`));" + before
         )
-        opened.page.goto(f"{path.as_uri()}{link}")
+        opened.page.goto(f"{path.as_uri()}{link}", wait_until="commit")
         opened.until("globalThis.ready === true")
         pages.append((opened, context))
         return opened

@@ -131,7 +131,9 @@ def test_motion_and_injury_metrics_are_those_of_python(with_head, coupled):
         moved = np.abs(answer.motion.velocity[:, 2] - answer.motion.velocity[0, 2]).max()
         assert moved > 0.5  # it was hit
         assert np.abs(np.reshape(velocity, (-1, 3)) - answer.motion.velocity).max() < 1e-4 * moved
-        assert np.abs(np.reshape(centre, (-1, 3)) - answer.motion.centre).max() < 1e-6
+        # Networks and shapes are in single precision, 6e-8, and each of 125 steps adds to the motion.
+        travelled = np.linalg.norm(answer.motion.displacement, axis=1).max()
+        assert np.abs(np.reshape(centre, (-1, 3)) - answer.motion.centre).max() < 125 * 6e-8 * travelled
         truth = answer.motion.acceleration(60)[1][:, 2]
         assert np.abs(np.array(acceleration) - truth).max() < 1e-4 * np.abs(truth).max()
         for (value, low, high), name in zip(metrics, METRICS, strict=True):

@@ -3,6 +3,7 @@ there is. It goes with the run; what remains is run.json."""
 
 from __future__ import annotations
 
+import contextlib
 import json
 import time
 from collections.abc import Mapping
@@ -46,7 +47,8 @@ class Status:
             "values": dict(values),
         }
         self.journal.flush()
-        write_atomically(self.path, json.dumps(_plain(status), allow_nan=False) + "\n")
+        with contextlib.suppress(OSError):  # of a full disk the journal says more; a run needs no status
+            write_atomically(self.path, json.dumps(_plain(status), allow_nan=False) + "\n")
         return status
 
     def end_it(self) -> None:
