@@ -235,6 +235,7 @@ def test_every_small_deck_is_tested():
         ("*INCLUDE\n../outside.k\n", "E-DCK-002", ":2", "outside"),
         ("*INCLUDE\nself.k\n", "E-DCK-002", ":2", "deep"),
         ("*NODE\n       1\n       1             1.0\n", "E-DCK-007", ":3", "twice"),
+        ("*NODE\n1\n*ELEMENT_SHELL\n1,1,1,-2,3,3\n", "E-DCK-004", ":4", "from 1 on"),
         ("*DEFINE_CURVE\n", "E-DCK-005", ":1", "curve"),
         ("just text\n", "E-DCK-001", "", "no line begins with"),
         ("*NODE\n\0\n", "E-DCK-001", "", "line 2"),

@@ -12,7 +12,7 @@ from billow.decks.cards import Cards, Field, table
 from billow.decks.exact_lengths import metres
 from billow.decks.fields import known
 from billow.decks.report import Report
-from billow.decks.tables import REFERENCE, SHELL, Model, find, rest, shift
+from billow.decks.tables import REFERENCE, SHELL, Model, corners_of, find, rest, shift
 from billow.decks.units import Units
 from billow.geometry.mesh_file import CellMesh
 from billow.geometry.mesh_repair import (
@@ -352,9 +352,7 @@ def _reference(model: Model, ids, points, own, rows, turned, units: Units, repor
 def _by_element(model: Model, block, cells, points, own, rows, turned, units: Units, report: Report):
     """The reference of the shells that *AIRBAG_SHELL_REFERENCE_GEOMETRY names, on nodes of their own."""
     place = block.place
-    corners = np.column_stack([cells[f"n{k}"] for k in range(1, 5)])
-    corners[(corners[:, 3] == 0) | (corners[:, 3] == corners[:, 2]), 3] = -1
-    corners = np.where(corners >= 0, corners + shift(block, "node"), -1)
+    corners = corners_of(cells)
     order = np.argsort(cells["eid"])
     numbers = np.where(rows >= 0, model.shells.number[rows], -1)
     if not len(order):

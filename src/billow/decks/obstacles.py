@@ -19,6 +19,8 @@ BOXY = 4.0
 """Degree of a super-ellipsoid that stands for a body of facets."""
 UPRIGHT = 1e-6
 """z component of a unit normal below which a plane runs along the z axis."""
+FLAT = 1e-3
+"""Smallest over largest extent of a rigid part below which it is a plate."""
 THINNEST = 0.01
 """Least radius [m] of a super-ellipsoid that stands for a flat body."""
 
@@ -80,14 +82,24 @@ def _plane_normals(context: Context, kinds: dict[int, str]):
         f = cards.card("wall", "XT YT ZT XH YH ZH")
         yield np.array([f[n + "H"].number - f[n + "T"].number for n in "XYZ"]), f["XT"].place
     shells, nodes = context.model.shells, context.model.nodes
-    for part in [number for number, kind in kinds.items() if kind == "plate"]:
-        rows = np.flatnonzero(shells.part == part)
-        if len(rows):
-            ids = np.unique(shells.corners[rows][shells.corners[rows] >= 0])
-            points = nodes.points[nodes.rows(ids, f"part {part}", shells.place(rows[0]))]
-            normal = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2][2]
+    for part in np.unique(shells.part).tolist():
+        material = material_of(context.model, part)
+        rigid = material is not None and material[0] == "MAT_RIGID" and part not in kinds
+        if kinds.get(part) != "plate" and not rigid:
+            continue
+        corners = shells.corners[shells.part == part]
+        place = shells.place(int(np.argmax(shells.part == part)))
+        points = nodes.points[nodes.rows(np.unique(corners[corners >= 0]), f"part {part}", place)]
+        flat, normal = _flatness(points)
+        if kinds.get(part) == "plate" or flat < FLAT:
             towards = nodes.points.mean(axis=0) - points.mean(axis=0)
-            yield normal if towards @ normal >= 0.0 else -normal, shells.place(rows[0])
+            yield normal if towards @ normal >= 0.0 else -normal, place
+
+
+def _flatness(points: np.ndarray) -> tuple[float, np.ndarray]:
+    """Smallest over largest extent of points (n, 3) about their middle, and the direction of the smallest."""
+    _, sizes, axes = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)
+    return float(sizes[-1] / max(sizes[0], 1e-300)), axes[-1]
 
 
 def lift(obstacles: list[dict[str, Any]]) -> float:
@@ -185,9 +197,8 @@ def _part(
     source = f"{place} PART {part}"
     rigid = _rigid(context, material[1]) if material and material[0] == "MAT_RIGID" else None
     friction = {"friction": 0.2}
-    flat = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)
-    if kind == "plate" or (kind is None and flat[1][2] < 1e-3 * flat[1][0]):
-        normal = flat[2][2]
+    flat, normal = _flatness(points)
+    if kind == "plate" or (kind is None and flat < FLAT):
         middle = points.mean(axis=0)
         normal = normal if (bag_points.mean(axis=0) - middle) @ normal >= 0.0 else -normal
         off = float(np.abs((points - middle) @ normal).max())
