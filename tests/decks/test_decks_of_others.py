@@ -393,3 +393,9 @@ def test_nodes_that_are_constrained_or_belong_to_a_locked_part_are_fixed(use):
     assert [n + 1 for n in case.bag.fixed_nodes] == [18, 19, 25, 26, 27, 33]
     assert case.obstacles == ()
     assert {row.field for row in report.of("refused")} == {"BOUNDARY_SPC_NODE.DOFX", "BOUNDARY_SPC_NODE.DOFY"}
+
+
+@pytest.mark.parametrize("moduli", ["0,0.35", "-0.4,0.35", "0.4,-1", "nan,0.35"])
+def test_moduli_that_cannot_be_are_refused_with_their_line(use, moduli):
+    with pytest.raises(InputError, match=r"E-DCK-004(.|\n)*bag\.k:\d+"):
+        use(Pillow().deck(cloth=CLOTH.replace("0.4,0.35", moduli)))

@@ -76,6 +76,9 @@ def put_fabric(context: Context, f: dict[str, Field], measure: str) -> None:
     else:
         report.mapped(f["FORM"], law)
     context.set("fabric.law", law, f["FORM"])
+    for name, least in (("EA", 0.0), ("EB", -1e-300)):
+        if not f[name].number > least:
+            raise f[name].bad("fabric has a modulus")
     warp = context.put("fabric.young_warp", f["EA"], "pressure")
     weft = warp
     if f["EB"].number:
