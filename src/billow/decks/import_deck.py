@@ -140,7 +140,7 @@ def _evidence(model: Model, block: Block | None, options: Options):
         context = Context(model, SYSTEMS["kg-m-s"], Report())
         f = fabric_cards(context, one)
         for kind, name in (("density of fabric", "RO"), ("modulus of fabric", "EA")):
-            if f[name].number:
+            if f[name].number > 0.0:
                 yield Evidence(kind, f[name].number, f[name].place)
         fabric_id = f["MID"].whole
         for part in model.parts.values():
