@@ -3,7 +3,6 @@ replace."""
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
@@ -125,8 +124,7 @@ def _wall(context: Context, block: Block) -> list[dict[str, Any]]:
     cards = Cards(context.model.deck.parameters, block)
     called = "wall"
     if "_ID" in block.name:
-        given = cards.card("id", "ID TITLE", widths=(10, 70))["TITLE"].text
-        called = plain_name(given) or called
+        called = plain_name(cards.titled()) or called
     if "MOTION" in block.name or "MOVING" in block.name:
         report.remarks.append(f"{block.place}: *{block.name} moves; in a case it stands still")
     context.card(cards, "nodes")
@@ -316,40 +314,3 @@ def _velocities(context: Context) -> dict[int, tuple[Said, Said]]:
             report.refused(f["OMEGA"], "a spin about an axis: write obstacles.spin yourself")
         keep(parts, [f[n] for n in ("VX", "VY", "VZ")], [])
     return found
-
-
-def put_contact(context: Context, bag_parts: set[int]) -> None:
-    """Friction, and whether layers of fabric are kept apart."""
-    report = context.report
-    for block in context.model.all("CONTACT"):
-        cards = context.cards(block)
-        if not cards.left or cards.left < 2:
-            continue
-        sides = context.card(cards, "sides")
-        friction = context.card(cards, "friction")
-        scales = context.card(cards, "scales", optional=True)
-        for card in ("A", "B", "C"):
-            if cards.left:
-                context.card(cards, card)
-        fs = friction["FS"]
-        itself = "SINGLE_SURFACE" in block.name
-        for name in ("SSID", "MSID", "SSTYP", "MSTYP"):
-            report.ignored(sides[name], "a case keeps all fabric apart from itself and from all obstacles")
-        value = min(max(fs.number, 0.0), 2.0)
-        if itself:
-            context.set("fabric.self_contact", True, f"{block.place} {block.name}")
-            if value:
-                report.approximated(fs, "friction between layers counts with fabric.self_contact = layers only", value)
-                context.set("fabric.friction", value, fs)
-            else:
-                report.mapped(fs, value, "fabric.friction")
-        else:
-            report.mapped(fs, value, "obstacles.friction")
-            for one in context.tables.get("obstacles", []):
-                if one["name"] != "wall":
-                    one["friction"] = said(value, fs)
-        if friction["FD"].number and not math.isclose(friction["FD"].number, fs.number):
-            report.approximated(friction["FD"], "one coefficient of friction: FS")
-        for one in scales.values():
-            if not one.is_blank:
-                report.ignored(one, "contact of a case has a stiffness of its own: obstacles.slope")
