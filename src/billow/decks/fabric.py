@@ -100,6 +100,8 @@ def put_fabric(context: Context, f: dict[str, Field], measure: str) -> None:
         value = min(f["DAMP"].number, 0.5)
         context.set("fabric.damping", value, f["DAMP"])
         report.approximated(f["DAMP"], "both are fractions of critical, of an element's highest mode in Billow", value)
+    else:
+        report.approximated(f["DAMP"], "blank or zero: Billow's own, 0.05 of critical in the highest mode", 0.05)
     _liner(context, f, law)
     _coating(context, f)
     if law != "linear":
