@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from billow.base.errors import InputError
-from billow.decks.cards import Cards, table
+from billow.decks.block import Block
+from billow.decks.cards import Cards, Table, table
 from billow.decks.exact_lengths import metres
 from billow.decks.report import Report
-from billow.decks.tables import REFERENCE, SHELL, Model, corners_of, find, rest, shift
+from billow.decks.tables import REFERENCE, SHELL, WIDE_REFERENCE, Model, corners_of, find, rest, shift
 from billow.decks.units import Units
 from billow.geometry.mesh_repair import flipped
 
@@ -44,7 +45,7 @@ def reference_of(model: Model, ids, points, own, rows, turned, units: Units, rep
             for name in ("SX", "SY", "SZ", "NIDO"):
                 report.mapped(card[name], card[name].number, "bag.reference")
             origin = card["NIDO"]
-        rows_ = table(model.deck.parameters, rest(block, skip), REFERENCE, keep=("x", "y", "z"))
+        rows_ = _node_rows(model, rest(block, skip), report)
         texts = np.column_stack([rows_.texts[c] for c in "xyz"])
         given = metres(texts, np.column_stack([rows_[c] for c in "xyz"]), np.ones(len(rows_)), units)
         if (scales != 1.0).any():
@@ -63,6 +64,23 @@ def reference_of(model: Model, ids, points, own, rows, turned, units: Units, rep
         moved, out = _by_element(model, block, cells, moved, out, rows, turned, units, report)
     source = (by_element or by_node)[0].place
     return (moved, out), birth, source
+
+
+def _node_rows(model: Model, block: Block, report: Report) -> Table:
+    """Rows of nodes, in columns of 8 and 16 as *NODE has them, or of 10 and 20, which some programs write: those whose
+    ids are nodes of the deck. Raises InputError E-DCK-004 or -006 if neither are."""
+    problem = None
+    for spec in (REFERENCE, WIDE_REFERENCE):
+        try:
+            rows = table(model.deck.parameters, block, spec, keep=("x", "y", "z"))
+            model.nodes.rows(rows["nid"] + shift(block, "node"), f"*{block.name}", block.place)
+        except InputError as error:
+            problem = problem or error
+            continue
+        if problem is not None:
+            report.remarks.append(f"{block.place}: columns of 10 and 20 characters, by the ids of its nodes")
+        return rows
+    raise problem
 
 
 def _by_element(model: Model, block, cells, points, own, rows, turned, units: Units, report: Report):

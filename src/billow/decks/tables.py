@@ -47,6 +47,7 @@ NOT_TRANSFORMED = InputError.declare(
 NODE = (("nid", 8, "i"), ("x", 16, "f"), ("y", 16, "f"), ("z", 16, "f"), ("tc", 8, "i"), ("rc", 8, "i"))
 SHELL = tuple((name, 8, "i") for name in ("eid", "pid", "n1", "n2", "n3", "n4"))
 REFERENCE = NODE[:4]
+WIDE_REFERENCE = (("nid", 10, "i"), ("x", 20, "f"), ("y", 20, "f"), ("z", 20, "f"))
 _THICKNESS = (*((f"t{k}", 16, "f") for k in range(1, 5)), ("beta", 16, "f"))
 _SECOND_LINE = ("THICKNESS", "BETA", "MCID", "OFFSET")
 _UNSHIFTED = ("NODE", "ELEMENT_SHELL", "PART", "SECTION_SHELL", "SET", "DEFINE_CURVE", "COMMENT", "TITLE")
