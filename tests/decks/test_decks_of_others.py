@@ -393,3 +393,23 @@ def test_nodes_that_are_constrained_or_belong_to_a_locked_part_are_fixed(use):
     assert [n + 1 for n in case.bag.fixed_nodes] == [18, 19, 25, 26, 27, 33]
     assert case.obstacles == ()
     assert {row.field for row in report.of("refused")} == {"BOUNDARY_SPC_NODE.DOFX", "BOUNDARY_SPC_NODE.DOFY"}
+
+
+@pytest.mark.parametrize("moduli", ["0,0.35", "-0.4,0.35", "0.4,-1", "nan,0.35"])
+def test_moduli_that_cannot_be_are_refused_with_their_line(use, moduli):
+    with pytest.raises(InputError, match=r"E-DCK-004(.|\n)*bag\.k:\d+"):
+        use(Pillow().deck(cloth=CLOTH.replace("0.4,0.35", moduli)))
+
+
+def test_columns_of_a_reference_are_those_whose_ids_are_nodes(use):
+    points = Pillow().points.tolist()
+    narrow = "".join(f"{k:8d}{x:16.6f}{y:16.6f}{0.0:16.6f}\n" for k, (x, y, _) in enumerate(points, 1))
+    wide = "".join(f"{k:10d}{x:20.6f}{y:20.6f}{0.0:20.6f}\n" for k, (x, y, _) in enumerate(points, 1))
+    cut = []
+    for rows in (narrow, wide):
+        case, _ = use(Pillow().deck(more=f"*AIRBAG_REFERENCE_GEOMETRY\n{rows}"))
+        cut.append(build_shape(case.bag).reference)
+        shutil.rmtree(Path(case.bag.start).parent)
+    assert np.array_equal(*cut)
+    with pytest.raises(InputError, match=r"E-DCK-006(.|\n)*node 999"):
+        use(Pillow().deck(more=f"*AIRBAG_REFERENCE_GEOMETRY\n{narrow}{999:8d}\n"))

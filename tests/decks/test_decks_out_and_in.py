@@ -49,7 +49,7 @@ CASE = {
     ],
     "ambient": {"pressure": 98000.0, "temperature": 291.0},
     "obstacles": [
-        {"shape": "plate", "name": "table", "friction": 0.3, "height": -0.01},
+        {"shape": "plate", "name": "table_in_the_middle_of_the_room", "friction": 0.3, "height": -0.01},
         {"shape": "super-ellipsoid", "name": "head", "radii": [0.08, 0.08, 0.08], "clearance": 0.2},
     ],
     "run": {"end_time": 0.04, "frames": 20, "histories_per_frame": 5},
@@ -243,3 +243,22 @@ def test_units_that_are_said_count(case, tmp_path):
     export_deck(case, tmp_path / "bag.k", "kg-m-s")
     import_deck(tmp_path / "bag.k", tmp_path / "case", Options(units="kg-m-s"))
     assert Case.load(tmp_path / "case" / "case.toml").run.end_time == pytest.approx(0.04)
+
+
+@pytest.mark.parametrize(
+    ("name", "pressure", "force", "density"),
+    [
+        ("kg-mm-ms", 1e9, 1e3, 1e9),
+        ("t-mm-s", 1e6, 1.0, 1e12),
+        ("kg-m-s", 1.0, 1.0, 1.0),
+        ("g-mm-ms", 1e6, 1.0, 1e6),
+        ("lbf-in-s", 6894.757293168, 4.4482216152605, 10686895.178),
+    ],
+)
+def test_systems_of_units_are_what_they_are(name, pressure, force, density):
+    """GPa and kN, MPa and N, Pa and N, MPa and N, psi and lbf: by the definitions of pound and inch."""
+    units = SYSTEMS[name]
+    assert units.factor("pressure") == pytest.approx(pressure, rel=1e-9)
+    assert units.factor("pressure") * units.factor("area") == pytest.approx(force, rel=1e-9)
+    assert units.factor("density") == pytest.approx(density, rel=1e-9)
+    assert units.of_si(units.si(0.1234567, "density"), "density") == pytest.approx(0.1234567, rel=1e-14)

@@ -102,6 +102,13 @@ class Cards:
         line = self._line("title")
         return line.decode("latin-1").strip()
 
+    def titled(self) -> str:
+        """The title behind the id of a line that _ID adds; it is as long as it likes."""
+        text = self._line("id").decode("latin-1")
+        if "," in text:
+            return text.partition(",")[2].strip()
+        return text[column_widths(self.block.form, (10,))[0] :].strip()
+
     def card(self, card: str, names: str, part: str = "", widths: tuple[int, ...] | None = None) -> dict[str, Field]:
         """Fields by name; names: of the columns, . for one that is not used. Raises InputError E-DCK-005."""
         place = self.place

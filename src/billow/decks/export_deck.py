@@ -221,7 +221,7 @@ def _obstacles(deck: DeckText, case: Case, shape: BagShape, notes: list[str]) ->
             normal = np.array(obstacle.normal) / np.linalg.norm(obstacle.normal)
             tail = np.array([0.0, 0.0, obstacle.height])
             deck.keyword("RIGIDWALL_PLANAR_ID")
-            deck.card(part + 1000, obstacle.name)
+            deck.text(f"{part + 1000:>20}{obstacle.name}")
             deck.card(0, 0, 0, 0.0, 0.0)
             ends = [deck.of(v, "length") for v in (*tail, *(tail + normal))]
             deck.card(*ends, obstacle.friction, 0.0)
@@ -238,7 +238,7 @@ def _body(deck: DeckText, obstacle: SuperEllipsoid, part: int, shell: int, notes
     radii = np.array([obstacle.radii] * 3 if isinstance(obstacle.radii, float) else obstacle.radii)
     if obstacle.locked and obstacle.degree == 2.0 and np.ptp(radii) == 0.0:
         deck.keyword("RIGIDWALL_GEOMETRIC_SPHERE_ID")
-        deck.card(part + 1000, obstacle.name)
+        deck.text(f"{part + 1000:>20}{obstacle.name}")
         deck.card(0, 0, 0, 0.0)
         head = start.centre + np.array([0.0, 0.0, radii[2]])
         ends = [deck.of(v, "length") for v in (*start.centre, *head)]

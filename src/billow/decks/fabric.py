@@ -76,6 +76,9 @@ def put_fabric(context: Context, f: dict[str, Field], measure: str) -> None:
     else:
         report.mapped(f["FORM"], law)
     context.set("fabric.law", law, f["FORM"])
+    for name, least in (("EA", 0.0), ("EB", -1e-300)):
+        if not f[name].number > least:
+            raise f[name].bad("fabric has a modulus")
     warp = context.put("fabric.young_warp", f["EA"], "pressure")
     weft = warp
     if f["EB"].number:
@@ -97,6 +100,8 @@ def put_fabric(context: Context, f: dict[str, Field], measure: str) -> None:
         value = min(f["DAMP"].number, 0.5)
         context.set("fabric.damping", value, f["DAMP"])
         report.approximated(f["DAMP"], "both are fractions of critical, of an element's highest mode in Billow", value)
+    else:
+        report.approximated(f["DAMP"], "blank or zero: Billow's own, 0.05 of critical in the highest mode", 0.05)
     _liner(context, f, law)
     _coating(context, f)
     if law != "linear":

@@ -15,19 +15,20 @@ from billow.case.schema import Case
 from billow.decks import airbag as gas
 from billow.decks.bag_mesh import BagMesh, Choices, bag_mesh, material_of
 from billow.decks.block import Block
-from billow.decks.cards import Cards, Field
+from billow.decks.cards import Field
+from billow.decks.contacts import put_contact
 from billow.decks.context import Context
 from billow.decks.draft import Said, case_text, plain, said, source_of
+from billow.decks.evidence import evidence_of
 from billow.decks.fabric import FABRICS_DIFFER, added_leakage, birth_time, fabric_cards, leakage, put_fabric
-from billow.decks.fields import known
 from billow.decks.fixed import put_fixed
 from billow.decks.jets import put_jets
 from billow.decks.keyword_file import Deck
 from billow.decks.mesh_model import mesh_model
-from billow.decks.obstacles import lift, put_contact, put_obstacles, raise_all, turn_of
-from billow.decks.report import REFUSED, Report
+from billow.decks.obstacles import lift, put_obstacles, raise_all, turn_of
+from billow.decks.report import Report
 from billow.decks.tables import Model
-from billow.decks.units import SYSTEMS, Evidence, Units, find_units
+from billow.decks.units import SYSTEMS, Units, find_units
 from billow.decks.unread import name_the_rest
 from billow.decks.warp import put_warp
 from billow.geometry.mesh_file import SUFFIXES
@@ -129,62 +130,10 @@ def _units(model: Model, block: Block | None, options: Options, path: Path, repo
     if options.units != "auto":
         report.remarks.append(f"units {options.units}, as said")
         return SYSTEMS[options.units]
-    found = find_units(list(_evidence(model, block, options)), str(path))
+    cloth = [number for number, kind in options.parts.items() if kind == "fabric"]
+    found = find_units(list(evidence_of(model, block, cloth)), str(path))
     report.remarks.append(f"units {found.name}: the one system in which everything fits")
     return found
-
-
-def _evidence(model: Model, block: Block | None, options: Options):
-    deck = model.deck
-    for one in model.all("MAT_FABRIC", "MAT_034", "MAT_34"):
-        context = Context(model, SYSTEMS["kg-m-s"], Report())
-        f = fabric_cards(context, one)
-        for kind, name in (("density of fabric", "RO"), ("modulus of fabric", "EA")):
-            if f[name].number:
-                yield Evidence(kind, f[name].number, f[name].place)
-        fabric_id = f["MID"].whole
-        for part in model.parts.values():
-            section = model.thicknesses.get(part.section)
-            if part.material == fabric_id and section and section[0]:
-                yield Evidence("thickness of fabric", section[0], section[2].place)
-    if block is not None:
-        yield from _gas_evidence(model, block)
-    for one in model.all("CONTROL_TERMINATION"):
-        end = Cards(deck.parameters, one).optional("termination", "ENDTIM")["ENDTIM"]
-        if end.number:
-            yield Evidence("end of the run", end.number, end.place)
-    shells = model.shells
-    wanted = [n for n, kind in options.parts.items() if kind == "fabric"]
-    rows = np.isin(shells.part, wanted) if wanted else np.ones(len(shells.part), bool)
-    ids = np.unique(shells.corners[rows][shells.corners[rows] >= 0])
-    if len(ids) and len(model.nodes.number):
-        at = np.minimum(np.searchsorted(model.nodes.number, ids), len(model.nodes.number) - 1)
-        size = float(np.ptp(model.nodes.points[at], axis=0).max())
-        yield Evidence("size of the bag", size, deck.path.name)
-
-
-def _gas_evidence(model: Model, block: Block):
-    """Numbers of the airbag's cards that tell the units, read without meaning."""
-    reader = Context(model, SYSTEMS["kg-m-s"], Report())
-    cards = reader.cards(block)
-    kind = known(block.name)
-    names = {"AIRBAG_HYBRID": ("ambient",), "AIRBAG_WANG_NEFSKE": ("gas", "exits", "ambient"),
-             "AIRBAG_SIMPLE_AIRBAG_MODEL": ("gas",)}.get(kind, ())  # fmt: skip
-    found: dict[str, Field] = {}
-    if kind == "AIRBAG_PARTICLE":
-        reader.card(cards, "bag")
-        found = reader.card(cards, "particles")
-        if found["PATM"].number != 1.0 and found["PATM"].number:
-            yield Evidence("ambient pressure", found["PATM"].number, found["PATM"].place)
-        return
-    reader.card(cards, "core")
-    for card in names:
-        found |= reader.card(cards, card)
-    if kind == "AIRBAG_HYBRID" and found["GC"].number:
-        yield Evidence("gas constant", found["GC"].number, found["GC"].place)
-    for name in ("ATMOSP", "PE"):
-        if name in found and found[name].number:
-            yield Evidence("ambient pressure", found[name].number, found[name].place)
 
 
 def _bag(context: Context, block: Block | None, options: Options) -> tuple[BagMesh, str]:
@@ -377,8 +326,3 @@ def _require_loadable(path: Path, tables: dict[str, Any], deck: Path, bag_place:
         key = error.where.partition(", key ")[2].partition(",")[0]
         source = source_of(tables, key.split(".")) or f"{bag_place} (the bag)"
         raise NO_SUCH_CASE(key=key or "the case", place=f"{deck}: {source}", why=f"{error.what}: {error.why}") from None
-
-
-def refused(report: Report) -> int:
-    """How many fields mean something that the case cannot say."""
-    return len(report.of(REFUSED))

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from billow.decks.airbag import Airbag
+from billow.decks.airbag_gas import Airbag
 from billow.decks.bag_mesh import BagMesh
 from billow.decks.context import Context
 from billow.decks.draft import said

@@ -3,7 +3,6 @@ replace."""
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
@@ -19,6 +18,8 @@ BOXY = 4.0
 """Degree of a super-ellipsoid that stands for a body of facets."""
 UPRIGHT = 1e-6
 """z component of a unit normal below which a plane runs along the z axis."""
+FLAT = 1e-3
+"""Smallest over largest extent of a rigid part below which it is a plate."""
 THINNEST = 0.01
 """Least radius [m] of a super-ellipsoid that stands for a flat body."""
 
@@ -80,14 +81,24 @@ def _plane_normals(context: Context, kinds: dict[int, str]):
         f = cards.card("wall", "XT YT ZT XH YH ZH")
         yield np.array([f[n + "H"].number - f[n + "T"].number for n in "XYZ"]), f["XT"].place
     shells, nodes = context.model.shells, context.model.nodes
-    for part in [number for number, kind in kinds.items() if kind == "plate"]:
-        rows = np.flatnonzero(shells.part == part)
-        if len(rows):
-            ids = np.unique(shells.corners[rows][shells.corners[rows] >= 0])
-            points = nodes.points[nodes.rows(ids, f"part {part}", shells.place(rows[0]))]
-            normal = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2][2]
+    for part in np.unique(shells.part).tolist():
+        material = material_of(context.model, part)
+        rigid = material is not None and material[0] == "MAT_RIGID" and part not in kinds
+        if kinds.get(part) != "plate" and not rigid:
+            continue
+        corners = shells.corners[shells.part == part]
+        place = shells.place(int(np.argmax(shells.part == part)))
+        points = nodes.points[nodes.rows(np.unique(corners[corners >= 0]), f"part {part}", place)]
+        flat, normal = _flatness(points)
+        if kinds.get(part) == "plate" or flat < FLAT:
             towards = nodes.points.mean(axis=0) - points.mean(axis=0)
-            yield normal if towards @ normal >= 0.0 else -normal, shells.place(rows[0])
+            yield normal if towards @ normal >= 0.0 else -normal, place
+
+
+def _flatness(points: np.ndarray) -> tuple[float, np.ndarray]:
+    """Smallest over largest extent of points (n, 3) about their middle, and the direction of the smallest."""
+    _, sizes, axes = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)
+    return float(sizes[-1] / max(sizes[0], 1e-300)), axes[-1]
 
 
 def lift(obstacles: list[dict[str, Any]]) -> float:
@@ -113,8 +124,7 @@ def _wall(context: Context, block: Block) -> list[dict[str, Any]]:
     cards = Cards(context.model.deck.parameters, block)
     called = "wall"
     if "_ID" in block.name:
-        given = cards.card("id", "ID TITLE", widths=(10, 70))["TITLE"].text
-        called = plain_name(given) or called
+        called = plain_name(cards.titled()) or called
     if "MOTION" in block.name or "MOVING" in block.name:
         report.remarks.append(f"{block.place}: *{block.name} moves; in a case it stands still")
     context.card(cards, "nodes")
@@ -185,9 +195,8 @@ def _part(
     source = f"{place} PART {part}"
     rigid = _rigid(context, material[1]) if material and material[0] == "MAT_RIGID" else None
     friction = {"friction": 0.2}
-    flat = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)
-    if kind == "plate" or (kind is None and flat[1][2] < 1e-3 * flat[1][0]):
-        normal = flat[2][2]
+    flat, normal = _flatness(points)
+    if kind == "plate" or (kind is None and flat < FLAT):
         middle = points.mean(axis=0)
         normal = normal if (bag_points.mean(axis=0) - middle) @ normal >= 0.0 else -normal
         off = float(np.abs((points - middle) @ normal).max())
@@ -305,40 +314,3 @@ def _velocities(context: Context) -> dict[int, tuple[Said, Said]]:
             report.refused(f["OMEGA"], "a spin about an axis: write obstacles.spin yourself")
         keep(parts, [f[n] for n in ("VX", "VY", "VZ")], [])
     return found
-
-
-def put_contact(context: Context, bag_parts: set[int]) -> None:
-    """Friction, and whether layers of fabric are kept apart."""
-    report = context.report
-    for block in context.model.all("CONTACT"):
-        cards = context.cards(block)
-        if not cards.left or cards.left < 2:
-            continue
-        sides = context.card(cards, "sides")
-        friction = context.card(cards, "friction")
-        scales = context.card(cards, "scales", optional=True)
-        for card in ("A", "B", "C"):
-            if cards.left:
-                context.card(cards, card)
-        fs = friction["FS"]
-        itself = "SINGLE_SURFACE" in block.name
-        for name in ("SSID", "MSID", "SSTYP", "MSTYP"):
-            report.ignored(sides[name], "a case keeps all fabric apart from itself and from all obstacles")
-        value = min(max(fs.number, 0.0), 2.0)
-        if itself:
-            context.set("fabric.self_contact", True, f"{block.place} {block.name}")
-            if value:
-                report.approximated(fs, "friction between layers counts with fabric.self_contact = layers only", value)
-                context.set("fabric.friction", value, fs)
-            else:
-                report.mapped(fs, value, "fabric.friction")
-        else:
-            report.mapped(fs, value, "obstacles.friction")
-            for one in context.tables.get("obstacles", []):
-                if one["name"] != "wall":
-                    one["friction"] = said(value, fs)
-        if friction["FD"].number and not math.isclose(friction["FD"].number, fs.number):
-            report.approximated(friction["FD"], "one coefficient of friction: FS")
-        for one in scales.values():
-            if not one.is_blank:
-                report.ignored(one, "contact of a case has a stiffness of its own: obstacles.slope")

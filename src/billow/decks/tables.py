@@ -13,7 +13,7 @@ import numpy as np
 
 from billow.base.errors import InputError
 from billow.decks.block import Block
-from billow.decks.cards import Cards, Field, split, table
+from billow.decks.cards import Cards, Field, Table, split, table
 from billow.decks.exact_lengths import metres
 from billow.decks.keyword_file import Deck
 from billow.decks.parameters import Parameters
@@ -47,6 +47,7 @@ NOT_TRANSFORMED = InputError.declare(
 NODE = (("nid", 8, "i"), ("x", 16, "f"), ("y", 16, "f"), ("z", 16, "f"), ("tc", 8, "i"), ("rc", 8, "i"))
 SHELL = tuple((name, 8, "i") for name in ("eid", "pid", "n1", "n2", "n3", "n4"))
 REFERENCE = NODE[:4]
+WIDE_REFERENCE = (("nid", 10, "i"), ("x", 20, "f"), ("y", 20, "f"), ("z", 20, "f"))
 _THICKNESS = (*((f"t{k}", 16, "f") for k in range(1, 5)), ("beta", 16, "f"))
 _SECOND_LINE = ("THICKNESS", "BETA", "MCID", "OFFSET")
 _UNSHIFTED = ("NODE", "ELEMENT_SHELL", "PART", "SECTION_SHELL", "SET", "DEFINE_CURVE", "COMMENT", "TITLE")
@@ -187,9 +188,7 @@ class Model:
         options = block.name.removeprefix("ELEMENT_SHELL").split("_")
         lines = 1 + any(option in _SECOND_LINE for option in options)
         cells = table(self.deck.parameters, block, SHELL, every=lines)
-        corners = np.column_stack([cells[f"n{k}"] for k in range(1, 5)])
-        corners[(corners[:, 3] == 0) | (corners[:, 3] == corners[:, 2]), 3] = -1
-        corners = np.where(corners >= 0, corners + shift(block, "node"), -1)
+        corners = corners_of(cells)
         beta, thick = np.zeros(len(cells)), np.zeros(len(cells))
         if lines == 2:
             second = table(self.deck.parameters, block, _THICKNESS, every=2, first=1)
@@ -311,9 +310,7 @@ class Model:
             skip = 2 if has_title(block) else 1
             spec = tuple((name, 10, "i") for name in ("n1", "n2", "n3", "n4"))
             rows = table(self.deck.parameters, rest(block, skip), spec)
-            corners = np.column_stack([rows[name] for name, _, _ in spec])
-            corners[(corners[:, 3] == 0) | (corners[:, 3] == corners[:, 2]), 3] = -1
-            return np.where(corners >= 0, corners + shift(block, "node"), -1), at
+            return corners_of(rows), at
         raise NOT_THERE(kind="segment set", number=wanted, who=who, place=place)
 
     @staticmethod
@@ -348,6 +345,20 @@ def length_factor(block: Block) -> float:
     for transform in block.transforms:
         factor *= transform.factors[2]
     return factor
+
+
+def corners_of(cells: Table) -> np.ndarray:
+    """Node ids (n, 4) of shells or segments, -1 last for triangles: those whose fourth node is 0 or the third. Raises
+    InputError E-DCK-004 for ids below 1."""
+    corners = np.column_stack([cells[f"n{k}"] for k in range(1, 5)])
+    odd = (corners < [1, 1, 1, 0]).any(axis=1)
+    if odd.any():
+        row = int(np.argmax(odd))
+        text = ", ".join(map(str, corners[row].tolist()))
+        named = Field(cells.block.name, "N1 to N4", text, cells.place(row))
+        raise named.bad("nodes have numbers from 1 on; only the fourth may be 0")
+    corners[(corners[:, 3] == 0) | (corners[:, 3] == corners[:, 2]), 3] = -1
+    return np.where(corners >= 0, corners + shift(cells.block, "node"), -1)
 
 
 def rest(block: Block, skip: int) -> Block:

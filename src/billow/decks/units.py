@@ -137,5 +137,5 @@ def _readings(evidence: list[Evidence], passed: list[Units]) -> str:
     for units in SYSTEMS.values():
         first = next((one for one in evidence if not one.fits(units)), evidence[0])
         unit = RANGES[first.kind][3]
-        said.append(f"{units.name}: {first.kind} {first.in_si(units):.3g} {unit}")
+        said.append(f"{units.name}: {first.kind} {first.in_si(units):.3g} {unit} at {first.place}")
     return f"{head}; " + "; ".join(said)

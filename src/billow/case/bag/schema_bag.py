@@ -434,7 +434,7 @@ class MeshStrap(StrapCloth):
 
 
 class MeshBag(Strict):
-    """Bag of any shape, read from a mesh of triangles and quads (.vtkhdf or .vtk). Strain is measured against
+    """Bag of any shape, read from a mesh of triangles and quads (VTK, STL, OBJ or PLY). Strain is measured against
     the reference, the pieces of fabric before sewing."""
 
     shape: Literal["mesh"]

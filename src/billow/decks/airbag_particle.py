@@ -1,0 +1,140 @@
+"""*AIRBAG_PARTICLE as the corpuscular gas."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from billow.decks.airbag_gas import (
+    AIR,
+    Airbag,
+    flow_of,
+    put_inflator,
+    put_species,
+    temperature_of,
+)
+from billow.decks.block import Block
+from billow.decks.cards import Field
+from billow.decks.context import Context
+
+
+def particle(context: Context, block: Block) -> Airbag:
+    cards, report = context.cards(block), context.report
+    f = context.card(cards, "bag")
+    parts, kind = f["SID1"], f["STYPE1"].whole
+    report.mapped(parts, "part set" if kind else "part")
+    report.mapped(f["STYPE1"], kind)
+    members = context.model.set_of("PART", parts.whole, parts.shown, parts.place) if kind else np.array([parts.whole])
+    airbag = Airbag(block, members, None, parts.place)
+    if f["SID2"].whole:
+        report.refused(f["SID2"], "walls inside the bag: name their parts with --part, and set bag.parts yourself")
+    if f["FRIC"].number:
+        report.refused(f["FRIC"], "particles are reflected diffusely in Billow; friction has no counterpart")
+    main = context.card(cards, "particles")
+    context.set("gas.model", "corpuscular", f"{block.place} {block.name}")
+    context.set("gas.particles", int(min(max(main["NP"].number or 200_000, 1000), 20_000_000)), main["NP"])
+    report.mapped(main["NP"], main["NP"].whole or 200_000)
+    report.mapped(main["UNIT"], context.units.name, note="it tells the units")
+    patm = main["PATM"]
+    if patm.number == 1.0 and context.si(patm, "pressure") < 1e3:
+        report.mapped(patm, 101325.0, note="1 atm")
+        context.set("ambient.pressure", 101325.0, patm)
+    else:
+        context.put("ambient.pressure", patm, "pressure", 101325.0)
+    context.put("ambient.temperature", main["TATM"], "-", 293.0)
+    if 0.0 < main["TSW"].number < 1e10:
+        context.put("gas.switch_time", main["TSW"], "time")
+    for card in ("tracking", "more tracking"):
+        if cards.starts_with(b"+"):
+            cards.plus()
+            context.card(cards, card)
+    if main["UNIT"].whole == 3:
+        context.card(cards, "units")
+    gases = context.card(cards, "gases")
+    counts = {name: gases[name].whole for name in ("NGAS", "NORIF", "IAIR")}
+    for name in ("NGAS", "NORIF"):
+        report.mapped(gases[name], counts[name], "inflator")
+    inner = f["SID2"].whole if f["STYPE2"].whole == 2 else 0
+    for k in range(inner):
+        context.card(cards, "inner part", f"[{k + 1}]")
+    for k in range(f["NPDATA"].whole):
+        heat = context.card(cards, "heat", f"[{k + 1}]")
+        if heat["HCONV"].number:
+            report.refused(heat["HCONV"], "heat transfer of single parts: gas.heat_transfer is that of all fabric")
+    for k in range(main["NVENT"].whole):
+        _particle_vent(context, context.card(cards, "vent", f"[{k + 1}]"), airbag)
+    if counts["IAIR"]:
+        _air(context, context.card(cards, "air"))
+        report.mapped(gases["IAIR"], counts["IAIR"], "gas.initial")
+    else:
+        report.approximated(gases["IAIR"], "no air at the start; a case always holds ambient air")
+    infos = []
+    for k in range(1, counts["NGAS"] + 1):
+        g = context.card(cards, "gas", f"[{k}]")
+        mass = context.si(g["XM"], "molar mass")
+        heats = [context.si(g[one], "molar heat") for one in "ABC"]
+        for one, value in zip(("XM", *"ABC"), (mass, *heats), strict=True):
+            report.mapped(g[one], value)
+        name = f"gas_{k}"
+        put_species(context, name, mass, *heats, g["XM"])
+        flow = flow_of(context, g["LCM"])
+        put_inflator(context, name, name, flow, temperature_of(context, g["LCT"], flow))
+        infos.append(g["INFG"].whole or 1)
+        report.mapped(g["INFG"], infos[-1])
+    for k in range(1, counts["NORIF"] + 1):
+        o = context.card(cards, "orifice", f"[{k}]")
+        for number, info in enumerate(infos):
+            if info == (o["INFO"].whole or 1):
+                row = (o["NID"], o["NID"].whole, context.si(o["AN"], "area"), o["VD"].whole, o["CA"].number or 30.0)
+                airbag.orifices.setdefault(number, []).append(row)
+        for name in ("AN", "CA", "INFO"):
+            report.mapped(o[name], context.si(o[name], "area") if name == "AN" else o[name].number)
+    blocking = f["BLOCK"].whole % 10
+    if blocking:
+        context.set("leakage.blockage", True, f["BLOCK"])
+        if airbag.vents and blocking not in (2, 4):
+            context.set("bag.vents.blockage", True, f["BLOCK"])
+        report.mapped(f["BLOCK"], blocking)
+    return airbag
+
+
+def _particle_vent(context: Context, f: dict[str, Field], airbag: Airbag) -> None:
+    report, one = context.report, f["SID3"]
+    if f["STYPE3"].whole == 1:
+        airbag.vents |= set(context.model.set_of("PART", one.whole, one.shown, one.place).tolist())
+    elif f["STYPE3"].whole == 0:
+        airbag.vents.add(one.whole)
+    else:
+        report.refused(one, "a vent between chambers: set bag.parts yourself")
+        return
+    report.mapped(one, one.whole)
+    report.mapped(f["STYPE3"], f["STYPE3"].whole)
+    value: object = f["C23"].number if not f["C23"].is_blank else 1.0
+    source = f["C23"]
+    if f["LCTC23"].whole:
+        value, source = context.curve(f["LCTC23"], "time", "-", "a discharge coefficient"), f["LCTC23"]
+        report.mapped(source, f"curve {source.whole}")
+    if f["LCPC23"].whole:
+        report.refused(f["LCPC23"], "a discharge against pressure: set bag.vents.area_factor yourself")
+    vents = context.tables.get("bag", {}).get("vents", {})
+    if "discharge" in vents and vents["discharge"].value != value:
+        report.refused(f["C23"], "the vents of a case share one discharge coefficient; that of the first is used")
+        return
+    context.set("bag.vents.discharge", value, source)
+    report.mapped(f["C23"], value if isinstance(value, float) else "curve", "bag.vents.discharge")
+    if f["PPOP"].number:
+        context.put("bag.vents.opening_pressure", f["PPOP"], "pressure")
+
+
+def _air(context: Context, f: dict[str, Field]) -> None:
+    mass = context.si(f["XMAIR"], "molar mass") or AIR
+    heats = [context.si(f[name], "molar heat") for name in ("AAIR", "BAIR", "CAIR")]
+    if not heats[0]:
+        raise f["AAIR"].bad("a gas has a heat capacity")
+    for name, value in zip(("XMAIR", "AAIR", "BAIR", "CAIR"), (mass, *heats), strict=True):
+        context.report.mapped(f[name], value)
+    put_species(context, "air_at_start", mass, *heats, f["XMAIR"])
+    context.tables.setdefault("gas", {})["initial"] = {"gas": {"air_at_start": 1.0}}
+    if f["PAIR"].number:
+        context.put("gas.initial.pressure", f["PAIR"], "pressure")
+    if f["TAIR"].number:
+        context.put("gas.initial.temperature", f["TAIR"], "-")
