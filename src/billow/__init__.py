@@ -25,6 +25,7 @@ _HOME = {
     "Surrogate": "billow.rom.surrogate.surrogate",
     "Recipe": "billow.rom.learn.train",
     "train": "billow.rom.learn.train",
+    "ResponseSurfaces": "billow.design.surfaces",
     "BillowError": "billow.base.errors",
 }
 __all__ = list(_HOME)

@@ -13,10 +13,12 @@ from here import Here
 from triggers_surrogates import without
 
 from billow.design import verify
+from billow.design.measures import measure
 from billow.design.optimum import Goal, pareto
 from billow.design.report import rounds_of
 from billow.design.surfaces import ResponseSurfaces
 from billow.design.table import _require_one_interval, respond
+from billow.results.result import Result
 from billow.study.responses import StudyResponse
 from trust.small_surfaces import small_surfaces, small_table
 
@@ -25,9 +27,9 @@ SMALL = functools.cache(small_surfaces)
 
 
 def reading(**table) -> Callable[[Here], object]:
-    """A response of the sound study."""
+    """A response of a sound run."""
     response = {"name": "x", "measure": "peak", "quantity": "gauge_pressure"} | table
-    return lambda here: respond(here.bench.study.folder, [StudyResponse.model_validate(response)])
+    return lambda here: measure(Result.open(here.bench.run), StudyResponse.model_validate(response), here.place)
 
 
 def mixed(here: Here):
