@@ -13,6 +13,7 @@ from here import Here
 from triggers_surrogates import without
 
 from billow.design import verify
+from billow.design.adaptive import Aim
 from billow.design.measures import measure
 from billow.design.optimum import Goal, pareto
 from billow.design.report import rounds_of
@@ -80,5 +81,6 @@ TRIGGERS: dict[str, Callable[[Here], object]] = {
     "E-DES-033": no_run,
     "E-DES-034": lambda here: rounds_of(here.place),
     "E-DES-040": lambda here: SMALL().exceed("hard", 400.0, POINT, {"vant": 1.0}),
+    "E-DES-050": lambda here: Aim.read("rmse below 3"),
     "E-DES-041": lambda here: SMALL().exceed("hard", 400.0, POINT, {"vent": 30.0}),
 }
