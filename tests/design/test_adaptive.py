@@ -50,7 +50,7 @@ def growing(monkeypatch):
 
 def test_it_ends_when_the_error_is_reached(growing):
     told = []
-    stages = grow("study", Aim("hic15", 3.0, ""), progress=told.append)
+    stages = grow("study", Aim("hic15", 3.0, ""), say=told.append, workers=1, progress=None)
     assert [stage.runs for stage in stages] == [16, 24, 32, 40]
     assert stages[-1].error < 3.0 < stages[-2].error
     assert len(told) == 4

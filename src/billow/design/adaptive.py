@@ -64,12 +64,13 @@ def grow(
     folder: str | Path,
     aim: Aim,
     hours: float = np.inf,
-    progress: Callable[[str], None] | None = None,
+    say: Callable[[str], None] | None = None,
     **running,
 ) -> list[Stage]:
     """Add batches of runs to a study whose runs are made, until the error of `aim` is reached; the stages passed.
 
-    It also ends after `hours`, or with `MOST_RUNS` training runs. running: as `Study.run`. InputError E-DES-050: the
+    It also ends after `hours`, or with `MOST_RUNS` training runs. say: called with a line for each
+    stage; running: as `Study.run`. InputError E-DES-050: the
     study has no such response, or it is in another unit.
     """
     begun, stages = time.monotonic(), []
@@ -77,8 +78,8 @@ def grow(
         error, choose = _judged(Path(folder), aim)
         study = Study.open(folder)
         stages.append(Stage(len(Dataset.open(folder).trusted), error))
-        if progress is not None:
-            progress(f"{stages[-1].runs} runs: {aim.name} {error:.4g} {aim.unit}, wanted below {aim.limit:g}")
+        if say is not None:
+            say(f"{stages[-1].runs} runs: {aim.name} {error:.4g} {aim.unit}, wanted below {aim.limit:g}")
         spent = time.monotonic() - begun
         if error < aim.limit or spent > 3600.0 * hours or len(study.train) + BATCH > MOST_RUNS:
             return stages
