@@ -27,7 +27,7 @@ def truth(designs: np.ndarray) -> np.ndarray:
 
 
 def small_table(runs: int = 40, unseen: int = 10, noise: float = 0.0) -> ResponseTable:
-    """Runs of a random design."""
+    """Runs of a random design; noise: deviation of the pressure, a tenth of that of the hardness."""
     random = np.random.default_rng(3)
     designs = np.column_stack([random.uniform(20, 50, runs + unseen), random.uniform(3, 7, runs + unseen),
                                random.integers(0, 2, runs + unseen)])  # fmt: skip
@@ -38,7 +38,7 @@ def small_table(runs: int = 40, unseen: int = 10, noise: float = 0.0) -> Respons
         {"name": "constant", "measure": "final", "quantity": "volume"},
     ]
     values = truth(designs)
-    values[:, 0] += noise * random.standard_normal(len(values))
+    values[:, :2] += noise * random.standard_normal((len(values), 2)) * [10.0, 1.0]
     responses = tuple(map(StudyResponse.model_validate, tables))
     names = tuple(f"{k:04d}" for k in range(runs + unseen))
     return ResponseTable("Made up", PARAMETERS, responses, ("-", "kPa", "s", "m^3"), names, unseen, designs, values, {})

@@ -29,6 +29,7 @@ _HOME = {
     "Surrogate": "billow.rom.surrogate.surrogate",
     "Recipe": "billow.rom.learn.train",
     "train": "billow.rom.learn.train",
+    "ResponseSurfaces": "billow.design.surfaces",
     "BillowError": "billow.base.errors",
 }
 

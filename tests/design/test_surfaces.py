@@ -122,6 +122,19 @@ def test_the_optimum_is_the_best_design_that_surely_keeps_the_limits(surfaces):
     assert again.design == best.design
 
 
+def test_limits_are_kept_by_the_ends_of_intervals_and_chances_have_ends():
+    noisy = ResponseSurfaces.learn(small_table(noise=2.0))
+    best = noisy.optimise(maximise="pressure", below={"pressure": 45.0})
+    value, low, high = best.responses["pressure"]
+    assert low < value - 2.0 < value + 2.0 < high <= 45.0
+    assert high == pytest.approx(45.0, abs=0.1)
+    lowest = noisy.optimise(minimise="pressure", above={"pressure": 45.0}).responses["pressure"]
+    assert lowest[1] == pytest.approx(45.0, abs=0.1)
+    chance = noisy.exceed("pressure", 47.0, {"vent": 35.0, "speed": 5.0, "gas": 0}, {"vent": 2.0})
+    assert chance.low < chance.probability < chance.high
+    assert chance.low < chance.with_error < chance.high
+
+
 def test_an_optimum_stays_within_reach_and_on_its_steps(surfaces):
     best = surfaces.optimise(maximise="hard", steps={"vent": 4.0})
     unit = np.array([[(best.design["vent"] - 20) / 30, (best.design["speed"] - 3) / 4, best.design["gas"]]])

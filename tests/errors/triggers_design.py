@@ -13,10 +13,13 @@ from here import Here
 from triggers_surrogates import without
 
 from billow.design import verify
+from billow.design.adaptive import Aim
+from billow.design.measures import measure
 from billow.design.optimum import Goal, pareto
 from billow.design.report import rounds_of
 from billow.design.surfaces import ResponseSurfaces
 from billow.design.table import _require_one_interval, respond
+from billow.results.result import Result
 from billow.study.responses import StudyResponse
 from trust.small_surfaces import small_surfaces, small_table
 
@@ -25,9 +28,9 @@ SMALL = functools.cache(small_surfaces)
 
 
 def reading(**table) -> Callable[[Here], object]:
-    """A response of the sound study."""
+    """A response of a sound run."""
     response = {"name": "x", "measure": "peak", "quantity": "gauge_pressure"} | table
-    return lambda here: respond(here.bench.study.folder, [StudyResponse.model_validate(response)])
+    return lambda here: measure(Result.open(here.bench.run), StudyResponse.model_validate(response), here.place)
 
 
 def mixed(here: Here):
@@ -78,5 +81,6 @@ TRIGGERS: dict[str, Callable[[Here], object]] = {
     "E-DES-033": no_run,
     "E-DES-034": lambda here: rounds_of(here.place),
     "E-DES-040": lambda here: SMALL().exceed("hard", 400.0, POINT, {"vant": 1.0}),
+    "E-DES-050": lambda here: Aim.read("rmse below 3"),
     "E-DES-041": lambda here: SMALL().exceed("hard", 400.0, POINT, {"vent": 30.0}),
 }

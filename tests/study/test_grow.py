@@ -123,8 +123,7 @@ def test_added_designs_become_training_runs(study, definition, tmp_path):
     assert len(more.train) == 8 + 3
     assert Study.open(study.folder).definition.nested == (4,)
     definition.write_text(STUDY.replace("train = 4", "train = 8"))
-    with pytest.raises(InputError, match=r"E-STU-008(.|\n)*3 of its training runs are not among"):
-        Study.create(definition, study.folder)
+    assert Study.create(definition, study.folder).train == more.train  # what was added once stays
 
 
 @pytest.mark.parametrize(
@@ -181,3 +180,12 @@ def test_a_crash_while_it_grows_leaves_a_study_that_goes_on(study, definition, m
     grown = Study.create(definition, study.folder)
     assert grown.run(workers=1, runner=simulate).completed == tuple(grown.runs)
     assert list(grown.train)[4:] == ["0006", "0007", "0008", "0009"]
+
+
+def test_a_run_that_was_added_stays_when_the_study_is_asked_for_again(definition, tmp_path):
+    study = Study.create(definition, tmp_path / "study")
+    grown, run = study.with_run((1.5, 1e4))
+    assert grown.train[run] == (1.5, 1e4)
+    assert grown.with_run((1.5, 1e4))[1] == run
+    again = Study.create(definition, tmp_path / "study")
+    assert (again.train, again.test) == (grown.train, study.test)

@@ -233,20 +233,51 @@ def study(
         str | None, typer.Option(metavar="ADDRESS", help="Use the Dask cluster at this address, e.g. tcp://host:8786.")
     ] = None,
     retry_failed: Annotated[bool, typer.Option("--retry-failed", help="Try failed runs again.")] = False,
+    until: Annotated[
+        str | None,
+        typer.Option(metavar="AIM", help='Add runs until this holds for runs held out: "rmse < 3 mm", "hic15 < 40".'),
+    ] = None,
+    hours: Annotated[float, typer.Option(min=0.0, help="Hours after which --until adds no more.")] = 24.0,
 ) -> None:
-    """Run a design of experiments: draw the designs and simulate each; failures are kept with their reason."""
+    """Run a design of experiments: draw the designs and simulate each; failures are kept with their reason.
+
+    With --until, batches of eight runs are added where the model is least certain; OUT/learning_curve.svg shows the
+    error. --until needs no change of the study file, and may be given again.
+    """
     from billow.study.progress import study_progress
     from billow.study.study import Study
 
     console = make_console()
     if scheduler is None:
         take_away(("DASK_",))  # settings of clusters, which could keep local workers from starting
+    aim = None
+    if until is not None:
+        from billow.design.adaptive import Aim
+
+        aim = Aim.read(until)
     made = Study.create(study_file, out)
     with interruptible(CONTINUES), study_progress(console) as report:
         summary = made.run(workers, scheduler, report, retry_failed=retry_failed)
+        if aim is not None:
+            _grow(out, aim, hours, console, workers=workers, scheduler=scheduler, progress=report)
     for line in (*summary.reasons, *(f"run {name} failed: {reason}" for name, reason in summary.failed.items())):
         console.print(line, markup=False, soft_wrap=True)
     raise typer.Exit(1 if summary.failed else 0)
+
+
+def _grow(out: Path, aim, hours: float, console, **running) -> None:
+    """Add runs until the aim is reached, and draw how the error fell."""
+    from billow.design.adaptive import grow, learning_curve
+    from billow.design.figures import draw
+    from billow.results.atomic import write_atomically
+
+    def say(line: str) -> None:
+        console.print(line, markup=False, soft_wrap=True)
+
+    stages = grow(out, aim, hours, say, **running)
+    write_atomically(out / "learning_curve.svg", draw(learning_curve, stages, aim))
+    reached = stages[-1].error < aim.limit
+    say(f"{out / 'learning_curve.svg'}: {'reached' if reached else 'NOT reached'} with {stages[-1].runs} runs")
 
 
 @app.command("import")

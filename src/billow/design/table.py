@@ -36,6 +36,7 @@ NO_RESPONSE = InputError.declare(
     remedy="name [[responses]] in study.toml; docs/design.md lists what can be measured",
 )
 
+MEND = "mend the case as its criteria of quality say, and make the study again"
 SAME_INTERVAL = 1e-6
 """Part by which intervals of histories may differ."""
 
@@ -93,6 +94,8 @@ def respond(folder: str | Path, responses: Sequence[StudyResponse] | None = None
     results = [dataset.result(run) for run in runs]
     if not results:
         _ = dataset.reference  # says that no run is complete
+        first = next(iter(left_out.values()), "no run")
+        raise NO_RESPONSE(folder=folder, why=f"every run is left out, the first for: {first}", remedy=MEND)
     _require_one_interval(folder, runs, results)
     if responses is None:
         named = Study.open(folder).definition.responses if (folder / STUDY_FILE).is_file() else ()

@@ -88,6 +88,10 @@ class Study:
             study = None if _may_become_a_study(folder) else _open_for(definition, case, folder)
             if study is None:
                 build_corners(definition_file, definition, case, _outline)
+            if study is not None and study.definition.added_designs:  # what was added meanwhile stays
+                kept = read_added_designs(folder / ADDED_FILE, study.definition.axes)
+                added = [*kept, *(row for row in added if row not in kept)]
+                definition = definition.model_copy(update={"added_designs": ADDED_FILE})
             if study is not None:
                 definition = merged(study.definition, definition, folder)
             existing = study.design if study else draw(definition)

@@ -1,0 +1,61 @@
+"""A study grows until the error is as small as wanted, where the model is least certain."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from billow.base.errors import InputError
+from billow.design import adaptive
+from billow.design.adaptive import BATCH, Aim, grow, learning_curve, spread_out
+from billow.design.figures import draw
+from trust.small_surfaces import PARAMETERS
+
+
+def test_aims_are_read():
+    assert Aim.read("rmse < 3 mm") == Aim("rmse", 3.0, "mm")
+    assert Aim.read("hic15<40") == Aim("hic15", 40.0, "")
+    for wrong in ("rmse", "rmse < -1 mm", "rmse < 3 kg", "rmse > 3 mm", ""):
+        with pytest.raises(InputError) as caught:
+            Aim.read(wrong)
+        assert caught.value.code == "E-DES-050"
+
+
+def test_designs_are_chosen_where_the_deviation_is_and_no_run():
+    known = np.array([[35.0, 5.0, 0.0], [20.0, 3.0, 1.0]])
+    rows = spread_out(lambda unit: np.where(unit[:, 0] > 0.5, 1.0, 0.01), known, PARAMETERS)
+    assert len(rows) == BATCH == len(np.unique(rows, axis=0))
+    assert (rows[:, 0] > 35.0).all()
+    assert set(rows[:, 2]) <= {0.0, 1.0}
+
+
+@pytest.fixture
+def growing(monkeypatch):
+    """A study whose error is 100 over its runs."""
+    runs = {f"{k}": (float(k),) for k in range(16)}
+
+    def with_run(values):
+        runs[f"{len(runs)}"] = tuple(values)
+        return study, f"{len(runs) - 1}"
+
+    variable = SimpleNamespace(stepped=float)
+    study = SimpleNamespace(runs=runs, train=runs, with_run=with_run, run=lambda **running: None)
+    study.definition = SimpleNamespace(variables=[variable])
+    monkeypatch.setattr(adaptive, "Study", SimpleNamespace(open=lambda folder: study))
+    monkeypatch.setattr(adaptive, "Dataset", SimpleNamespace(open=lambda folder: SimpleNamespace(trusted=list(runs))))
+    choose = lambda known: np.arange(BATCH)[:, None] + len(known)  # noqa: E731
+    monkeypatch.setattr(adaptive, "_judged", lambda folder, aim: (100.0 / len(runs), choose))
+    return runs
+
+
+def test_it_ends_when_the_error_is_reached(growing):
+    told = []
+    stages = grow("study", Aim("hic15", 3.0, ""), say=told.append, workers=1, progress=None)
+    assert [stage.runs for stage in stages] == [16, 24, 32, 40]
+    assert stages[-1].error < 3.0 < stages[-2].error
+    assert len(told) == 4
+    assert b"<svg" in draw(learning_curve, stages, Aim("hic15", 3.0, ""))
+
+
+def test_it_ends_when_the_time_is_over(growing):
+    assert len(grow("study", Aim("hic15", 1e-9, ""), hours=0.0)) == 1
