@@ -287,13 +287,15 @@ def _cycles(times: np.ndarray, values: np.ndarray, omega: float) -> tuple[float,
 
 def jet_on_a_plate() -> Iterator[Measurement]:
     """M2: a jet blows through the floor of a box; the force on all walls over time, and the momentum of the gas in the
-    end, are together mdot u over time."""
+    end, are together mdot u over time. The force is that of the state after a step, what walls give within it is
+    another, to first order in the step: 3 % at the longest one, less than 1 % at a quarter of it."""
     bag, flow = bag_of_height(HEIGHT), 0.4
     inflator = inflow(flow, 0.02, 600.0, WHOLE)
     gas = mesh_in(bag, 0.05, sources=(Source(inflator, mouth(bag, JetRing(1, 1e-3, 0.02, 0.0))),))
     state = gas.start(bag)
     impulse, before, time_before = np.zeros(3), state.sheets[0].force.sum(axis=(0, 1)), 0.0
-    for time in still(gas, state, 0.02):
+    positions = state.positions.copy()
+    for time in moved(gas, state, lambda _: positions, 0.02, 0.25):
         now = state.sheets[0].force.sum(axis=(0, 1))
         impulse += 0.5 * (time - time_before) * (before + now)
         before, time_before = now, time
