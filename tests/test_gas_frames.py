@@ -29,6 +29,9 @@ SEEN = {
     },
 }
 
+ELSEWHERE = {("fabric.vtkhdf", "torn_at"), ("gas.vtkhdf", "chamber"), ("gas.vtkhdf", "volume_fraction")}
+"""Documented fields that only tear seams and the mesh gas write."""
+
 
 @pytest.fixture(scope="module")
 def seen(deploy, tmp_path_factory):
@@ -120,4 +123,4 @@ def test_every_field_has_its_unit_beside_it_as_documented(seen):
             written |= {(path.name, name): field.attrs["units"] for name, field in fields.items()}
     for clouds in ("gas.vtkhdf", "particles.vtkhdf"):
         written.pop((clouds, "Points"))
-    assert written == documented
+    assert written == {field: unit for field, unit in documented.items() if field not in ELSEWHERE}

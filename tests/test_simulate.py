@@ -81,7 +81,8 @@ def test_progress_is_told(brief, tmp_path):
     simulate(brief, tmp_path / "run", progress=told.append)
     times = [p.time for p in told]
     assert times == sorted(times)
-    assert sorted(set(times)) == pytest.approx([0.0, 2.5e-4, 5e-4, 7.5e-4, 1e-3], abs=1e-9)  # at every frame
+    for frame in (0.0, 2.5e-4, 5e-4, 7.5e-4, 1e-3):  # and each second
+        assert min(abs(time - frame) for time in times) < 1e-9
     assert all(p.end == 0.001 for p in told)
 
 
@@ -152,7 +153,7 @@ def test_an_interrupted_run_leaves_what_it_has(brief, tmp_path, by):
     pending = [signal.SIGINT]
 
     def interrupt(progress):
-        if progress.time > 0.0 and pending:
+        if progress.time > 2e-4 and pending:  # after the first frame
             pending.clear()
             if by == "exception":
                 raise KeyboardInterrupt

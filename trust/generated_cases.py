@@ -29,7 +29,12 @@ EXAMPLE: dict[str, Any] = {
         "jets": {},
     },
     "ambient": {},
-    "obstacles": [{"shape": "plate"}, {"shape": "super-ellipsoid", "clearance": 0.05, "locked": False}],
+    "obstacles": [
+        {"shape": "plate"},
+        {"shape": "super-ellipsoid", "clearance": 0.05, "locked": False},
+        {"shape": "box", "size": [0.2, 0.2, 0.1], "place": [0.0, 0.0, 0.9]},
+        {"shape": "housing", "inner": [0.3, 0.3], "depth": 0.05, "place": [0.0, 0.0, 1.2]},
+    ],
     "run": {"end_time": 0.002, "frames": 2, "histories_per_frame": 2},
 }
 """A sound case of 612 triangles that takes a tenth of a second."""

@@ -130,7 +130,8 @@ def test_progress_of_calibration_is_one_bar(dataset):
     told = []
     train(dataset, Recipe(modes=2, epochs=2), runs=dataset.train[:8], progress=lambda *what: told.append(what))
     assert [(epoch, of) for epoch, of, *_ in told] == [(n, 10) for n in range(1, 11)]
-    assert [which for *_, which in told[::2]] == [f"training {n} of 5" for n in range(1, 6)]
+    assert {which for *_, which in told[:2]} == {"training 1 of 5"}
+    assert sorted(which for *_, which in told[2:]) == sorted(2 * [f"training {n} of 5" for n in range(2, 6)])
 
 
 def test_a_design_is_told_from_where_it_stands(surrogate):

@@ -87,7 +87,7 @@ class Result:
         try:
             import pandas
         except ImportError as error:
-            raise NO_PANDAS(why=error) from error
+            raise NO_PANDAS(why="it is not installed") from error
         table = pandas.DataFrame(dict(self.histories))
         return table.set_index(TIME)
 

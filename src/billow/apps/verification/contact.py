@@ -74,8 +74,8 @@ def super_ellipsoid_constants() -> Iterator[Measurement]:
         section = _unit_integral(lambda x, n=n: (1.0 - x**n) ** (1.0 / n))
         unit_volume = 8.0 * section * _unit_integral(lambda z, n=n: (1.0 - z**n) ** (2.0 / n))
         second_moment = 8.0 * section * _unit_integral(lambda z, n=n: z * z * (1.0 - z**n) ** (2.0 / n))
-        shape, rigid, _ = ObstacleTable(shape="super-ellipsoid", radii=tuple(radii), degree=n, mass=mass).build()
-        yield Measurement(f"volume/(a b c), n = {n} [-]", shape.volume() / np.prod(radii), unit_volume, 1e-6)
+        (carried,), rigid, _ = ObstacleTable(shape="super-ellipsoid", radii=tuple(radii), degree=n, mass=mass).build()
+        yield Measurement(f"volume/(a b c), n = {n} [-]", carried.shape.volume() / np.prod(radii), unit_volume, 1e-6)
         inertia = rigid.inertia
         for axis, (i, j) in enumerate(((1, 2), (2, 0), (0, 1))):
             expected = mass * (radii[i] ** 2 + radii[j] ** 2) * second_moment / unit_volume

@@ -177,7 +177,7 @@ class Exchange:
             chamber = self.chambers[source.inflator.chamber]
             cluster = chamber.of[chamber.cell_of_fragment[fragments]]
             energy, impulse = blow(
-                source, self.ways.supply.table, self.positions, source.jets.mouth_velocity(self.velocity),
+                source, self.ways.supply.table, self.positions, self.velocity[source.jets.mouth_nodes].mean(axis=0),
                 self.gas.origin, self.ways.cell, chamber.new.fragments.rows, fragments, cluster, chamber.state, times,
                 chamber.gained,
             )  # fmt: skip
