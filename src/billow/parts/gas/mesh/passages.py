@@ -59,28 +59,38 @@ def surroundings(table: np.ndarray, ambient: Ambient, fragments: int) -> Side:
 @scalar
 def gas_before(cluster, start, members, of, beside, aperture, state):
     """State rho, u, v, w, p of the gas that comes to a hole, (fragments, 5): the mean, by area of open faces, of the
-    clusters beside the one of each fragment that are not at the hole themselves; that of its own if there are none.
+    clusters beside the one of each fragment that are not at the hole themselves. Where there are none it is the mean of
+    all that comes to the hole; if all gas is at the hole, what is there.
 
     cluster: of each fragment of the hole. start, members, of: as in Clusters; beside, aperture: of the cells. Gas that
     turns into a hole within a cell or two loses total pressure that it would keep in finer cells: entropy of the
     scheme. A cell before the hole it still has it.
     """
-    found, at_hole = np.zeros((len(cluster), P + 1)), np.zeros(len(state), np.bool_)
-    for m in range(len(cluster)):
+    n = len(cluster)
+    found, opened, mean, whole = np.zeros((n, P + 1)), np.zeros(n), np.zeros(P + 1), 0.0
+    at_hole = np.zeros(len(state), np.bool_)
+    for m in range(n):
         at_hole[cluster[m]] = True
-    for m in range(len(cluster)):
-        c, total = cluster[m], 0.0
+    for m in range(n):
+        c = cluster[m]
         for g in range(start[c], start[c + 1]):
             i = members[g]
             for face in range(6):
                 j, d = beside[i, face], face // 2
                 if j >= 0 and not at_hole[of[j]] and state[of[j], P] > 0.0:
                     a = max(aperture[i, d] if face % 2 else aperture[j, d], 0.0)
-                    total += a
+                    opened[m] += a
                     for v in range(P + 1):
                         found[m, v] += a * state[of[j], v]
+        whole += opened[m]
         for v in range(P + 1):
-            found[m, v] = found[m, v] / total if total > 0.0 else state[c, v]
+            mean[v] += found[m, v]
+    for m in range(n):
+        for v in range(P + 1):
+            if opened[m] > 0.0:
+                found[m, v] /= opened[m]
+            else:
+                found[m, v] = mean[v] / whole if whole > 0.0 else state[cluster[m], v]
     return found
 
 
