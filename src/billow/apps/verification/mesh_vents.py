@@ -37,7 +37,7 @@ def flow_of_vent(
 ) -> Iterator[Measurement]:
     """Mass that a hole of 50 mm lets out from 1 to 2.5 ms, against the law at the total pressure of the whole bag; bag
     and gas move with `speed` [m/s]. The bag is not so large that what flows in it were nothing: 2 %."""
-    bag, vent = vented_sphere(0.2, 4, 0.025)
+    bag, vent = vented_sphere(0.2, 3, 0.03)
     area = float(np.linalg.norm(area_vectors(bag.surface.triangles[vent], bag.positions), axis=1).sum())
     hole = Passage("hole", VENT, ORIFICE, 0, triangles=vent, area=area, coefficient=discharge)
     gas = mesh_in(bag, cell, advection, OUTSIDE + gauge, 500.0, passages=(hole,), outside=OUTSIDE)

@@ -232,7 +232,7 @@ class Exchange:
                 moved = self.chambers[c]
                 cell = moved.old_cell_of_fragment if place.old else moved.cell_of_fragment
                 mass, cluster = moved.total[:, :-4].sum(axis=1), moved.of[cell[own]]
-                coming = np.empty((0, P + 1)) if row.kind == FABRIC else moved.before(cluster)
+                coming = np.zeros(P + 1) if row.kind == FABRIC else moved.before(cluster)
                 through = moved.through[0 if place.old else 1]
                 found.append(Side(moved.state, moved.gained, mass, cluster, coming, own, through))
         return found[0], found[1]

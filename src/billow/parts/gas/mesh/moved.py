@@ -180,7 +180,7 @@ class Moved:
         )
 
     def before(self, cluster: np.ndarray) -> np.ndarray:
-        """The gas that comes to a hole, (fragments, 5), from the cluster of each of its fragments."""
+        """The gas that comes to a hole, (5,); cluster: of each of its fragments."""
         found = self.clusters
         return gas_before(cluster, found.start, found.members, found.of, self.beside, self.aperture, self.state)
 

@@ -29,8 +29,8 @@ makes it less than two; where it is more, folds throttle what comes to the hole,
 class Side(NamedTuple):
     """The gas on one side of a passage. state: (clusters, Y + species); gained: (clusters, species + 4), what is given
     to each; mass: [kg], (clusters,), infinite for the surroundings; cluster: of each fragment, (fragments,) int32;
-    coming: the gas that comes to each if it is a hole's, (fragments, 5), as from `gas_before`;
-    own: number of the fragment in the chamber, whose fragments gas leaves at the speeds `through` [m/s]."""
+    coming: the gas that comes to it if it is a hole, as from `gas_before`; own: number of each fragment in the chamber,
+    whose fragments gas leaves at the speeds `through` [m/s]."""
 
     state: np.ndarray
     gained: np.ndarray
@@ -50,28 +50,24 @@ def surroundings(table: np.ndarray, ambient: Ambient, fragments: int) -> Side:
     state[0, RHO], state[0, P], state[0, T] = ambient.pressure / rt, ambient.pressure, ambient.temperature
     state[0, C], state[0, Y:] = np.sqrt(gamma * rt), fractions
     gained, mass = np.zeros((1, len(table) + 4)), np.full(1, np.inf)
-    coming = np.tile(state[0, : P + 1], (fragments, 1))
-    return Side(
-        state, gained, mass, np.zeros(fragments, np.int32), coming, np.zeros(fragments, np.int64), np.zeros(1)
-    )  # fmt: skip
+    cluster, own = np.zeros(fragments, np.int32), np.zeros(fragments, np.int64)
+    return Side(state, gained, mass, cluster, state[0, : P + 1], own, np.zeros(1))
 
 
 @scalar
 def gas_before(cluster, start, members, of, beside, aperture, state):
-    """State rho, u, v, w, p of the gas that comes to a hole, (fragments, 5): the mean, by area of open faces, of the
-    clusters beside the one of each fragment that are not at the hole themselves. Where there are none it is the mean of
-    all that comes to the hole; if all gas is at the hole, what is there.
+    """Mean state rho, u, v, w, p of the gas that comes to a hole, (5,), by area of open faces: that of the clusters
+    beside those at the hole; if there are none, of what is at the hole.
 
     cluster: of each fragment of the hole. start, members, of: as in Clusters; beside, aperture: of the cells. Gas that
     turns into a hole within a cell or two loses total pressure that it would keep in finer cells: entropy of the
     scheme. A cell before the hole it still has it.
     """
-    n = len(cluster)
-    found, opened, mean, whole = np.zeros((n, P + 1)), np.zeros(n), np.zeros(P + 1), 0.0
+    found, whole = np.zeros(P + 1), 0.0
     at_hole = np.zeros(len(state), np.bool_)
-    for m in range(n):
+    for m in range(len(cluster)):
         at_hole[cluster[m]] = True
-    for m in range(n):
+    for m in range(len(cluster)):
         c = cluster[m]
         for g in range(start[c], start[c + 1]):
             i = members[g]
@@ -79,32 +75,27 @@ def gas_before(cluster, start, members, of, beside, aperture, state):
                 j, d = beside[i, face], face // 2
                 if j >= 0 and not at_hole[of[j]] and state[of[j], P] > 0.0:
                     a = max(aperture[i, d] if face % 2 else aperture[j, d], 0.0)
-                    opened[m] += a
+                    whole += a
                     for v in range(P + 1):
-                        found[m, v] += a * state[of[j], v]
-        whole += opened[m]
-        for v in range(P + 1):
-            mean[v] += found[m, v]
-    for m in range(n):
-        for v in range(P + 1):
-            if opened[m] > 0.0:
-                found[m, v] /= opened[m]
-            else:
-                found[m, v] = mean[v] / whole if whole > 0.0 else state[cluster[m], v]
-    return found
+                        found[v] += a * state[of[j], v]
+    if whole > 0.0:
+        return found / whole
+    for m in range(len(cluster)):
+        found += state[cluster[m], : P + 1]
+    return found / max(len(cluster), 1)
 
 
 @scalar
-def _stagnation(coming, m, gamma, inside, moves, rows, f, way):
-    """Total pressure [Pa] and R T [J/kg] of the gas coming[m] that flows towards fragment f, which moves as moves[m];
+def _stagnation(coming, gamma, inside, moves, m, rows, f, way):
+    """Total pressure [Pa] and R T [J/kg] of the coming gas that flows towards fragment f, which moves as moves[m];
     static ones if it is not inside the bag. way: 1/|N|, or the opposite if the rows point to the gas."""
     along = 0.0
     for d in range(3):
-        along += (coming[m, U + d] - moves[m, d]) * rows[f, NORMAL + d] * way
+        along += (coming[U + d] - moves[m, d]) * rows[f, NORMAL + d] * way
     rise = 1.0
     if inside and along > 0.0:
-        rise += 0.5 * (gamma - 1.0) / gamma * along * along * coming[m, RHO] / coming[m, P]
-    return coming[m, P] * rise ** (gamma / (gamma - 1.0)), coming[m, P] / coming[m, RHO] * rise
+        rise += 0.5 * (gamma - 1.0) / gamma * along * along * coming[RHO] / coming[P]
+    return coming[P] * rise ** (gamma / (gamma - 1.0)), coming[P] / coming[RHO] * rise
 
 
 @scalar
@@ -128,7 +119,7 @@ def _throttled(behind, ahead, rows, fragments):
         f = fragments[m]
         size = np.sqrt(rows[f, NORMAL] ** 2 + rows[f, NORMAL + 1] ** 2 + rows[f, NORMAL + 2] ** 2)
         at_hole += size * (behind[0][behind[3][m], P] - ahead[0][ahead[3][m], P])
-        coming += size * (behind[4][m, P] - ahead[4][m, P])
+        coming += size * (behind[4][P] - ahead[4][P])
     return min(max(MOST_LOST * at_hole / coming, 0.0), 1.0) if coming != 0.0 else 1.0
 
 
@@ -164,14 +155,14 @@ def flow_through(
             for corner in range(3):
                 moves[m, d] += rows[f, WEIGHT + corner] * velocity[triangles[t, corner], d]
         if not porous:
-            p_behind, p_ahead = behind[4][m, P], ahead[4][m, P]
+            p_behind, p_ahead = behind[4][P], ahead[4][P]
         forth = p_behind >= p_ahead
         up, c, inside = (behind[0], b, behind[2][b] < np.inf) if forth else (ahead[0], a, ahead[2][a] < np.inf)
         gamma, rt = up[c, C] ** 2 * up[c, RHO] / up[c, P], up[c, P] / up[c, RHO]
         if not porous:
             low = min(p_behind, p_ahead)
             coming, way = (behind[4], sign / size) if forth else (ahead[4], -sign / size)
-            high, rt = _stagnation(coming, m, gamma, inside, moves, rows, f, way)
+            high, rt = _stagnation(coming, gamma, inside, moves, m, rows, f, way)
             high = low + share * (high - low)
             p_behind, p_ahead = (high, low) if forth else (low, high)
         area = effective_area(passages, k, present, 0.0, time, p_behind, p_ahead) * size / total * open_share[m]
