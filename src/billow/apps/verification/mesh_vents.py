@@ -52,7 +52,7 @@ def flow_of_vent(
             flowed += now.vented - before[1]
             expected += (time - before[0]) * flux
         before = time, now.vented
-    title = f"vented, cells of {1e3 * cell:g} mm, {1e-3 * gauge:g} kPa, at {speed:g} m/s, {advection} [kg]"
+    title = f"vented, cells of {1e3 * cell:g} mm, {1e-3 * gauge:g} kPa, Cd {discharge:g}, at {speed:g} m/s, {advection} [kg]"
     yield Measurement(title, flowed, expected, 2e-2)
     yield from books(state)
 

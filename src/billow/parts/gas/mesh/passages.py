@@ -118,8 +118,10 @@ def _throttled(behind, ahead, rows, fragments):
     for m in range(len(fragments)):
         f = fragments[m]
         size = np.sqrt(rows[f, NORMAL] ** 2 + rows[f, NORMAL + 1] ** 2 + rows[f, NORMAL + 2] ** 2)
-        at_hole += size * (behind[0][behind[3][m], P] - ahead[0][ahead[3][m], P])
-        coming += size * (behind[4][P] - ahead[4][P])
+        p_behind, p_ahead = behind[0][behind[3][m], P], ahead[0][ahead[3][m], P]
+        if p_behind > 0.0 and p_ahead > 0.0:
+            at_hole += size * (p_behind - p_ahead)
+            coming += size * (behind[4][P] - ahead[4][P])
     return min(max(MOST_LOST * at_hole / coming, 0.0), 1.0) if coming != 0.0 else 1.0
 
 
