@@ -59,7 +59,7 @@ def _meet(c, at, cut, triangles, velocity, is_link, state, half, slope, place, w
     """Pressure [Pa] on the fragments of cell `at` of a cut, in cluster c; adds to `sums` what they push with beyond the
     cluster's own pressure (3), and how much of it each speed of the cluster adds (6, the upper half of a matrix), per
     area of a face and weight."""
-    _, start, order, rows, triangle = cut
+    _, start, order, rows, triangle, through = cut
     stiffness = weight * state[c, RHO] * state[c, C]
     for g in range(start[at], start[at + 1]):
         f = order[g]
@@ -67,7 +67,7 @@ def _meet(c, at, cut, triangles, velocity, is_link, state, half, slope, place, w
         pressure_out[f] = 0.0
         if not is_link[t]:
             ux, uy, uz = fragment_velocity(rows, f, triangles, t, velocity)
-            p = pressure_on(state, half, slope, place, c, rows, f, ux, uy, uz)
+            p = pressure_on(state, half, slope, place, c, rows, f, ux, uy, uz, through[f])
             pressure_out[f] = p
             nx, ny, nz = rows[f, NORMAL], rows[f, NORMAL + 1], rows[f, NORMAL + 2]
             push, k = weight * (p - state[c, P]), stiffness / math.sqrt(nx * nx + ny * ny + nz * nz)
@@ -104,7 +104,7 @@ def _give_way(sums, scale):
 def _push(c, at, cut, triangles, velocity, is_link, state, way, weight, new, species, work_out):
     """Push of the fragments of cell `at` of a cut on cluster c, into new; work_out: the pressure on each, and after it
     the work [J]. way: as returned by `_give_way`. weight: times dt and the area of a face."""
-    _, start, order, rows, triangle = cut
+    _, start, order, rows, triangle, _ = cut
     back = way[3] * state[c, RHO] * state[c, C]
     for g in range(start[at], start[at + 1]):
         f = order[g]
@@ -169,8 +169,9 @@ def add_walls(
     n, clusters, start, members, old, new, triangles, velocity, is_link, total, state, half, slope, place, face, dt,
     middle, next_out, old_work_out, new_work_out,
 ):  # fmt: skip
-    """Add what walls do to n of the clusters. old, new: (number of each cell, start, order, rows, triangle) of the
-    fragments of the surface before and after, which count as `middle`, a share of time, says."""
+    """Add what walls do to n of the clusters. old, new: (number of each cell, start, order, rows, triangle, speed of
+    what flows through) of the fragments of the surface before and after, which count as `middle`, a share of time,
+    says."""
     species = total.shape[1] - 4
     for team in prange((n + TEAM - 1) // TEAM):
         sums = np.empty(9)

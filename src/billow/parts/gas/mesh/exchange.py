@@ -16,7 +16,8 @@ from billow.parts.gas.mesh.passages import Side, flow_through, lose_heat, mean_l
 from billow.parts.gas.mesh.sheet import Walls
 from billow.parts.gas.mesh.sources import blow
 from billow.parts.gas.mesh.state import MeshState
-from billow.parts.gas.supply.passages import OPENING
+from billow.parts.gas.mesh.thermodynamics import P
+from billow.parts.gas.supply.passages import FABRIC, OPENING, Passage
 from billow.parts.gas.supply.supply import Supply
 
 
@@ -75,12 +76,42 @@ class Ways:
         return row.kind == OPENING and OUTSIDE not in (row.behind, row.ahead) and row.coefficient > 0.0 and is_open[k]
 
 
+@dataclass(frozen=True)
+class Place:
+    """Where a passage lies in the surface before a step (`old`) or after it. main: the chamber that its geometry is
+    read from; fragments: its fragments there; both: those in the chambers behind and ahead (None: surroundings);
+    share: of each, what contact leaves open."""
+
+    old: bool
+    main: int
+    fragments: np.ndarray
+    both: tuple[np.ndarray | None, np.ndarray | None]
+    share: np.ndarray
+
+    @classmethod
+    def find(
+        cls, row: Passage, walls: tuple[np.ndarray, np.ndarray], chambers: list[Moved], corners: np.ndarray | None,
+        old: bool,
+    ) -> Place:  # fmt: skip
+        """walls: its triangles in both chambers. corners: share of each triangle's corners that is touched."""
+        both = tuple(
+            None if c == OUTSIDE else chambers[c].fragments_of(own, old)
+            for c, own in zip((row.behind, row.ahead), walls, strict=True)
+        )
+        main = row.behind if row.behind != OUTSIDE else row.ahead
+        fragments = both[0] if both[0] is not None else both[1]
+        share = np.ones(len(fragments))
+        if corners is not None and row.through_blocked < 1.0:
+            _, triangle = chambers[main].fragments(old)
+            share -= (1.0 - row.through_blocked) * corners[chambers[main].walls.index[triangle[fragments]]]
+        return cls(old, main, fragments, both, share)
+
+
 @dataclass
 class Exchange:
-    """A step of the structure. present: area of each passage [m^2]. sides: of each passage, the chamber that its
-    geometry is read from, its fragments there, its fragments in the chamber behind and ahead (None: surroundings), and
-    the share of each that contact leaves open. mouths, cooling: fragments of each source's mouth, and of the outer
-    fabric of each chamber if it loses heat."""
+    """A step of the structure. present: area of each passage [m^2]. places: of each passage, where it lies in the
+    surface before and after the step, which count as the time says; fabric counts as after it. mouths, cooling:
+    fragments of each source's mouth, and of the outer fabric of each chamber if it loses heat."""
 
     ways: Ways
     gas: MeshState
@@ -88,7 +119,7 @@ class Exchange:
     positions: np.ndarray
     velocity: np.ndarray
     present: list[float]
-    sides: list[tuple[int, np.ndarray, tuple, np.ndarray]]
+    places: list[tuple[Place, ...]]
     mouths: list[np.ndarray]
     cooling: list[np.ndarray]
 
@@ -102,23 +133,14 @@ class Exchange:
         blocked = (a[1] for a, row in zip(sums, passages.rows, strict=True) if row.through_blocked < 1.0)
         gas.blocked_area = float(sum(blocked))
         corners = None if bag.touched is None else bag.touched.any(axis=0)[triangles].mean(axis=1)
-        sides = []
-        for (behind, ahead), row in zip(ways.through_walls, passages.rows, strict=True):
-            both = tuple(
-                None if c == OUTSIDE else chambers[c].fragments_of(own)
-                for c, own in ((row.behind, behind), (row.ahead, ahead))
-            )
-            main = row.behind if row.behind != OUTSIDE else row.ahead
-            fragments = both[0] if both[0] is not None else both[1]
-            share = np.ones(len(fragments))
-            if corners is not None and row.through_blocked < 1.0:
-                of = chambers[main].walls.index[chambers[main].fragment_triangle[fragments]]
-                share -= (1.0 - row.through_blocked) * corners[of]
-            sides.append((main, fragments, both, share))
+        places = []
+        for walls, row in zip(ways.through_walls, passages.rows, strict=True):
+            times = (False,) if row.kind == FABRIC else (True, False)
+            places.append(tuple(Place.find(row, walls, chambers, corners, old) for old in times))
         mouths = zip(supply.sources, ways.mouths, strict=True)
         losing = () if supply.heat_conductance is None else zip(chambers, ways.cooling_walls, strict=True)
         return cls(
-            ways, gas, chambers, bag.positions, velocity, [float(a[0]) for a in sums], sides,
+            ways, gas, chambers, bag.positions, velocity, [float(a[0]) for a in sums], places,
             [chambers[source.inflator.chamber].fragments_of(own) for source, own in mouths],
             [chamber.fragments_of(own) for chamber, own in losing],
         )  # fmt: skip
@@ -133,20 +155,21 @@ class Exchange:
 
     def _pass(self, k: int, middle: float, dt: float) -> None:
         gas, table, row = self.gas, self.ways.supply.table, self.ways.supply.passages.rows[k]
-        main, fragments, _, share = self.sides[k]
-        chamber = self.chambers[main]
-        rows, triangles = chamber.new.fragments.rows, chamber.walls.triangles
-        geometry = rows, fragments, chamber.fragment_triangle, triangles, self.velocity
         if self.ways.is_link(k, gas.is_open):
             self._link(k, dt)
             return
-        behind, ahead = self._both(k)
         books = np.zeros((2, len(table) + 1))
         sign = 1.0 if row.behind != OUTSIDE else -1.0
-        flow_through(
-            table, self.ways.supply.passages.table, k, self.present[k], tuple(behind), tuple(ahead), *geometry, share,
-            sign, middle, dt, books,
-        )  # fmt: skip
+        for place in self.places[k]:
+            chamber = self.chambers[place.main]
+            rows, triangle = chamber.fragments(place.old)
+            weight = 1.0 - chamber.middle if place.old else chamber.middle
+            behind, ahead = self._both(k, place)
+            flow_through(
+                table, self.ways.supply.passages.table, k, self.present[k], tuple(behind), tuple(ahead), rows,
+                place.fragments, triangle, chamber.walls.triangles, self.velocity, self.ways.cell**2, place.share, sign,
+                middle, dt, 1.0 if row.kind == FABRIC else weight, books,
+            )  # fmt: skip
         gas.passed[k] += books[:, :-1].sum(axis=1)
         if OUTSIDE in (row.behind, row.ahead):
             out, back = (0, 1) if row.ahead == OUTSIDE else (1, 0)
@@ -198,25 +221,28 @@ class Exchange:
                 dt, chamber.gained,
             )  # fmt: skip
 
-    def _both(self, k: int) -> tuple[Side, Side]:
+    def _both(self, k: int, place: Place) -> tuple[Side, Side]:
         """The gas on both sides of passage k."""
-        supply = self.ways.supply
-        row, (_, fragments, both, _) = supply.passages.rows[k], self.sides[k]
-        found = []
-        for c, own in zip((row.behind, row.ahead), both, strict=True):
+        supply, found = self.ways.supply, []
+        row = supply.passages.rows[k]
+        for c, own in zip((row.behind, row.ahead), place.both, strict=True):
             if own is None:
-                found.append(surroundings(supply.table, supply.ambient, len(fragments)))
+                found.append(surroundings(supply.table, supply.ambient, len(place.fragments)))
             else:
                 moved = self.chambers[c]
-                mass = moved.total[:, :-4].sum(axis=1)
-                found.append(Side(moved.state, moved.gained, mass, moved.of[moved.cell_of_fragment[own]]))
+                cell = moved.old_cell_of_fragment if place.old else moved.cell_of_fragment
+                mass, cluster = moved.total[:, :-4].sum(axis=1), moved.of[cell[own]]
+                coming = np.zeros(P + 1) if row.kind == FABRIC else moved.before(cluster)
+                through = moved.through[0 if place.old else 1]
+                found.append(Side(moved.state, moved.gained, mass, cluster, coming, own, through))
         return found[0], found[1]
 
     def open_passages(self, time: float, dt: float) -> None:
         """Open what opens by the pressures on its own area at `time` [s], or bursts in the step after it."""
         for k, row in enumerate(self.ways.supply.passages.rows):
             if not self.gas.is_open[k]:
-                main, fragments, _, _ = self.sides[k]
-                behind, ahead = self._both(k)
-                lead = mean_lead(tuple(behind), tuple(ahead), self.chambers[main].new.fragments.rows, fragments)
+                place = self.places[k][-1]
+                behind, ahead = self._both(k, place)
+                rows, _ = self.chambers[place.main].fragments(False)
+                lead = mean_lead(tuple(behind), tuple(ahead), rows, place.fragments)
                 self.gas.is_open[k] = lead >= row.opens_at or time + dt >= row.bursts_at

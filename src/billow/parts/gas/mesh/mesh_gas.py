@@ -139,7 +139,8 @@ class MeshGas(Setup, SwitchableGas):
         force = np.empty((n, 3, 3))
         press(
             n, cut.fragments.first, chamber.cell_of_fragment, cut.fragments.rows, chamber.of, walls.triangles,
-            chamber.velocity, chamber.is_link, chamber.state, chamber.slope, chamber.place, self.cell**2, force,
+            chamber.velocity, chamber.is_link, chamber.through[1], chamber.state, chamber.slope, chamber.place,
+            self.cell**2, force,
         )  # fmt: skip
         work, against = np.empty(n), np.empty(n)
         work_of(

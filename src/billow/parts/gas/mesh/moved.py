@@ -16,6 +16,7 @@ from billow.parts.gas.mesh.balance import add_fluxes, add_walls, forget_slopes, 
 from billow.parts.gas.mesh.cell_maps import blend, cell_here, geometry, spread, through, triangle_of
 from billow.parts.gas.mesh.clusters import Clusters, find_clusters
 from billow.parts.gas.mesh.fluxes import face_fluxes
+from billow.parts.gas.mesh.passages import gas_before
 from billow.parts.gas.mesh.scratch import Scratch
 from billow.parts.gas.mesh.sheet import Sheet, Walls, pace_of
 from billow.parts.gas.mesh.slopes import VALUES, find_slopes
@@ -80,8 +81,8 @@ class Moved:
 
     def parts(self, dt: float, parts: int, time: float) -> Iterator[float]:
         """Advance by dt [s] from `time` in equal parts. Stops in each, once the state at its start is known: sources,
-        passages and openings add to `gained`, and say which clusters are `fed`. Yields the time [s] in its
-        middle."""
+        passages and openings add to `gained`, say which clusters are `fed` and how fast [m/s] gas leaves `through`
+        the fragments of holes. Yields the time [s] in its middle."""
         n, species, dt = len(self.key), len(self.table), dt / parts
         take = self.scratch.take
         whole, volume = take("whole", 2, n), take("volume", 2, n)
@@ -101,7 +102,7 @@ class Moved:
             )  # fmt: skip
             pace = pace_of(self.held, self.sound)
             clusters = find_clusters(self.key, self.beside, volume, aperture, pace, dt / self.h)
-            self.of = clusters.of
+            self.of, self.clusters, self.aperture = clusters.of, clusters, aperture
             self.adopted, self.lost = self.adopted + clusters.adopted, self.lost + clusters.lost
             count = len(clusters.before)
             self.total, self.state = take("total", count, species + 4), take("state", count, Y + species)
@@ -112,15 +113,19 @@ class Moved:
             )  # fmt: skip
             if bad.any():
                 raise self._negative(clusters, int(bad.argmax()), self.total, time + part * dt)
+            self.gained, self.fed = self.scratch.zeros("gained", count, species + 4), np.empty(0, np.int32)
+            self.through = (
+                self.scratch.zeros("old_through", len(self.old.cell)),
+                self.scratch.zeros("new_through", len(self.new.cell)),
+            )
+            yield time + (part + 0.5) * dt
             self.slope, half = take("slope", count, 3, VALUES), take("half", count, VALUES)
             find_slopes(
                 count, clusters.start, clusters.members, clusters.of, self.beside, aperture, self.in_new,
                 self.new.start, self.new.order, self.new.fragments.rows, self.fragment_triangle,
-                self.walls.triangles, self.velocity, self.state, self.place, dt / self.h, self.second_order,
-                self.slope, half,
+                self.walls.triangles, self.velocity, self.through[1], self.state, self.place, dt / self.h,
+                self.second_order, self.slope, half,
             )  # fmt: skip
-            self.gained, self.fed = self.scratch.zeros("gained", count, species + 4), np.empty(0, np.int32)
-            yield time + (part + 0.5) * dt
             self._finish(clusters, volume[1], aperture, flux, half, dt, middle, time + part * dt)
 
     def _finish(
@@ -146,8 +151,8 @@ class Moved:
             with_walls = np.flatnonzero(walled)
             add_walls(
                 len(with_walls), with_walls, clusters.start, clusters.members,
-                (self.in_old, self.old.start, self.old.order, self.old.fragments.rows, self.old_triangle),
-                (self.in_new, new.start, new.order, new.fragments.rows, self.fragment_triangle),
+                (self.in_old, self.old.start, self.old.order, *self.fragments(True), self.through[0]),
+                (self.in_new, new.start, new.order, *self.fragments(False), self.through[1]),
                 self.walls.triangles, self.velocity, self.is_link, self.total, self.state, half, self.slope,
                 self.place, self.h**2, dt, middle, total, *work,
             )  # fmt: skip
@@ -173,6 +178,16 @@ class Moved:
         return NEGATIVE(
             chamber=self.walls.name, x=x, y=y, z=z, time=1e3 * time, volume=clusters.after[first], energy=energy
         )
+
+    def before(self, cluster: np.ndarray) -> np.ndarray:
+        """The gas that comes to a hole, (5,); cluster: of each of its fragments."""
+        found = self.clusters
+        return gas_before(cluster, found.start, found.members, found.of, self.beside, self.aperture, self.state)
+
+    def fragments(self, old: bool) -> tuple[np.ndarray, np.ndarray]:
+        """Fragments of the old surface or the new one: rows, and the triangle of each."""
+        cut = self.old if old else self.new
+        return cut.fragments.rows, self.old_triangle if old else self.fragment_triangle
 
     @cached_property
     def fragment_triangle(self) -> np.ndarray:

@@ -21,15 +21,24 @@ from billow.parts.gas.supply.passages import FABRIC, KIND, LAW, effective_area
 LARGEST_SHARE = 0.25
 """Of a cluster's mass that may leave, or come, in a part of a step."""
 
+MOST_LOST = 3.0
+"""How many times the lead over the pressure outside of the gas at a hole that of the gas before it may be. The scheme
+makes it less than two; where it is more, folds throttle what comes to the hole, and the loss is true."""
+
 
 class Side(NamedTuple):
     """The gas on one side of a passage. state: (clusters, Y + species); gained: (clusters, species + 4), what is given
-    to each; mass: [kg], (clusters,), infinite for the surroundings; cluster: of each fragment, (fragments,) int32."""
+    to each; mass: [kg], (clusters,), infinite for the surroundings; cluster: of each fragment, (fragments,) int32;
+    coming: the gas that comes to it if it is a hole, as from `gas_before`; own: number of each fragment in the chamber,
+    whose fragments gas leaves at the speeds `through` [m/s]."""
 
     state: np.ndarray
     gained: np.ndarray
     mass: np.ndarray
     cluster: np.ndarray
+    coming: np.ndarray
+    own: np.ndarray
+    through: np.ndarray
 
 
 def surroundings(table: np.ndarray, ambient: Ambient, fragments: int) -> Side:
@@ -41,7 +50,52 @@ def surroundings(table: np.ndarray, ambient: Ambient, fragments: int) -> Side:
     state[0, RHO], state[0, P], state[0, T] = ambient.pressure / rt, ambient.pressure, ambient.temperature
     state[0, C], state[0, Y:] = np.sqrt(gamma * rt), fractions
     gained, mass = np.zeros((1, len(table) + 4)), np.full(1, np.inf)
-    return Side(state, gained, mass, np.zeros(fragments, np.int32))
+    cluster, own = np.zeros(fragments, np.int32), np.zeros(fragments, np.int64)
+    return Side(state, gained, mass, cluster, state[0, : P + 1], own, np.zeros(1))
+
+
+@scalar
+def gas_before(cluster, start, members, of, beside, aperture, state):
+    """Mean state rho, u, v, w, p of the gas that comes to a hole, (5,), by area of open faces: that of the clusters
+    beside those at the hole; if there are none, of what is at the hole.
+
+    cluster: of each fragment of the hole. start, members, of: as in Clusters; beside, aperture: of the cells. Gas that
+    turns into a hole within a cell or two loses total pressure that it would keep in finer cells: entropy of the
+    scheme. A cell before the hole it still has it.
+    """
+    found, whole = np.zeros(P + 1), 0.0
+    at_hole = np.zeros(len(state), np.bool_)
+    for m in range(len(cluster)):
+        at_hole[cluster[m]] = True
+    for m in range(len(cluster)):
+        c = cluster[m]
+        for g in range(start[c], start[c + 1]):
+            i = members[g]
+            for face in range(6):
+                j, d = beside[i, face], face // 2
+                if j >= 0 and not at_hole[of[j]] and state[of[j], P] > 0.0:
+                    a = max(aperture[i, d] if face % 2 else aperture[j, d], 0.0)
+                    whole += a
+                    for v in range(P + 1):
+                        found[v] += a * state[of[j], v]
+    if whole > 0.0:
+        return found / whole
+    for m in range(len(cluster)):
+        found += state[cluster[m], : P + 1]
+    return found / max(len(cluster), 1)
+
+
+@scalar
+def _stagnation(coming, gamma, inside, moves, m, rows, f, way):
+    """Total pressure [Pa] and R T [J/kg] of the coming gas that flows towards fragment f, which moves as moves[m];
+    static ones if it is not inside the bag. way: 1/|N|, or the opposite if the rows point to the gas."""
+    along = 0.0
+    for d in range(3):
+        along += (coming[U + d] - moves[m, d]) * rows[f, NORMAL + d] * way
+    rise = 1.0
+    if inside and along > 0.0:
+        rise += 0.5 * (gamma - 1.0) / gamma * along * along * coming[RHO] / coming[P]
+    return coming[P] * rise ** (gamma / (gamma - 1.0)), coming[P] / coming[RHO] * rise
 
 
 @scalar
@@ -57,23 +111,39 @@ def mean_lead(behind, ahead, rows, fragments):
 
 
 @scalar
+def _throttled(behind, ahead, rows, fragments):
+    """Share of the lead of the gas that comes to a hole that gets there, by the mean over its area: 1 if the loss may
+    be the scheme's."""
+    at_hole, coming = 0.0, 0.0
+    for m in range(len(fragments)):
+        f = fragments[m]
+        size = np.sqrt(rows[f, NORMAL] ** 2 + rows[f, NORMAL + 1] ** 2 + rows[f, NORMAL + 2] ** 2)
+        p_behind, p_ahead = behind[0][behind[3][m], P], ahead[0][ahead[3][m], P]
+        if p_behind > 0.0 and p_ahead > 0.0:
+            at_hole += size * (p_behind - p_ahead)
+            coming += size * (behind[4][P] - ahead[4][P])
+    return min(max(MOST_LOST * at_hole / coming, 0.0), 1.0) if coming != 0.0 else 1.0
+
+
+@scalar
 def flow_through(
-    table, passages, k, present, behind, ahead, rows, fragments, triangle, triangles, velocity, open_share, sign, time,
-    dt, books_out,
+    table, passages, k, present, behind, ahead, rows, fragments, triangle, triangles, velocity, face, open_share, sign,
+    time, dt, weight, books_out,
 ):  # fmt: skip
-    """Let gas through passage k of a PassageTable for dt [s].
+    """Let gas through passage k of a PassageTable for a share `weight` of dt [s].
 
     present: its area now [m^2]. behind, ahead: Sides as plain tuples. rows, fragments, triangle, triangles, velocity:
-    the fragments it consists of, their geometry and motion; open_share: of each fragment, what contact leaves open.
-    sign: 1.0 if the normals of the rows point from behind to ahead. books_out: (2, species + 1), what went from behind
-    to ahead and back: masses [kg] and energy [J].
+    the fragments it consists of, their geometry and motion; face: area of a cell's face [m^2]; open_share: of each
+    fragment, what contact leaves open. sign: 1.0 if the normals of the rows point from behind to ahead. books_out: (2,
+    species + 1), what went from behind to ahead and back: masses [kg] and energy [J].
     """
     plan, n, species = passages.plan, len(fragments), len(table)
-    porous = plan[k, KIND] == FABRIC
+    porous, dt, largest = plan[k, KIND] == FABRIC, weight * dt, weight * LARGEST_SHARE
     total = 0.0
     for m in range(n):
         f = fragments[m]
         total += np.sqrt(rows[f, NORMAL] ** 2 + rows[f, NORMAL + 1] ** 2 + rows[f, NORMAL + 2] ** 2)
+    share = 1.0 if porous else _throttled(behind, ahead, rows, fragments)
     wanted, moves = np.zeros(n), np.zeros((n, 3))
     from_behind, from_ahead = np.zeros(len(behind[2])), np.zeros(len(ahead[2]))
     for m in range(n):
@@ -83,21 +153,21 @@ def flow_through(
             continue
         t = triangle[f]
         size = np.sqrt(rows[f, NORMAL] ** 2 + rows[f, NORMAL + 1] ** 2 + rows[f, NORMAL + 2] ** 2)
-        forth = p_behind >= p_ahead
-        up, c = (behind[0], b) if forth else (ahead[0], a)
-        normal = 0.0
         for d in range(3):
             for corner in range(3):
                 moves[m, d] += rows[f, WEIGHT + corner] * velocity[triangles[t, corner], d]
-            normal += (up[c, U + d] - moves[m, d]) * rows[f, NORMAL + d] * (sign if forth else -sign)
-        if not porous and normal > 0.0 and (behind[2][b] if forth else ahead[2][a]) < np.inf:
-            head = 0.5 * up[c, RHO] * (normal / size) ** 2  # what flows at a hole comes with its stagnation pressure
-            if forth:
-                p_behind += head
-            else:
-                p_ahead += head
-        area = effective_area(passages, k, present, 0.0, time, p_behind, p_ahead) * size / total * open_share[m]
+        if not porous:
+            p_behind, p_ahead = behind[4][P], ahead[4][P]
+        forth = p_behind >= p_ahead
+        up, c, inside = (behind[0], b, behind[2][b] < np.inf) if forth else (ahead[0], a, ahead[2][a] < np.inf)
         gamma, rt = up[c, C] ** 2 * up[c, RHO] / up[c, P], up[c, P] / up[c, RHO]
+        if not porous:
+            low = min(p_behind, p_ahead)
+            coming, way = (behind[4], sign / size) if forth else (ahead[4], -sign / size)
+            high, rt = _stagnation(coming, gamma, inside, moves, m, rows, f, way)
+            high = low + share * (high - low)
+            p_behind, p_ahead = (high, low) if forth else (low, high)
+        area = effective_area(passages, k, present, 0.0, time, p_behind, p_ahead) * size / total * open_share[m]
         high, low = max(p_behind, p_ahead), min(p_behind, p_ahead)
         flow = dt * area * conductance(plan[k, LAW], high, low, gamma, rt) * (high - low)
         wanted[m] = flow if forth else -flow
@@ -108,11 +178,14 @@ def flow_through(
             continue
         f, b, a = fragments[m], behind[3][m], ahead[3][m]
         most = min(
-            1.0, LARGEST_SHARE * behind[2][b] / from_behind[b], LARGEST_SHARE * ahead[2][a] / from_ahead[a]
+            1.0, largest * behind[2][b] / from_behind[b], largest * ahead[2][a] / from_ahead[a]
         )  # a side that is filled may not take more than it holds either, or its pressure would overshoot
         mass, forth = abs(wanted[m]) * most, wanted[m] > 0.0
-        up, c, still = (behind[0], b, behind[2][b]) if forth else (ahead[0], a, ahead[2][a])
-        still = still == np.inf
+        side, c = (behind, b) if forth else (ahead, a)
+        up, still = side[0], side[2][c] == np.inf
+        if not porous and not still:
+            size = np.sqrt(rows[f, NORMAL] ** 2 + rows[f, NORMAL + 1] ** 2 + rows[f, NORMAL + 2] ** 2)
+            side[6][side[5][m]] = mass / (dt * face * size * up[c, RHO])
         energy = mixture_enthalpy(table, up[c, Y:], up[c, T])
         for d in range(3):
             u = moves[m, d] if still else up[c, U + d]  # air comes in at the speed of the fabric

@@ -40,13 +40,14 @@ def limited(a, b, walled):
 
 @kernel
 def find_slopes(
-    n, start, members, of, beside, aperture, fragments_of, new_start, order, rows, triangle, triangles, velocity, state,
-    place, courant, second_order, slope_out, half_out,
+    n, start, members, of, beside, aperture, fragments_of, new_start, order, rows, triangle, triangles, velocity,
+    through, state, place, courant, second_order, slope_out, half_out,
 ):  # fmt: skip
     """slope_out: (n, 3, VALUES) per cell. half_out: (n, VALUES), the state half a step later.
 
     n clusters: start, members, of as in Clusters; beside, aperture: of the cells; fragments_of: (cells,), the number of
-    each cell among those with the fragments rows, in new_start and order; triangle: of each fragment. courant: dt/h.
+    each cell among those with the fragments rows, in new_start and order; triangle: of each fragment; through: speed at
+    which gas leaves through it [m/s]. courant: dt/h.
     second_order: van Leer's scheme, else only the slopes of u_d along d, for the walls.
     """
     for team in prange((n + TEAM - 1) // TEAM):
@@ -84,13 +85,17 @@ def find_slopes(
                 for g in range(new_start[at], new_start[at + 1]):
                     f = order[g]
                     moves = fragment_velocity(rows, f, triangles, triangle[f], velocity)
+                    out = through[f]
+                    if out != 0.0:
+                        out /= np.sqrt(rows[f, NORMAL] ** 2 + rows[f, NORMAL + 1] ** 2 + rows[f, NORMAL + 2] ** 2)
                     for d in range(3):
                         a = abs(rows[f, NORMAL + d])
+                        leaves = moves[d] + out * rows[f, NORMAL + d]
                         side = 1 if rows[f, NORMAL + d] > 0.0 else 0
                         seen[d, side, 0] += a
                         seen[d, side, 1] += a * rows[f, PLACE + d]
                         for v in range(VALUES):
-                            seen[d, side, 2 + v] += a * (moves[d] if v == U + d else state[c, v])
+                            seen[d, side, 2 + v] += a * (leaves if v == U + d else state[c, v])
                         seen[d, side, 2 + VALUES] += a
             for d in range(3):
                 below, above = seen[d, 0, 0], seen[d, 1, 0]

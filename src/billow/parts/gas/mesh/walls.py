@@ -27,8 +27,9 @@ def fragment_velocity(rows, f, triangles, t, velocity):
 
 
 @inlined
-def pressure_on(state, centre, slope, place, c, rows, f, ux, uy, uz):
-    """Pressure [Pa] of the gas of cluster c on fragment f that moves with (ux, uy, uz) [m/s].
+def pressure_on(state, centre, slope, place, c, rows, f, ux, uy, uz, through):
+    """Pressure [Pa] of the gas of cluster c on fragment f that moves with (ux, uy, uz) and that it passes at the speed
+    `through` [m/s].
 
     centre: (clusters, 5), the state rho, u, v, w, p that the slopes, (clusters, 3, 5) per cell, belong to. place: of
     the clusters' centroids, (clusters, 3), in lattice coordinates.
@@ -42,12 +43,14 @@ def pressure_on(state, centre, slope, place, c, rows, f, ux, uy, uz):
     p = centre[c, P]
     p = min(max(p + slope[c, 0, P] * dx + slope[c, 1, P] * dy + slope[c, 2, P] * dz, LEAST * p), MOST * p)
     speed_of_sound = state[c, C] * np.sqrt(centre[c, P] / state[c, P] * state[c, RHO] / centre[c, RHO])
-    return wall_pressure(centre[c, RHO], p, speed_of_sound, du / area)
+    du /= area
+    return wall_pressure(centre[c, RHO], p, speed_of_sound, du - min(max(du, 0.0), through))
 
 
 @kernel
-def press(n, first, cell, rows, of, triangles, velocity, is_link, state, slope, place, area, force_out):
-    """Forces [N] of the gas on the corners of n triangles, (n, 3, 3), absolute. area: of a cell's face [m^2].
+def press(n, first, cell, rows, of, triangles, velocity, is_link, through, state, slope, place, area, force_out):
+    """Forces [N] of the gas on the corners of n triangles, (n, 3, 3), absolute. through: speed [m/s] at which gas
+    leaves through each fragment. area: of a cell's face [m^2].
 
     The slopes are those of the last step, about the new state.
     """
@@ -62,7 +65,7 @@ def press(n, first, cell, rows, of, triangles, velocity, is_link, state, slope, 
             if not state[c, P] > 0.0:
                 continue
             ux, uy, uz = fragment_velocity(rows, f, triangles, t, velocity)
-            push = area * pressure_on(state, state, slope, place, c, rows, f, ux, uy, uz)
+            push = area * pressure_on(state, state, slope, place, c, rows, f, ux, uy, uz, through[f])
             for k in range(3):
                 for d in range(3):
                     force_out[t, k, d] += push * rows[f, NORMAL + d] * rows[f, WEIGHT + k]
