@@ -22,6 +22,7 @@ from pathlib import Path
 from random import Random
 
 from billow.base.errors import LONGEST_TEXT, BillowError
+from billow.results.machine import peak_memory
 from trust import fuzz_decks, fuzz_files, fuzz_inputs
 from trust.payloads import security
 
@@ -130,9 +131,7 @@ def _feed(count: int, seed: int, kinds: list[str], connection) -> None:
             share, feed = KINDS[kind]
             trials.begin(kind)
             feed(trials.attempt, max(1, round(share * count)), Random(f"{seed} {kind}"), bench)
-    # Not ru_maxrss: a process begins with the peak of the one that started it.
-    status = Path("/proc/self/status").read_text()
-    trials.report.peak_bytes = 1024 * int(status.split("VmHWM:")[1].split()[0])
+    trials.report.peak_bytes = int(1e6 * peak_memory())
     connection.send((trials.report, True))
 
 
