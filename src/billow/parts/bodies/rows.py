@@ -7,13 +7,16 @@ pushes are solved anew, each an average over the step that is a function of wher
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numba import prange
 
-from billow.base.compiled import CHUNK, kernel
+from billow.base.compiled import CHUNK, inlined, kernel
 from billow.geometry.shapes.kinds import near_shape
-from billow.geometry.shapes.pose import into_axes, pose_of
-from billow.parts.bodies.contact import ContactState, Nodes, ShapeMotion, ShapeTable, push_node, reaches
+from billow.geometry.shapes.pose import into_axes, into_space, pose_of
+from billow.parts.bodies.contact import SETTLED, SWEEPS, ContactState, Nodes, ShapeMotion, ShapeTable
+from billow.parts.bodies.penalty import contact_force
 
 
 class BodyRows:
@@ -82,6 +85,69 @@ class BodyRows:
         positions = nodes.positions
         positions += self._dt * nodes.velocities
         return reaction
+
+
+@inlined
+def reaches(o, px, py, pz, vx, vy, vz, dt, table, motion, geometry):
+    """Whether a node at p [m] with the velocity v [m/s] comes to shape o in a step of dt [s]; if so, row o of geometry
+    gets depth [m] and normal."""
+    kind, numbers, bound, _ = table
+    body, centre, pose = motion
+    rx, ry, rz = px - body[o, 0], py - body[o, 1], pz - body[o, 2]
+    tx = dt * (vx - body[o, 3] - (body[o, 7] * rz - body[o, 8] * ry))
+    ty = dt * (vy - body[o, 4] - (body[o, 8] * rx - body[o, 6] * rz))
+    tz = dt * (vz - body[o, 5] - (body[o, 6] * ry - body[o, 7] * rx))
+    sx, sy, sz = rx - centre[o, 0], ry - centre[o, 1], rz - centre[o, 2]
+    # The cheap question first: within the sphere around the shape, or below the plane above it?
+    if bound[o] < math.inf:
+        reach = bound[o] + math.sqrt(tx * tx + ty * ty + tz * tz)
+        touches = sx * sx + sy * sy + sz * sz < reach * reach
+    else:
+        z = pose[o, 2] * sx + pose[o, 5] * sy + pose[o, 8] * sz
+        touches = min(z, z + (pose[o, 2] * tx + pose[o, 5] * ty + pose[o, 8] * tz)) < 0.0
+    if touches:
+        own = numbers[o, 0], numbers[o, 1], numbers[o, 2], numbers[o, 3], numbers[o, 4]
+        touches, depth, nx, ny, nz = near_shape(kind[o], own, pose_of(pose, o), sx, sy, sz, tx, ty, tz)
+        if touches:
+            geometry[o, 0], geometry[o, 1], geometry[o, 2], geometry[o, 3] = depth, nx, ny, nz
+    return touches
+
+
+@inlined
+def push_node(
+    i, px, py, pz, vx, vy, vz, area, inverse_mass, dt, count, near, geometry, table, motion, offset, answer
+):  # fmt: skip
+    """The velocity [m/s] of node i with half of the pushes of `count` shapes, without which it is v. offset: from the
+    sticking points before [m], (shapes, nodes, 3). answer: (shapes, 9), its first three numbers zero; gets each push
+    [N], the new offset in space [m], stored and lost energy [J] and the depth afterwards [m]."""
+    law = table[3]
+    body, _, pose = motion
+    half = 0.5 * dt * inverse_mass
+    wx, wy, wz = vx, vy, vz
+    for _ in range(SWEEPS if count > 1 else count):
+        change, size = 0.0, 0.0
+        for m in range(count):
+            o = near[m]
+            rx, ry, rz = px - body[o, 0], py - body[o, 1], pz - body[o, 2]
+            # Without its own push, but with those of the others.
+            ux, uy, uz = wx - half * answer[o, 0], wy - half * answer[o, 1], wz - half * answer[o, 2]
+            sx, sy, sz = into_space(pose_of(pose, o), offset[o, i, 0], offset[o, i, 1], offset[o, i, 2])
+            fx, fy, fz, sx, sy, sz, stored, lost, after = contact_force(
+                geometry[o, 0], geometry[o, 1], geometry[o, 2], geometry[o, 3],
+                ux - body[o, 3] - (body[o, 7] * rz - body[o, 8] * ry),
+                uy - body[o, 4] - (body[o, 8] * rx - body[o, 6] * rz),
+                uz - body[o, 5] - (body[o, 6] * ry - body[o, 7] * rx),
+                law[o, 0] * area, inverse_mass, law[o, 2], law[o, 1], sx, sy, sz, dt,
+            )  # fmt: skip
+            wx, wy, wz = ux + half * fx, uy + half * fy, uz + half * fz
+            change += abs(fx - answer[o, 0]) + abs(fy - answer[o, 1]) + abs(fz - answer[o, 2])
+            size += abs(fx) + abs(fy) + abs(fz)
+            answer[o, 0], answer[o, 1], answer[o, 2] = fx, fy, fz
+            answer[o, 3], answer[o, 4], answer[o, 5] = sx, sy, sz
+            answer[o, 6], answer[o, 7], answer[o, 8] = stored, lost, after
+        if change <= SETTLED * size:
+            break
+    return wx, wy, wz
 
 
 @kernel
