@@ -43,13 +43,18 @@ def two_surrogates(here):
 def of_two_tests(here):
     for name in "ab":
         here.write(f"{name}.csv", f"time [s],{name} [N]\n0,1\n1,2\n")
-    compare_command(here.place / "a.csv", here.place / "b.csv")
+    compare_command([here.place / "a.csv", here.place / "b.csv"])
+
+
+def one_alone(here):
+    compare_command([here.place / "a.csv"])
 
 
 TRIGGERS = {
     "E-CMP-001": against_a_surrogate,
     "E-CMP-002": two_surrogates,
     "E-CMP-003": of_two_tests,
+    "E-CMP-004": one_alone,
     "E-PIC-001": lambda here: parse_plane("y"),
     "E-PIC-002": lambda here: read_field(FabricFile(here.bench.run / "fabric.vtkhdf"), "presure"),
     "E-PIC-003": lambda here: check_units(["kpa"]),

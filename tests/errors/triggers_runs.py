@@ -40,9 +40,9 @@ def spoilt(spoil: Callable, **changes) -> Callable[[Here], object]:
     return trigger
 
 
-def without_pandas(here: Here):
-    here.patch.setitem(sys.modules, "pandas", None)
-    Result.open(here.bench.run).to_pandas()
+def without_xarray(here: Here):
+    here.patch.setitem(sys.modules, "xarray", None)
+    Result.open(here.bench.run).to_xarray()
 
 
 def collapsing():
@@ -195,7 +195,7 @@ TRIGGERS: dict[str, Callable[[Here], object]] = {
     "E-RES-030": left_behind("journal.bin", lambda data: data[:1000]),
     "E-RES-031": left_behind("checkpoint_a.safetensors", lambda data: data[:-9]),
     "E-RES-032": left_behind("checkpoint_a.safetensors", None),
-    "E-RES-034": without_pandas,
+    "E-RES-034": without_xarray,
     "E-RES-033": left_behind("case.toml", lambda data: b"[" + data),
     "W-RES-001": without_locks,
 }

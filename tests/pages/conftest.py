@@ -7,6 +7,7 @@ import time
 from dataclasses import dataclass, field
 
 import pytest
+from axe_playwright_python.sync_playwright import Axe
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 FLAGS = (
@@ -51,6 +52,12 @@ class Opened:
         while not self(script):
             assert time.monotonic() < end, f"not true after {PATIENCE} s: {script}; the page said {self.said}"
             time.sleep(0.02)
+
+    def barriers(self) -> list[str]:
+        """What axe-core finds on the page that keeps people with disabilities from using it: serious and worse."""
+        found = Axe().run(self.page, options={"resultTypes": ["violations"]}).response["violations"]
+        grave = [one for one in found if one["impact"] in ("serious", "critical")]
+        return [f"{one['id']}: {one['help']}; {node['html'][:200]}" for one in grave for node in one["nodes"]]
 
 
 @pytest.fixture(scope="module")

@@ -210,6 +210,10 @@ def test_every_control_is_reached_by_keyboard_and_has_a_name(with_head):
     assert nameless == []
 
 
+def test_the_explorer_has_no_barriers(with_head):
+    assert with_head.barriers() == []
+
+
 def test_a_kept_design_is_compared_and_swapped(opened):
     page = opened.page
     opened("page.sliders.setAll([0.02, 600, 0.12])")

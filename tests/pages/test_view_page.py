@@ -114,7 +114,7 @@ def test_distances_between_two_runs_are_those_of_the_nodes(compared, pair):
     frame = len(one.times) - 1
     compared(f"page.clock.go({frame})")
     truth = 1e3 * np.linalg.norm(one.points(frame).astype(float) - other.points(frame), axis=1)
-    assert np.abs(numbers(compared, "page.distance()") - truth).max() < 0.05
+    assert np.abs(numbers(compared, "page.distance(page.sides[0])") - truth).max() < 0.05
     assert compared("page.plots.get('pressure').chart.data.length") == 3
     assert "ISO/TS 18571" in compared.page.locator("#numbers").inner_text()
 
@@ -123,6 +123,21 @@ def test_two_runs_stand_side_by_side_or_over_one_another(compared):
     assert compared("page.sides.map((side) => side.mesh.visible)") == [True, False]
     compared.page.select_option("#arranged", "beside")
     assert compared("page.sides.map((side) => side.mesh.visible)") == [True, True]
+
+
+def test_three_runs_are_shown_with_their_distances_from_the_last(open_page, pair):
+    out = pair[0].parent / "pages" / "three.html"
+    billow("compare", pair[1], pair[0], pair[0], "--html", out)
+    page = open_page(out)
+    last = page("page.clock.times.length - 1")
+    page(f"page.clock.go({last})")
+    most = [np.abs(numbers(page, f"page.distance(page.sides[{k}])")).max() for k in range(3)]
+    assert most[0] > 1.0  # [mm]: the leaky bag
+    assert most[1:] == [0.0, 0.0]
+    page.page.select_option("#arranged", "beside")
+    assert page("page.sides.map((side) => side.mesh.visible)") == [True] * 3
+    assert page("page.plots.get('pressure').chart.data.length") == 4
+    assert page.page.locator("#key span").count() == 3
 
 
 def test_the_time_moves_by_keyboard_and_by_itself(opened):
@@ -139,6 +154,17 @@ def test_the_time_moves_by_keyboard_and_by_itself(opened):
     before = opened("page.picture.camera.position.x")
     page.keyboard.press("ArrowLeft")
     assert opened("page.picture.camera.position.x") != before
+
+
+def test_pages_have_no_barriers(opened, compared):
+    assert opened.barriers() == []
+    assert compared.barriers() == []
+
+
+def test_a_barrier_is_found(open_page, tmp_path):
+    path = tmp_path / "page.html"
+    path.write_text("<title>a</title><script>globalThis.ready = true</script><button></button>")
+    assert "button-name" in open_page(path).barriers()[0]
 
 
 def test_a_run_against_a_table_of_a_test(open_page, pair):

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from billow.apps.compare.differences import compare_curves, compare_shapes, injuries, rated
+from billow.apps.compare.differences import compare_curves, compare_shapes, compare_sides, injuries, rated
+from billow.apps.compare.report import table
 from billow.apps.compare.sides import open_sides
 from billow.cli.main import app
 from billow.injury.criteria import GRAVITY, assess, assess_run
@@ -123,7 +124,7 @@ def test_a_table_of_a_test_is_compared_with_a_run(tmp_path):
     assert said["shapes"] == []
     billow(one, table, "--out", tmp_path / "a.png")
     billow(one, table, "-q", "pressur", code="E-PIC-009")
-    assert "only one of the two has camera" in billow(one, table, "-q", "pressure", "-q", "camera")
+    assert "only one of a and test.csv has camera" in billow(one, table, "-q", "pressure", "-q", "camera")
 
 
 def test_two_without_anything_in_common_are_refused(tmp_path):
@@ -131,6 +132,34 @@ def test_two_without_anything_in_common_are_refused(tmp_path):
     table.write_text("time [ms],a [N]\n0,1\n1,2\n")
     other.write_text("time [ms],b [N]\n0,1\n1,2\n")
     billow(table, other, code="E-CMP-003")
+    billow(table, code="E-CMP-004")
+    billow(*[table] * 5, code="E-CMP-004")
+
+
+def test_several_are_compared_each_with_the_last(tmp_path):
+    runs = [run_folder(tmp_path / name, 1e5 + rise * BUMP) for name, rise in (("a", 3e4), ("b", 4e4), ("c", 6e4))]
+    test = tmp_path / "test.csv"
+    rows = "".join(f"{1e3 * t:.1f},{1e2 + 50 * b:.6f}\n" for t, b in zip(TIMES, BUMP, strict=True))
+    test.write_text("time [ms],pressure [kPa]\n" + rows)
+    said = json.loads(billow(*runs, test, "--json"))
+    assert [one["first"] for one in said] == [str(run) for run in runs]
+    peaks = [(one["curves"][0]["first"]["peak"], one["curves"][0]["second"]["peak"]) for one in said]
+    assert np.allclose(peaks, [(1.3e5, 1.5e5), (1.4e5, 1.5e5), (1.6e5, 1.5e5)])
+    told = billow(*runs, test)
+    assert [f"{letter} - D" in told for letter in "ABC"] == [True] * 3
+    billow(*runs, test, "--out", tmp_path / "all.png", "--html", tmp_path / "all.html")
+    page = (tmp_path / "all.html").read_text()
+    assert "a, b, c against test" in page[:3000]
+    numbers = page_table([*runs, test])
+    assert numbers["head"] == ["", "a", "b", "c", "test.csv, the reference"]
+    assert numbers["rows"][0][1:] == [
+        "130 at 20.0 ms (-13.3 %)", "140 at 20.0 ms (-6.7 %)", "160 at 20.0 ms (+6.7 %)", "150 at 20.0 ms",
+    ]  # fmt: skip
+
+
+def page_table(paths):
+    *others, reference = open_sides(paths, labels(paths), None)
+    return table([compare_sides(side, reference, ["pressure"], None) for side in others], ())
 
 
 # --- injury metrics ------------------------------------------------------------

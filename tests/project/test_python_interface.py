@@ -7,7 +7,6 @@ import pydoc
 import subprocess
 import sys
 from importlib import resources
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -49,15 +48,21 @@ def test_a_run_is_loaded_drawn_and_shown(small_run):
     assert 'src="data:image/png;base64,' in html
 
 
-def test_histories_as_a_table_of_pandas(small_run, monkeypatch):
-    class DataFrame(dict):
-        def set_index(self, name):
-            return {"index": self.pop(name), **self}
-
-    monkeypatch.setitem(sys.modules, "pandas", SimpleNamespace(DataFrame=DataFrame))
+def test_histories_as_a_table_of_pandas(small_run):
     table = small_run.to_pandas()
-    assert (table["index"] == small_run.histories.time).all()
+    assert (table.index == small_run.histories.time).all()
     assert (table["pressure [Pa]"] == small_run.gas.pressure).all()
+
+
+def test_frames_as_a_dataset_of_xarray(small_run):
+    frames = small_run.to_xarray()
+    last = frames.sel(time=small_run.times[-1])
+    assert (last.position.values == small_run.fabric.points(-1)).all()
+    assert (frames.displacement.sel(axis="z").values == small_run.displacement[..., 2]).all()
+    assert frames.gauge_pressure.attrs["units"] == "Pa"
+    assert (frames.triangles.values == small_run.triangles).all()
+    front = frames.stress.where(frames.part == small_run.fabric.part_names[0], drop=True)
+    assert front.shape[1] == (small_run.fabric.part == 0).sum()
 
 
 def test_cases_and_surrogates_show_themselves_as_text():

@@ -1,29 +1,44 @@
-"""`billow compare`: two runs, a run and a surrogate, or a run and a test."""
+"""`billow compare`: runs, surrogates and tests against one of them."""
 
 from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from billow.base.errors import InputError
 from billow.cli.options import DesignValues, parse_settings
 from billow.cli.page_files import check_page_name, write_page
 from billow.cli.picture_files import picture_at, picture_kind
 from billow.cli.plot import ChannelClass, Quantities
 from billow.cli.render import Units, check_view
 
+if TYPE_CHECKING:
+    from billow.apps.compare.side import Side
+
+NOT_SO_MANY = InputError.declare(
+    "E-CMP-004",
+    "{count} cannot be compared",
+    where="billow compare",
+    why="two to four are: each against the last",
+    remedy="give runs, predictions, tables of curves or surrogates, the reference last",
+)
+FEWEST, MOST = 2, 4
+
 
 def compare(
-    first: Annotated[
-        Path, typer.Argument(metavar="A", help="Run, prediction (.vtkhdf), table of curves (.csv), or surrogate.")
-    ],
-    second: Annotated[
-        Path, typer.Argument(metavar="B", help="The same; the reference, which is the test if there is one.")
+    sides: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="A [B ...] REFERENCE",
+            help="Two to four runs, predictions (.vtkhdf), tables of curves (.csv) or surrogates; the last is the "
+            "reference, which is the test if there is one.",
+        ),
     ],
     out: Annotated[Path | None, typer.Option(help="Figure (.png, .svg, .pdf).")] = None,
-    html: Annotated[Path | None, typer.Option(help="Page with both bags, sections and curves over time.")] = None,
+    html: Annotated[Path | None, typer.Option(help="Page with all bags, sections and curves over time.")] = None,
     quantity: Quantities = None,
     cfc: ChannelClass = None,
     section: Annotated[str, typer.Option(metavar="AXIS=PLACE", help="Plane of the sections.")] = "y=0",
@@ -34,11 +49,13 @@ def compare(
     settings: DesignValues = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON, in SI.")] = False,
 ) -> None:
-    """Compare two: peaks and ends of curves with their ISO/TS 18571 rating, injury metrics, shapes and sections.
+    """Compare with a reference: peaks and ends of curves with their ISO/TS 18571 rating, injury metrics, shapes and
+    sections.
 
-    A surrogate, or a coupled file, answers for the design of the other side, a run of a study, or for that of --set.
+    A surrogate, or a coupled file, answers for the design of the last side that is none, a run of a study, or for that
+    of --set.
     """
-    from billow.apps.compare.differences import compare_curves, compare_shapes, require_common
+    from billow.apps.compare.differences import compare_sides
     from billow.apps.compare.report import describe, record, table
     from billow.apps.compare.sides import open_sides
     from billow.pictures.curves import require_quantities, usual_quantities
@@ -46,20 +63,19 @@ def compare(
     from billow.pictures.shown_units import check_units
     from billow.pictures.source import labels
 
+    if not FEWEST <= len(sides) <= MOST:
+        raise NOT_SO_MANY(count=len(sides))
     kind = None if out is None else picture_kind(out, "compare")
     if html is not None:
         check_page_name(html)
     check_view(view, "compare")
     check_units(unit or ())
     plane = parse_plane(section)
-    paths = first, second
-    one, other = open_sides(paths, tuple(labels(paths)), parse_settings(settings) or None)
-    with_curves = [side.curves for side in (one, other) if side.curves is not None]
+    *others, reference = opened = open_sides(sides, labels(sides), parse_settings(settings) or None)
+    with_curves = [side.curves for side in opened if side.curves is not None]
     names = list(dict.fromkeys(quantity or usual_quantities(with_curves)))
-    require_quantities(quantity or (), with_curves, f"{first}, {second}")
-    curves = compare_curves(one, other, names, cfc) if len(with_curves) == 2 else []
-    shapes = compare_shapes(one, other)
-    require_common(one, other, curves)
+    require_quantities(quantity or (), with_curves, ", ".join(map(str, sides)))
+    comparisons = [compare_sides(side, reference, names, cfc) for side in others]
     if out is not None:
         from billow.apps.compare.figure import comparison_figure
         from billow.pictures.sheet import printed
@@ -67,22 +83,26 @@ def compare(
         from billow.results.atomic import write_atomically
 
         with picture_at(out), printed():
-            write_atomically(out, saved(comparison_figure(one, other, curves, plane, view, unit or ()), kind))
+            write_atomically(out, saved(comparison_figure(comparisons, plane, view, unit or ()), kind))
     if html is not None:
-        _write_page(html, one, other, table(one, other, curves, unit or ()), quiet=as_json)
+        _write_page(html, opened, table(comparisons, unit or ()), quiet=as_json)
     if as_json:
-        print(json.dumps(record(one, other, curves, shapes), indent=1, allow_nan=False))
+        found = [record(comparison) for comparison in comparisons]
+        print(json.dumps(found[0] if len(found) == 1 else found, indent=1, allow_nan=False))
         return
-    print(describe(one, other, curves, shapes, unit or ()))
-    missing = [name for name in quantity or () if name not in {found.name for found in curves}]
-    if missing:
-        print(f"only one of the two has {', '.join(missing)}")
+    told = [describe(one, unit or (), "ABC"[k] + "ABCD"[len(others)]) for k, one in enumerate(comparisons)]
+    print("\n\n".join(told))
+    for comparison in comparisons:
+        missing = [name for name in quantity or () if name not in {found.name for found in comparison.curves}]
+        if missing:
+            print(f"only one of {comparison.side.label} and {reference.label} has {', '.join(missing)}")
     if out is not None:
         print(f"{out}: written")
 
 
-def _write_page(out: Path, one, other, table: dict, quiet: bool) -> None:
+def _write_page(out: Path, sides: list[Side], table: dict, quiet: bool) -> None:
     from billow.pages.viewer import Shown, viewer_page
 
-    sides = [Shown(side.label, side.fabric, side.source.result, side.curves, side.remark) for side in (one, other)]
-    write_page(out, viewer_page(sides, f"{one.label} against {other.label}", table=table), quiet)
+    shown = [Shown(side.label, side.fabric, side.source.result, side.curves, side.remark) for side in sides]
+    title = f"{', '.join(side.label for side in sides[:-1])} against {sides[-1].label}"
+    write_page(out, viewer_page(shown, title, table=table), quiet)

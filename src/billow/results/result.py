@@ -19,6 +19,7 @@ from billow.results.run_file import COPY_AGAIN, read_run_file
 from billow.results.vtkhdf import FabricFile
 
 if TYPE_CHECKING:
+    import xarray
     from matplotlib.figure import Figure
     from pandas import DataFrame
 
@@ -34,12 +35,12 @@ UNREADABLE_CASE = IntegrityError.declare(
 )
 
 
-NO_PANDAS = ResourceError.declare(
+NOT_INSTALLED = ResourceError.declare(
     "E-RES-034",
-    "tables need pandas",
-    where="Result.to_pandas",
-    cause="it is an optional package",
-    remedy="install it: pip install pandas; or take the arrays of the histories as they are",
+    "{package} is not installed",
+    where="Result.to_{package}",
+    why="it is an optional package",
+    remedy="install it: pip install 'billow[tables]'; or take the arrays of the result as they are",
 )
 
 
@@ -84,12 +85,26 @@ class Result:
     def to_pandas(self) -> DataFrame:
         """Histories as a pandas table indexed by the time [s], a column for each. ResourceError E-RES-034 without
         pandas."""
-        try:
-            import pandas
-        except ImportError as error:
-            raise NO_PANDAS(why="it is not installed") from error
-        table = pandas.DataFrame(dict(self.histories))
+        table = _optional("pandas").DataFrame(dict(self.histories))
         return table.set_index(TIME)
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Frames as an xarray dataset: "position" and each field of fabric.vtkhdf over (time, node or triangle[, axis])
+        with its unit, and "triangles", the nodes of each. ResourceError E-RES-034 without xarray."""
+        fabric, arrays = self.fabric, {}
+        arrays["position"] = (("time", "node", "axis"), np.stack(list(fabric.each_points())), {"units": "m"})
+        for of, names, read in (
+            ("node", fabric.point_fields, fabric.point_data),
+            ("triangle", fabric.cell_fields, fabric.cell_data),
+        ):
+            for name in names:
+                values, units = read(name), {"units": fabric.unit(name)}
+                arrays[name] = (("time", of, "axis")[: values.ndim], values, units)
+        arrays["triangles"] = (("triangle", "corner"), fabric.triangles)
+        parts = np.array(fabric.part_names)[fabric.part]
+        axes = {"time": ("time", fabric.times, {"units": "s"}), "axis": list("xyz"), "part": ("triangle", parts)}
+        title = self.record.get("title") or self.folder.name
+        return _optional("xarray").Dataset(arrays, axes, {"title": title})
 
     def _repr_html_(self) -> str:
         return _drawing().as_html(self)
@@ -181,6 +196,14 @@ class Result:
 
 Run = Result
 """What people look for beside Case and Study: billow.Run.load(folder)."""
+
+
+def _optional(package: str):
+    """A package that not everybody needs. ResourceError E-RES-034 if it is missing."""
+    try:
+        return import_module(package)
+    except ImportError as error:
+        raise NOT_INSTALLED(package=package) from error
 
 
 def _drawing():

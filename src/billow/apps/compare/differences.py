@@ -1,6 +1,7 @@
-"""How far two sides are apart: peaks and ends of curves with their ISO/TS 18571 rating, shapes, injury metrics.
+"""How far a side is from the reference: peaks and ends of curves with their ISO/TS 18571 rating, shapes and injury
+metrics.
 
-The second side is the reference: differences are first minus second, ratings take it as the test.
+Differences are the side minus the reference, ratings take the reference as the test.
 """
 
 from __future__ import annotations
@@ -64,20 +65,33 @@ class ShapeDifference:
     largest: float
 
 
+@dataclass(frozen=True)
+class Comparison:
+    """A side against the reference."""
+
+    side: Side
+    reference: Side
+    curves: Sequence[CurveDifference]
+    shapes: Sequence[ShapeDifference]
+
+
+def compare_sides(first: Side, second: Side, names: Sequence[str], channel_class: int | None) -> Comparison:
+    """A side against the reference. InputError E-CMP-003 if there is neither a curve that both have nor a bag on both
+    sides; errors as `curve_of`."""
+    curves = compare_curves(first, second, names, channel_class)
+    if not curves and (first.fabric is None or second.fabric is None):
+        raise NOTHING_IN_COMMON(first=first.source.path, second=second.source.path)
+    return Comparison(first, second, curves, compare_shapes(first, second))
+
+
 def compare_curves(first: Side, second: Side, names: Sequence[str], channel_class: int | None) -> list[CurveDifference]:
     """Differences of the quantities that both have. Errors as `curve_of`."""
     found = []
-    for name in names:
+    for name in names if first.curves is not None and second.curves is not None else ():
         one, other = (curve_of(side.curves, name, channel_class) for side in (first, second))
         if one is not None and other is not None:
             found.append(CurveDifference(name, one, other, *rated(one, other)))
     return found
-
-
-def require_common(first: Side, second: Side, curves: Sequence[CurveDifference]) -> None:
-    """InputError E-CMP-003 if there is neither a curve that both have nor a bag on both sides."""
-    if not curves and (first.fabric is None or second.fabric is None):
-        raise NOTHING_IN_COMMON(first=first.source.path, second=second.source.path)
 
 
 def rated(one: Curve, other: Curve) -> tuple[Rating | None, str]:
@@ -95,13 +109,14 @@ def rated(one: Curve, other: Curve) -> tuple[Rating | None, str]:
         return None, error.why
 
 
-def frames_in_common(first: Side, second: Side) -> list[tuple[int, int]]:
-    """Frames of both sides that belong to one time."""
-    if first.fabric is None or second.fabric is None:
-        return []
-    there = second.fabric.times
-    nearest = [int(np.abs(there - time).argmin()) for time in first.fabric.times]
-    return [(k, n) for k, n in enumerate(nearest) if abs(there[n] - first.fabric.times[k]) <= SAME_TIME]
+def frames_in_common(*bags: Side) -> list[tuple[int, ...]]:
+    """Frames of some sides, all of which have a bag, that belong to one time: one of each side."""
+    found = []
+    for frame, time in enumerate(bags[0].fabric.times):
+        there = [int(np.abs(bag.fabric.times - time).argmin()) for bag in bags[1:]]
+        if all(abs(bag.fabric.times[k] - time) <= SAME_TIME for bag, k in zip(bags[1:], there, strict=True)):
+            found.append((frame, *there))
+    return found
 
 
 def same_mesh(first: Side, second: Side) -> bool:

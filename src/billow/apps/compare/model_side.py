@@ -26,11 +26,12 @@ NO_DESIGN = InputError.declare(
 UNITS = {"centre": "m", "velocity": "m/s", "acceleration": "m/s^2"}
 
 
-def answer(path: Path, label: str, other: Path, there: Side | None, design: Mapping[str, float] | None) -> Side:
-    """What a surrogate, or a coupled model, says. There is no verdict to heed: this is how one looks."""
+def answer(path: Path, label: str, there: Side | None, design: Mapping[str, float] | None) -> Side:
+    """What a surrogate, or a coupled model, says of a design, by default that of the run `there`. There is no verdict
+    to heed: this is how one looks."""
     coupled = load_if_coupled(path)
     surrogate = (Surrogate.load(path) if coupled is None else coupled.surrogate).despite_verdict()
-    values = _design(path, other, surrogate) if design is None else design
+    values = _design(path, there, surrogate) if design is None else design
     positions = surrogate.start(values) + surrogate.predict(values)
     part, names = np.zeros(len(surrogate.triangles), np.int64), ["fabric"]
     if surrogate.parts is not None:
@@ -43,12 +44,12 @@ def answer(path: Path, label: str, other: Path, there: Side | None, design: Mapp
     return Side(Source(path, label, curves=curves), curves, fabric, said)
 
 
-def _design(path: Path, other: Path, surrogate: Surrogate) -> dict[str, float]:
-    """Values of the parameters of the run on the other side, by its place in a study."""
-    folder = other.absolute()
+def _design(path: Path, there: Side, surrogate: Surrogate) -> dict[str, float]:
+    """Values of the parameters of a run, by its place in a study."""
+    folder = there.source.path.absolute()
     study = folder.parent.parent
     if folder.parent.name != "runs" or not (study / "design.csv").is_file():
-        raise NO_DESIGN(path=path, other=other)
+        raise NO_DESIGN(path=path, other=there.source.path)
     dataset = Dataset.open(study)
     row = dataset.design([folder.name])[0]
     return dict(zip((parameter.name for parameter in dataset.parameters), row.tolist(), strict=True))

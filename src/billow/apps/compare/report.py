@@ -7,8 +7,7 @@ from dataclasses import asdict
 
 import numpy as np
 
-from billow.apps.compare.differences import CurveDifference, ShapeDifference, injuries, plain, same_mesh
-from billow.apps.compare.side import Side
+from billow.apps.compare.differences import Comparison, CurveDifference, injuries, plain, same_mesh
 from billow.injury.criteria import GRAVITY, Injury
 from billow.pictures.shown_units import factor_of, shown_unit
 
@@ -22,24 +21,20 @@ METRICS = (
 )
 
 
-def describe(
-    first: Side,
-    second: Side,
-    curves: Sequence[CurveDifference],
-    shapes: Sequence[ShapeDifference],
-    units: Sequence[str],
-) -> str:
-    """Tables for a terminal, 100 columns wide."""
-    lines = [f"A  {first.label}", f"B  {second.label}, the reference"]
-    lines += [f"{name}: {side.remark}" for name, side in (("A", first), ("B", second)) if side.remark]
+def describe(comparison: Comparison, units: Sequence[str], letters: str = "AB") -> str:
+    """Tables for a terminal, 100 columns wide. letters: what the side and the reference are called in them."""
+    first, second, curves, shapes = comparison.side, comparison.reference, comparison.curves, comparison.shapes
+    a, b = letters
+    lines = [f"{a}  {first.label}", f"{b}  {second.label}, the reference"]
+    lines += [f"{name}: {side.remark}" for name, side in ((a, first), (b, second)) if side.remark]
     if curves:
-        lines += ["", _row("peak (ms)", "A", "B", "A - B", "of B", "ISO/TS 18571")]
+        lines += ["", _row("peak (ms)", a, b, f"{a} - {b}", f"of {b}", "ISO/TS 18571")]
         lines += [_row(*_peak(found, units)) for found in curves]
-        lines += ["", _row("at the end", "A", "B", "A - B", "of B")]
+        lines += ["", _row("at the end", a, b, f"{a} - {b}", f"of {b}")]
         lines += [_row(*_end(found, units)) for found in curves]
         lines += [f"{found.name} is not rated: {found.why_not}" for found in curves if found.why_not]
     if found := _injury_rows(injuries(first.curves), injuries(second.curves)):
-        lines += ["", _row("injury metrics", "A", "B", "A - B", "of B"), *(_row(*cells) for cells in found)]
+        lines += ["", _row("injury metrics", a, b, f"{a} - {b}", f"of {b}"), *(_row(*cells) for cells in found)]
     if shapes:
         worst = max(shapes, key=lambda shape: shape.rms)
         last, largest = shapes[-1], max(shapes, key=lambda shape: shape.largest)
@@ -56,34 +51,57 @@ def describe(
     return "\n".join(lines)
 
 
-def table(first: Side, second: Side, curves: Sequence[CurveDifference], units: Sequence[str]) -> dict:
-    """Peaks, ends and injury metrics as the head and rows of a table for a page."""
+def table(comparisons: Sequence[Comparison], units: Sequence[str]) -> dict:
+    """Peaks, ends, ratings and injury metrics as the head and rows of a table for a page: a column a side, the
+    reference last; beside a value, how far it is from that of the reference."""
+    sides = [comparison.side for comparison in comparisons] + [comparisons[-1].reference]
     rows = []
-    for found in curves:
-        (peak, *of_peak), (end, *of_end) = _peak(found, units), _end(found, units)
-        rows += [(f"{peak}, peak (at ms)", *of_peak), (f"{end}, at the end", *of_end)]
-    rows += _injury_rows(injuries(first.curves), injuries(second.curves))
-    return {
-        "head": ["", first.label, second.label, "difference", "", "ISO/TS 18571"],
-        "rows": [_filled(r) for r in rows],
-    }
+    for name in dict.fromkeys(found.name for comparison in comparisons for found in comparison.curves):
+        of = [next((f for f in c.curves if f.name == name), None) for c in comparisons]
+        curves = [found and found.first for found in of] + [next(found.second for found in of if found)]
+        largest = max(abs(curve.peak[0]) for curve in curves if curve is not None)
+        unit = shown_unit(curves[-1].unit, largest, units)
+        factor, shown = factor_of(curves[-1].unit, unit), name.replace("_", " ")
+        peaks = [None if curve is None else (curve.peak[0] / factor, curve.peak[1]) for curve in curves]
+        rows += [
+            [f"{shown} [{unit}], peak", *_against([p and p[0] for p in peaks], [p and p[1] for p in peaks])],
+            [f"{shown} [{unit}], at the end", *_against([curve and curve.end / factor for curve in curves])],
+            [f"{shown}, ISO/TS 18571", *(_rating(found) for found in of), ""],
+        ]
+    injured = [injuries(side.curves) for side in sides]
+    for body in dict.fromkeys(body for found in injured for body in found):
+        for title, unit, value in METRICS:
+            values = [value(found[body]) if body in found else None for found in injured]
+            rows.append([f"{body} {title}" + ("" if unit == "-" else f" [{unit}]"), *_against(values)])
+    labels = [side.label for side in sides]
+    return {"head": ["", *labels[:-1], f"{labels[-1]}, the reference"], "rows": rows}
 
 
-def _filled(cells: Sequence[str]) -> list[str]:
-    name, *numbers = cells
-    return [name.replace("_", " "), *numbers, *[""] * (5 - len(numbers))]
+def _against(values: Sequence[float | None], times: Sequence[float | None] | None = None) -> list[str]:
+    """Cells of values [and their times], each beside its difference from the last."""
+    cells = []
+    for k, value in enumerate(values):
+        cell = "-" if value is None else _number(value)
+        if value is not None and times is not None:
+            cell += f" at {1e3 * times[k]:.1f} ms"
+        if value is not None and values[-1] is not None and k < len(values) - 1:
+            share = _share(value, values[-1])
+            cell += "" if share == "-" else f" ({share})"
+        cells.append(cell)
+    return cells
 
 
-def record(first: Side, second: Side, curves: Sequence[CurveDifference], shapes: Sequence[ShapeDifference]) -> dict:
+def _rating(found: CurveDifference | None) -> str:
+    return "-" if found is None or found.rating is None else f"{found.rating.overall:.3f} {found.rating.grade}"
+
+
+def record(comparison: Comparison) -> dict:
     """The same as plain JSON, in SI."""
-    return {
-        "first": str(first.source.path),
-        "second": str(second.source.path),
-        "curves": [found.record() for found in curves],
-        "injury": {
-            name: _injury_record(injuries(side.curves)) for name, side in (("first", first), ("second", second))
-        },
-        "shapes": [asdict(shape) for shape in shapes],
+    sides = {"first": comparison.side, "second": comparison.reference}
+    return {name: str(side.source.path) for name, side in sides.items()} | {
+        "curves": [found.record() for found in comparison.curves],
+        "injury": {name: _injury_record(injuries(side.curves)) for name, side in sides.items()},
+        "shapes": [asdict(shape) for shape in comparison.shapes],
     }
 
 
@@ -104,14 +122,13 @@ def _injury_rows(first: dict[str, Injury], second: dict[str, Injury]) -> list[tu
 def _peak(found: CurveDifference, units: Sequence[str]) -> tuple[str, ...]:
     unit, factor = _unit(found, units)
     (one, at_one), (other, at_other) = found.first.peak, found.second.peak
-    rating = "-" if found.rating is None else f"{found.rating.overall:.3f} {found.rating.grade}"
     return (
         f"{found.name} [{unit}]",
         f"{_number(one / factor)} ({1e3 * at_one:.1f})",
         f"{_number(other / factor)} ({1e3 * at_other:.1f})",
         _number((one - other) / factor),
         _share(one, other),
-        rating,
+        _rating(found),
     )
 
 

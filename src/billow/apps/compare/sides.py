@@ -1,8 +1,8 @@
-"""What is compared: a run, a prediction, a test, or what a surrogate says of the design of the other side."""
+"""What is compared: runs, predictions, tests, or what a surrogate says of the design of another side."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from billow.apps.compare.side import Side
@@ -20,24 +20,23 @@ TWO_SURROGATES = InputError.declare(
 SURROGATE = ".safetensors"
 
 
-def open_sides(
-    paths: tuple[Path, Path], labels: tuple[str, str], design: Mapping[str, float] | None
-) -> tuple[Side, Side]:
-    """Both sides. design: values of a surrogate's parameters; by default those of the run on the other side.
+def open_sides(paths: Sequence[Path], labels: Sequence[str], design: Mapping[str, float] | None) -> list[Side]:
+    """The sides. design: values of a surrogate's parameters; by default those of the last side that is no surrogate.
 
     InputError E-CMP-001, E-CMP-002, and the errors of `open_source`, `Surrogate.load` and `Surrogate.predict`.
     """
-    sides: list[Side | None] = [None, None]
-    is_model = [path.suffix.lower() == SURROGATE and path.is_file() for path in paths]
-    if all(is_model) and design is None:
+    sides: dict[int, Side] = {}
+    models = [k for k, path in enumerate(paths) if path.suffix.lower() == SURROGATE and path.is_file()]
+    if len(models) == len(paths) and design is None:
         raise TWO_SURROGATES()
     for k, path in enumerate(paths):
-        if not is_model[k]:
+        if k not in models:
             source = open_source(path, "compare", labels[k])
             sides[k] = Side(source, source.histories, source.fabric)
-    for k, path in enumerate(paths):
-        if is_model[k]:
-            from billow.apps.compare.model_side import answer  # runs alone need nothing of reduced-order models
+    asked = max(sides, default=None)
+    for k in models:
+        from billow.apps.compare.model_side import answer  # runs alone need nothing of reduced-order models
 
-            sides[k] = answer(path, labels[k], paths[1 - k], sides[1 - k], design)
-    return sides[0], sides[1]
+        there = None if asked is None else sides[asked]
+        sides[k] = answer(paths[k], labels[k], there, design)
+    return [sides[k] for k in range(len(paths))]

@@ -73,7 +73,7 @@ async function start() {
   byId("notes").textContent = record.notes.join(" ");
   byId("together").hidden = !many;
   byId("key").hidden = record.sides.length < 2;
-  byId("key").replaceChildren(...record.sides.map(({ label }, k) => make("span", { className: k ? "b" : "a" }, label)));
+  byId("key").replaceChildren(...record.sides.map(({ label }, k) => make("span", { className: "abcd"[k] }, label)));
 
   const boxes = sides.map(({ frames: { box } }) => [[box[0], box[1], box[2]], [box[3], box[4], box[5]]]);
   const box = [0, 1].map((side) => [0, 1, 2].map((c) => (side ? Math.max : Math.min)(...boxes.map((one) => one[side][c]))));
@@ -82,7 +82,7 @@ async function start() {
 
   const names = sides[0].fields.map(({ title }, f) => [`f${f}`, title]);
   choices(byId("field"), [
-    ...(record.same_mesh ? [["distance", `distance from ${sides[1].label}`]] : []),
+    ...(record.same_mesh ? [["distance", `distance from ${sides.at(-1).label}`]] : []),
     ["displacement", "displacement"], ...names, ["none", "none"],
   ]);
   const largest = (values) => values.reduce((most, value) => (value > most ? value : most), 0);
@@ -92,14 +92,16 @@ async function start() {
     let most = 1e-9;
     for (const time of sides[0].times) {
       sides.forEach((side) => side.go(time));
-      most = Math.max(most, largest(kind === "distance" ? distance() : sides[0].displacement()));
+      const of = kind === "distance" ? sides.slice(0, -1).map(distance) : [sides[0].displacement()];
+      most = Math.max(most, ...of.map(largest));
     }
     sides.forEach((side) => side.go(sides[0].times[here]));
     return { kind, most };
   };
 
-  function distance() {
-    const [{ at: a }, { at: b }] = sides;
+  // Of the nodes of a bag from those of the last [mm].
+  function distance(side) {
+    const { at: a } = side, { at: b } = sides.at(-1);
     return Float32Array.from({ length: a.length / 3 }, (_, i) =>
       1e3 * Math.hypot(a[3 * i] - b[3 * i], a[3 * i + 1] - b[3 * i + 1], a[3 * i + 2] - b[3 * i + 2]));
   }
@@ -113,8 +115,8 @@ async function start() {
       return field ? { values: field.values.of(side.frame), low: field.low, high: field.high, atNodes: field.at_nodes, title, unit: field.unit } : null;
     }
     if (!scale || scale.kind !== kind) scale = scaleOf(kind);
-    const values = kind === "distance" ? distance() : side.displacement();
-    return { values, low: 0, high: scale.most, atNodes: true, title: kind === "distance" ? `distance from ${sides[1].label}` : kind, unit: "mm" };
+    const values = kind === "distance" ? distance(side) : side.displacement();
+    return { values, low: 0, high: scale.most, atNodes: true, title: kind === "distance" ? `distance from ${sides.at(-1).label}` : kind, unit: "mm" };
   }
 
   const clock = new Clock(sides[0].times, shown);
@@ -169,7 +171,7 @@ async function start() {
       cuts.push({ lines, colour: INKS[side.k], dashes: DASHES[side.k] });
       picture.setLines(side.cutMesh, moved(lines, by));
       if (solid) {
-        const found = byId("field").value === "distance" && k ? null : colouring(side);
+        const found = byId("field").value === "distance" && side === sides.at(-1) ? null : colouring(side);
         picture.paint(side.mesh, found && found.values, found ? found.low : 0, found ? found.high : 1, found ? found.atNodes : true);
         if (!k) legend = found;
       }
