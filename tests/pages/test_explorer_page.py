@@ -18,8 +18,10 @@ from typer.testing import CliRunner
 from billow.cli.main import app
 from billow.injury.criteria import assess
 from billow.pages.explorer import LEAST_BOUND, PART_OF_WIDTH, in_half_precision
+from billow.results.obstacles import outline
 from billow.rom.coupled.injury_metrics import METRICS, metric_values
 from billow.rom.surrogate.design_space import from_unit
+from billow.rom.surrogate.locked_obstacles import LockedObstacle, numbers_of
 from billow.rom.surrogate.surrogate import Surrogate
 
 DESIGNS = from_unit(np.random.default_rng(3).random((20, len(PARAMETERS))), PARAMETERS)
@@ -208,6 +210,38 @@ def test_every_control_is_reached_by_keyboard_and_has_a_name(with_head):
         !(e.labels && e.labels.length) && !e.getAttribute('aria-label') && !e.textContent.trim()
         && !e.closest('.uplot') && !e.closest('.legend')).map((e) => e.outerHTML)""")
     assert nameless == []
+
+
+def test_locked_obstacles_are_where_the_design_puts_them(open_page, place):
+    head, box = HEAD, {"name": "box", "locked": True, "kind": "box", "half": [0.1, 0.2, 0.1], "edge": 0.0}
+    box |= {"center": [0.0, 0.0, -0.2], "rotation": np.eye(3).tolist()}
+    grows = LockedObstacle(box, np.column_stack([numbers_of(box), np.ones((16, 3))]))
+    model = replace(made_surrogate(60, width=8), obstacles=(radius_of(head), LockedObstacle(box, fixed(box)), grows))
+    page = open_page(written(place, model, "obstacles"))
+    for design in DESIGNS[:3]:
+        for k, obstacle in enumerate(model.obstacles[:2]):
+            ask = "([k, design]) => Array.from(page.bodies[k].body.surface(design)[0])"
+            points = np.reshape(page(ask, [k, design.tolist()]), (-1, 3))
+            assert np.abs(outline(obstacle.at(design), points)).max() < 1e-5
+            assert len(points) > 100
+    assert "changes with the design: box" in page.page.locator("#source").inner_text()
+
+
+HEAD = {
+    "name": "head", "locked": True, "kind": "super-ellipsoid", "radii": [0.1, 0.1, 0.1], "degree": 2.5,
+    "center": [0.0, 0.1, 0.3], "rotation": [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]],
+}  # fmt: skip
+
+
+def fixed(described):
+    return np.column_stack([numbers_of(described), np.zeros((len(numbers_of(described)), len(PARAMETERS)))])
+
+
+def radius_of(described):
+    """The obstacle, whose radii are the third parameter."""
+    affine = fixed(described)
+    affine[:3] = [0.0, 0.0, 0.0, 1.0]
+    return LockedObstacle(described, affine)
 
 
 def test_the_explorer_has_no_barriers(with_head):

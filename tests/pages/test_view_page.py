@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from billow.case.schema import Case
 from billow.cli.main import app
 from billow.pages import viewer
 from billow.pages.packed import MOST_STEPS, in_bytes, in_planes
@@ -138,6 +139,44 @@ def test_three_runs_are_shown_with_their_distances_from_the_last(open_page, pair
     assert page("page.sides.map((side) => side.mesh.visible)") == [True] * 3
     assert page("page.plots.get('pressure').chart.data.length") == 4
     assert page.page.locator("#key span").count() == 3
+
+
+@pytest.fixture(scope="module")
+def gas_run(tmp_path_factory):
+    """A closed bag with particles of air."""
+    particles = {"model": "corpuscular", "particles": 20_000}
+    run = {"end_time": 0.002, "frames": 2, "histories_per_frame": 4}
+    case = {"gas": particles, "bag": {"element_size": 0.05, "initial_gap": 0.05}, "run": run}
+    place = tmp_path_factory.mktemp("gas") / "run"
+    simulate(Case.from_dict(case), place)
+    return place
+
+
+def test_gas_in_the_section_is_that_of_the_boxes_it_cuts(open_page, gas_run):
+    out = gas_run.parent / "view.html"
+    billow("view", gas_run, "--out", out)
+    page = open_page(out)
+    gas = Result.open(gas_run).gas_frames
+    for frame in range(len(gas.times)):
+        boxes, place = gas.boxes(frame), 0.003
+        cut = (boxes.low[:, 1] <= place) & (place < boxes.high[:, 1])
+        shown = page(f"page.sides[0].gas.cut({frame}, 1, 1, {place})")
+        assert len(shown) == cut.sum() > 3
+        assert np.allclose([one["low"] for one in shown], boxes.low[cut][:, [0, 2]], atol=2e-5)
+        field = page("page.sides[0].gas.fields[1]")
+        assert (field["title"], field["unit"]) == ("temperature of the gas", "K")
+        truth = boxes.values["temperature"][cut]
+        steps = 1 + 254 * (np.clip(truth, field["low"], field["high"]) - field["low"]) / (field["high"] - field["low"])
+        steps[np.isnan(truth)] = 0
+        assert np.abs(np.array([one["step"] for one in shown]) - steps).max() <= 0.51
+    assert page.page.locator("#gas-legend").is_visible()
+    page.page.select_option("#gas", "none")
+    assert not page.page.locator("#gas-legend").is_visible()
+    assert page.barriers() == []
+
+
+def test_a_gas_that_is_the_same_everywhere_has_no_choice(opened):
+    assert not opened.page.locator("#gas").is_visible()
 
 
 def test_the_time_moves_by_keyboard_and_by_itself(opened):

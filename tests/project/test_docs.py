@@ -14,9 +14,13 @@ COMMANDS = set(typer.main.get_command(app).commands)
 
 
 def missing_files(text: str, page: Path) -> list[str]:
-    """Files in backticks and targets of links that are neither in the repository nor in the package."""
+    """Files in backticks and targets of links that are neither in the repository nor in the package, and pages that the
+    site, which holds docs alone, would not have."""
     named = re.findall(r"`((?:[\w.-]+/)+[\w.-]+\.(?:py|json|csv))`", text)
-    linked = [target for target in re.findall(r"\]\(([^)#:]+)\)", text) if not (page.parent / target).exists()]
+    targets = re.findall(r"\]\(([^)#:]+)\)", text)
+    linked = [target for target in targets if not (page.parent / target).exists()]
+    if page.parent.name == "docs":
+        linked += [target for target in targets if target.startswith("../") and target.endswith(".md")]
     places = (ROOT, ROOT / "src" / "billow")
     return linked + [path for path in named if not any((place / path).exists() for place in places)]
 
@@ -36,6 +40,7 @@ def test_files_and_commands_that_a_page_names_exist(page):
 
 def test_what_is_not_there_is_found():
     page = ROOT / "docs" / "rom.md"
-    text = "`rom/nowhere.py`, [a page](nothing.md), `billow fly`\n```\nbillow run bag.toml\nbillow land\n```\n"
-    assert missing_files(text, page) == ["nothing.md", "rom/nowhere.py"]
+    text = "`rom/nowhere.py`, [a page](nothing.md), [another](../README.md), `billow fly`\n"
+    text += "```\nbillow run bag.toml\nbillow land\n```\n"
+    assert missing_files(text, page) == ["nothing.md", "../README.md", "rom/nowhere.py"]
     assert missing_commands(text) == ["fly", "land"]

@@ -2,6 +2,7 @@
 
 import ast
 import graphlib
+from functools import cache
 from pathlib import Path
 
 PACKAGE = Path(__file__).parents[2] / "src" / "billow"
@@ -36,7 +37,8 @@ MAY_IMPORT = {
 """Room -> rooms it may import besides itself; `cli` is on top of everything."""
 
 
-def imported(path: Path) -> set[str]:
+@cache
+def imported(path: Path) -> frozenset[str]:
     """Modules of billow that a file imports, without the package's name."""
     found = set()
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
@@ -48,7 +50,7 @@ def imported(path: Path) -> set[str]:
         else:
             continue
         found |= {name.removeprefix("billow.") for name in names if name.startswith("billow.")} - {"__version__"}
-    return found
+    return frozenset(found)
 
 
 def room(module: str) -> str:

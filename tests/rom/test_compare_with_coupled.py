@@ -1,7 +1,5 @@
 """A coupled file as one side of a comparison: its bag and the motion of its impactor."""
 
-from pathlib import Path
-
 import numpy as np
 
 from billow.apps.compare.differences import injuries
@@ -13,7 +11,7 @@ def test_a_coupled_file_answers_with_shapes_and_curves(judged, free, tmp_path):
     path = judged.despite_verdict().save(tmp_path / "coupled.safetensors")
     values = free.design(free.test[:1])[0]
     design = {p.name: value for p, value in zip(judged.surrogate.parameters, values.tolist(), strict=True)}
-    side = answer(path, "model", Path("run"), None, design)
+    side = answer(path, "model", None, design)
     motion = judged.despite_verdict().deploy(design)
     name = judged.impactor.name
     np.testing.assert_array_equal(side.curves.find(name, "velocity"), motion.velocity)

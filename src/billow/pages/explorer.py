@@ -10,9 +10,11 @@ import numpy as np
 
 from billow import __version__
 from billow.base.errors import InputError
+from billow.geometry.shapes.super_ellipsoid import SuperEllipsoid
 from billow.pages.html import page, web_file
 from billow.pages.mesh import closed, colours, holes
 from billow.pages.packed import pack, whole_numbers
+from billow.results.blocks import mesh_of
 from billow.rom.coupled.calibration_file import calibration_content
 from billow.rom.coupled.coupled_model import Coupled
 from billow.rom.coupled.injury_metrics import METRICS, not_usable
@@ -33,7 +35,7 @@ NEEDS_FORCES = InputError.declare(
 
 MODULES = (
     "elements.js", "tensors.js", "networks.js", "bag.js", "standing.js", "scene.js", "section.js", "plot.js",
-    "clock.js", "design.js", "impactor.js", "injury.js", "explorer.js",
+    "clock.js", "design.js", "obstacle.js", "impactor.js", "injury.js", "explorer.js",
 )  # fmt: skip
 LEAST_BOUND, PART_OF_WIDTH = 2e-4, 0.05
 """How far modes of half precision may change an answer: the larger of [m], and of the median half width."""
@@ -89,6 +91,7 @@ def _of_bag(surrogate: Surrogate) -> tuple[dict[str, np.ndarray], dict]:
         "colours": colours(),
         **network_content(regression),
     }
+    obstacles = _obstacles(surrogate, tensors)
     interval = None
     if intervals is not None:
         mean = intervals.lost_by_node.mean(axis=1, keepdims=True)
@@ -107,9 +110,28 @@ def _of_bag(surrogate: Surrogate) -> tuple[dict[str, np.ndarray], dict]:
         "largest": largest,
         "closed": closed(surrogate.triangles),
         "node": int(np.abs(modes[Z]).max(axis=0).argmax()),
+        "obstacles": obstacles,
         "version": __version__,
     }
     return tensors, record
+
+
+def _obstacles(surrogate: Surrogate, tensors: dict[str, np.ndarray]) -> list[dict]:
+    """Put locked obstacles into `tensors`: a super-ellipsoid as the numbers that the design decides, any other as the
+    mesh of its surface; returns what they are called, and which are not drawn because their surface would change."""
+    low, high = surrogate.reference.min(axis=0).astype(float), surrogate.reference.max(axis=0).astype(float)
+    told = []
+    for k, obstacle in enumerate(surrogate.obstacles):
+        ellipsoid = obstacle.like["kind"] == SuperEllipsoid.kind
+        if ellipsoid:
+            entries = ("radii", "degree", "center", "rotation")
+            tensors[f"obstacle.{k}.affine"] = np.concatenate([obstacle.rows(entry) for entry in entries])
+        elif not obstacle.varies:
+            points, triangles = mesh_of(obstacle.like, 0.5 * (low + high), float((high - low).max()))
+            tensors[f"obstacle.{k}.points"] = points.astype(np.float32)
+            tensors[f"obstacle.{k}.triangles"] = whole_numbers(triangles.reshape(-1))
+        told.append({"name": obstacle.name, "drawn": ellipsoid or not obstacle.varies})
+    return told
 
 
 def in_half_precision(surrogate: Surrogate, modes: np.ndarray) -> np.ndarray:

@@ -9,6 +9,7 @@ import numpy as np
 
 from billow import __version__
 from billow.base.errors import InputError
+from billow.pages.gas import packed_gas
 from billow.pages.html import page, web_file
 from billow.pages.mesh import colours, holes
 from billow.pages.packed import in_bytes, in_planes, pack, whole_numbers
@@ -29,7 +30,7 @@ NO_BAG = InputError.declare(
 )
 
 MODULES = (
-    "elements.js", "tensors.js", "frames.js", "scene.js", "section.js", "plot.js", "clock.js", "viewer.js",
+    "elements.js", "tensors.js", "frames.js", "scene.js", "section.js", "gas.js", "plot.js", "clock.js", "viewer.js",
 )  # fmt: skip
 MOST_BYTES = 7_000_000
 """Of the data of a page, which are a third more in it: with the libraries 10 MB."""
@@ -142,14 +143,17 @@ def _deployment(one: Shown, frames: np.ndarray, fields: Sequence[str]) -> tuple[
         shown_fields.append({
             "title": field.title, "unit": unit, "low": low / factor, "high": high / factor, "at_nodes": field.at_nodes,
         })  # fmt: skip
-    obstacles = []
+    obstacles, gas = [], []
     if one.result is not None:
+        if (frames_of_gas := one.result.gas_frames) is not None:
+            of_gas, gas = packed_gas(frames_of_gas, fabric.times[frames])
+            tensors |= of_gas
         obstacles = _obstacles(one.result, fabric, frames, tensors)
         if one.result.straps is not None:
             straps = one.result.straps
             tensors["strap.planes"], tensors["strap.box"] = in_planes(np.stack([straps.points(k) for k in frames]))
             tensors["strap.lines"] = whole_numbers(straps.lines.reshape(-1))
-    return tensors, {"label": one.label, "has_frames": True, "fields": shown_fields, "obstacles": obstacles}
+    return tensors, {"label": one.label, "has_frames": True, "fields": shown_fields, "obstacles": obstacles, "gas": gas}
 
 
 def _obstacles(result: Result, fabric, frames: np.ndarray, tensors: dict[str, np.ndarray]) -> list[str]:

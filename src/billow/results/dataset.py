@@ -150,6 +150,10 @@ class Dataset:
         fabric = self._first.fabric
         return MeshParts(fabric.part.astype(np.int64), tuple(fabric.part_names))
 
+    def obstacles(self, runs: Sequence[str]) -> list[list[dict]]:
+        """Of each run, its obstacles as run.json describes them. Errors as `snapshots`."""
+        return [self._record(run).get("obstacles", []) for run in runs]
+
     def design(self, runs: Sequence[str]) -> np.ndarray:
         """(runs, parameters) float64: design values, in each parameter's unit, of missing runs too.
 

@@ -28,10 +28,11 @@ from billow.results.blocks import (
     write_scene,
 )
 from billow.results.cloud import CloudWriter
+from billow.results.gas_frames import GAS
 from billow.results.histories import History
 from billow.results.vtkhdf import FabricWriter
 
-GAS, PARTICLES = "gas.vtkhdf", "particles.vtkhdf"
+PARTICLES = "particles.vtkhdf"
 
 
 class Lines(NamedTuple):

@@ -14,6 +14,7 @@ import numpy as np
 from billow.base.errors import IntegrityError, ResourceError
 from billow.base.toml_file import read_toml
 from billow.results.blocks import STRAPS, StrapsFile
+from billow.results.gas_frames import GAS, GasFrames
 from billow.results.histories import TIME, Curves, History, read_histories
 from billow.results.run_file import COPY_AGAIN, read_run_file
 from billow.results.vtkhdf import FabricFile
@@ -126,6 +127,11 @@ class Result:
         """The bars of the straps in every frame; None if there are none, or the run was made before they were kept."""
         path = self.folder / STRAPS
         return StrapsFile(path) if STRAPS in self.record["files"] else None
+
+    @cached_property
+    def gas_frames(self) -> GasFrames | None:
+        """The gas place by place, in every frame; None if it is the same everywhere, or was not recorded."""
+        return GasFrames(self.folder / GAS) if GAS in self.record["files"] else None
 
     @cached_property
     def displacement(self) -> np.ndarray:

@@ -8,6 +8,7 @@ import { cut, drawSection } from "./section.js";
 import { Plot } from "./plot.js";
 import { Clock } from "./clock.js";
 import { Sliders, fromLink, toLink, toToml } from "./design.js";
+import { Locked } from "./obstacle.js";
 import { Coupled } from "./impactor.js";
 import { GRAVITY, channelFilter, estimates, meanAcceleration, metricValues } from "./injury.js";
 import { byId, choices, digits, fillTable, save } from "./elements.js";
@@ -27,7 +28,9 @@ async function start() {
   byId("title").textContent = record.title;
   byId("verdict").textContent = record.verdict;
   byId("verdict").classList.toggle("warning", record.lost);
-  byId("source").textContent = `Surrogate of ${record.runs} runs, ${bag.nodes} nodes, SHA-256 ${record.sha256.slice(0, 16)}… Billow ${record.version}.`;
+  const hidden = record.obstacles.filter(({ drawn }) => !drawn).map(({ name }) => name).join(", ");
+  const undrawn = hidden && ` Not drawn, as its surface changes with the design: ${hidden}.`;
+  byId("source").textContent = `Surrogate of ${record.runs} runs, ${bag.nodes} nodes, SHA-256 ${record.sha256.slice(0, 16)}… Billow ${record.version}.${undrawn}`;
 
   // The box that the bag of some designs needs: its corners decide what cameras and sections show.
   const corners = [0, 0.5, 1].flatMap((u) => [0.3, 0.6, 1].map((v) => [u, v]));
@@ -45,6 +48,7 @@ async function start() {
   const wire = picture.mesh(bag.triangles, { colour: B, wire: true, opacity: 0.35 });
   wire.visible = false;
   const line = picture.lines("#b00020");
+  const bodies = record.obstacles.map((told, k) => ({ ...told, body: new Locked(tensors, k), mesh: null })).filter(({ drawn }) => drawn);
   let head = null;
 
   const fields = [["displacement", "displacement"], ["speed", "speed"], ...(bag.factors ? [["interval", "half width of the interval"]] : []), ["none", "none"]];
@@ -99,8 +103,7 @@ async function start() {
     if (b) picture.place(wire, other);
     const cuts = [{ lines: ends, colour: A }];
     if (b) cuts.push({ lines: cut(other, bag.triangles, across, where), colour: B, dashes: DASHES });
-    const body = placeHead();
-    if (body) cuts.push({ lines: cut(body[0], body[1], across, where), colour: "#44576a" });
+    for (const body of [placeHead(), ...bodies.map(placeBody)]) if (body) cuts.push({ lines: cut(body[0], body[1], across, where), colour: "#44576a" });
     drawSection(byId("section"), cuts, across, grown);
     picture.draw();
     return spent;
@@ -108,6 +111,13 @@ async function start() {
 
   function away(x, y, i) {
     return Math.hypot(x[3 * i] - y[3 * i], x[3 * i + 1] - y[3 * i + 1], x[3 * i + 2] - y[3 * i + 2]);
+  }
+
+  function placeBody(locked) {
+    const [points, triangles] = locked.body.surface(sliders.values);
+    if (!locked.mesh) locked.mesh = picture.mesh(triangles, { colour: "#8aa0b4", opacity: 0.55, behind: true });
+    picture.place(locked.mesh, points);
+    return [points, triangles];
   }
 
   function placeHead() {
@@ -323,6 +333,7 @@ async function start() {
 
   // For the tests of these pages.
   globalThis.page = {
+    bodies,
     bag, coupled, sliders, clock, answer, toml, curves, picture, chooseNode, known,
     displacement: (design, time) => Array.from(bag.displacement(bag.networks.mean(bag.networks.byMember(design, time)), scratch)),
     halfWidths: (design, time) => Array.from(bag.halfWidths(bag.networks.byMember(design, time), time, new Float32Array(3 * bag.nodes))),

@@ -1,6 +1,7 @@
 // The free body of a coupled model and how the bag moves it: src/billow/rom/coupled/impactor.py and coupled_model.py.
 
 import { Networks } from "./networks.js";
+import { affineAt, superEllipsoid } from "./obstacle.js";
 
 const REACHES = [5e-3, 20e-3], FARTHEST = 7, EVERY = 4;
 
@@ -37,12 +38,7 @@ export class Coupled {
 
   // Radii, degree, centre, turn about x [rad], mass and velocity of a design.
   body(design) {
-    const width = 1 + design.length, p = [];
-    for (let row = 0; row < this.affine.length / width; row++) {
-      let sum = this.affine[row * width];
-      design.forEach((value, k) => { sum += this.affine[row * width + 1 + k] * value; });
-      p.push(sum);
-    }
+    const p = affineAt(this.affine, design);
     return {
       radii: p.slice(0, 3), degree: p[3], centre: p.slice(4, 7), turn: (p[7] * Math.PI) / 180, mass: p[8],
       velocity: p.slice(9, 12),
@@ -103,21 +99,8 @@ export class Coupled {
   }
 
   // Points of the body's surface at a place [m], and triangles between them, for the picture.
-  surface(body, centre, rings = 20) {
-    const points = [], triangles = [], around = 2 * rings, cos = Math.cos(body.turn), sin = Math.sin(body.turn);
-    for (let i = 0; i <= rings; i++) {
-      for (let j = 0; j < around; j++) {
-        const up = Math.PI * (i / rings - 0.5), turn = (2 * Math.PI * j) / around;
-        const d = [Math.cos(up) * Math.cos(turn), Math.cos(up) * Math.sin(turn), Math.sin(up)];
-        const gauge = d.reduce((sum, x) => sum + Math.abs(x) ** body.degree, 0) ** (1 / body.degree);
-        const [x, y, z] = d.map((value, k) => (body.radii[k] * value) / gauge);
-        points.push(centre[0] + x, centre[1] + cos * y - sin * z, centre[2] + sin * y + cos * z);
-        if (i < rings) {
-          const a = i * around + j, b = i * around + ((j + 1) % around);
-          triangles.push(a, b, a + around, b, b + around, a + around);
-        }
-      }
-    }
-    return [Float32Array.from(points), Uint32Array.from(triangles)];
+  surface({ radii, degree, turn }, centre) {
+    const cos = Math.cos(turn), sin = Math.sin(turn);
+    return superEllipsoid(radii, degree, centre, [1, 0, 0, 0, cos, -sin, 0, sin, cos]);
   }
 }

@@ -1,7 +1,8 @@
 // Where a plane cuts triangles, and a drawing of it in millimetres.
 
 const NAMES = ["x", "y", "z"];
-const ACROSS = [[1, 2], [0, 2], [0, 1]];
+// Axes to the right and upwards in a section, by the axis of its normal.
+export const ACROSS = [[1, 2], [0, 2], [0, 1]];
 
 // Ends of the pieces, (pieces, 2, 3) [m]. axis: 0 to 2, of the normal; place: [m].
 export function cut(positions, triangles, axis, place) {
@@ -20,8 +21,9 @@ export function cut(positions, triangles, axis, place) {
   return Float32Array.from(found);
 }
 
-// Draw cuts into a canvas. cuts: list of {lines, colour, dashes}; box: low and high corner [m] of what is shown.
-export function drawSection(canvas, cuts, axis, box) {
+// Draw cuts into a canvas. cuts: list of {lines, colour, dashes}; box: low and high corner [m] of what is shown;
+// rectangles: list of {low, high, colour}, under all else.
+export function drawSection(canvas, cuts, axis, box, rectangles = []) {
   const ratio = globalThis.devicePixelRatio || 1, wide = canvas.clientWidth, tall = canvas.clientHeight;
   canvas.width = Math.round(wide * ratio);
   canvas.height = Math.round(tall * ratio);
@@ -52,6 +54,10 @@ export function drawSection(canvas, cuts, axis, box) {
   pen.beginPath();
   pen.rect(west - 1, north - 1, east - west + 2, south - north + 2);
   pen.clip();
+  for (const { low, high, colour } of rectangles) {
+    pen.fillStyle = colour;
+    pen.fillRect(x(low[0]) - 0.3, y(high[1]) - 0.3, (high[0] - low[0]) * scale + 0.6, (high[1] - low[1]) * scale + 0.6);
+  }
   for (const { lines, colour, dashes } of cuts) {
     pen.strokeStyle = colour;
     pen.lineWidth = 1.6;

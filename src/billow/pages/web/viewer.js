@@ -4,6 +4,7 @@ import { unpacked } from "./tensors.js";
 import { Frames, Values } from "./frames.js";
 import { Picture, boxOf, drawLegend } from "./scene.js";
 import { cut, drawSection } from "./section.js";
+import { Gas } from "./gas.js";
 import { Plot } from "./plot.js";
 import { Clock } from "./clock.js";
 import { byId, choices, digits, fillTable, make, save } from "./elements.js";
@@ -25,6 +26,7 @@ class Deployment {
       const [points, triangles] = [own(`obstacle.${o}.points`), own(`obstacle.${o}.triangles`)];
       return { name, points, triangles, poses: own(`obstacle.${o}.poses`), mesh: picture.mesh(triangles, { colour: "#8aa0b4", opacity: 0.5, behind: true }), at: new Float32Array(points.length) };
     });
+    this.gas = told.gas.length ? new Gas(own, told.gas) : null;
     this.straps = own("strap.planes") ? new Frames(own("strap.planes"), own("strap.box")) : null;
     this.strapLines = own("strap.lines");
     this.strapMesh = picture.lines("#b0480f");
@@ -85,6 +87,9 @@ async function start() {
     ...(record.same_mesh ? [["distance", `distance from ${sides.at(-1).label}`]] : []),
     ["displacement", "displacement"], ...names, ["none", "none"],
   ]);
+  const gases = (sides.find((side) => side.gas) || { gas: { fields: [] } }).gas.fields;
+  byId("gas-part").hidden = !gases.length;
+  choices(byId("gas"), [...gases.map(({ title }) => [title, title]), ["none", "none"]]);
   const largest = (values) => values.reduce((most, value) => (value > most ? value : most), 0);
   let scale = null; // of displacement and distance: the largest of all frames
   const scaleOf = (kind) => {
@@ -187,8 +192,19 @@ async function start() {
     picture.open(open ? [axis, place] : null);
     byId("legend").hidden = !legend;
     if (legend) drawLegend(byId("legend"), colours, legend.title, legend.unit, legend.low, legend.high);
-    drawSection(byId("section"), cuts, axis, grown);
+    drawSection(byId("section"), cuts, axis, grown, gasAt(axis, place));
     picture.draw();
+  }
+
+  // Of the first run that has any, coloured rectangles of the gas that the plane cuts.
+  function gasAt(axis, place) {
+    const side = sides.find((one) => one.gas), field = side ? side.gas.fields.findIndex(({ title }) => title === byId("gas").value) : -1;
+    byId("gas-legend").hidden = field < 0;
+    if (field < 0) return [];
+    const { title, unit, low, high } = side.gas.fields[field];
+    drawLegend(byId("gas-legend"), colours, sides.length > 1 ? `${title}, ${side.label}` : title, unit, low, high);
+    const ink = (step) => (step ? `rgb(${colours[3 * step]},${colours[3 * step + 1]},${colours[3 * step + 2]})` : "#999");
+    return side.gas.cut(side.frame, field, axis, place).map((one) => ({ ...one, colour: ink(one.step) }));
   }
 
   let waiting = 0;
@@ -211,7 +227,7 @@ async function start() {
     picture.look(byId("view").value, wide);
   }
 
-  for (const id of ["field", "axis", "obstacles", "open"]) byId(id).onchange = draw;
+  for (const id of ["field", "axis", "obstacles", "open", "gas"]) byId(id).onchange = draw;
   byId("place").oninput = draw;
   byId("view").onchange = look;
   byId("arranged").onchange = () => { draw(); look(); };

@@ -37,7 +37,7 @@ class Dataset(Protocol):
     reference_length: [m], by which accuracies are measured
     reference: [m], (nodes, 3) float32, the start shape; triangles: (triangles, 3) int64
     train, test: completed runs, in the order drawn; trusted: those of `train` with nothing against them
-    parts: `MeshParts` of the mesh; a dataset may lack them
+    parts: `MeshParts` of the mesh; obstacles(runs): of each run, what run.json says of them; a dataset may lack both
     missing: other runs of the design -> why; left_out: training runs not in `trusted`, missing ones too -> why
     """
 

@@ -26,6 +26,7 @@ from billow.rom.surrogate.design_space import SAME_DESIGN, bounds, distinct, has
 from billow.rom.surrogate.force_inputs import ForceInputs
 from billow.rom.surrogate.intervals import BINS, FEWEST_RUNS, LEVELS, Intervals, histogram, quantiles, scale
 from billow.rom.surrogate.judgement import HELD_OUT, Judgement
+from billow.rom.surrogate.locked_obstacles import LockedObstacle, locked_obstacles
 from billow.rom.surrogate.regression import ACTIVATIONS, InputScaling, OutputScaling, Regression
 from billow.rom.surrogate.start_shapes import StartShapes
 from billow.rom.surrogate.surrogate import Surrogate
@@ -204,6 +205,7 @@ def train_networks(
         starts=starts,
         triangles=np.array(dataset.triangles, np.int64),
         parts=getattr(dataset, "parts", None),
+        obstacles=_obstacles(dataset, reduction),
         bases=reduction.bases,
         regression=Regression(recipe.networks, weights, biases, inputs, outputs),
         forces=model,
@@ -226,6 +228,11 @@ def train_networks(
             },
         },
     )
+
+
+def _obstacles(dataset: Dataset, reduction: Reduction) -> tuple[LockedObstacle, ...]:
+    described = getattr(dataset, "obstacles", None)
+    return () if described is None else locked_obstacles(described(reduction.runs), reduction.design)
 
 
 def of_one_design(dataset: Dataset, runs: tuple[str, ...]) -> list[tuple[str, ...]]:

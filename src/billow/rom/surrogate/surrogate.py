@@ -27,6 +27,7 @@ from billow.rom.surrogate.design_space import (
 from billow.rom.surrogate.force_inputs import ForceInputs, further_inputs
 from billow.rom.surrogate.intervals import FEWEST_RUNS, Intervals, scale
 from billow.rom.surrogate.judgement import Judgement, require_won
+from billow.rom.surrogate.locked_obstacles import LockedObstacle
 from billow.rom.surrogate.regression import Regression
 from billow.rom.surrogate.start_shapes import StartShapes
 from billow.rom.surrogate.surrogate_file import read_checked, surrogate_content, surrogate_fields
@@ -72,6 +73,7 @@ class Surrogate:
     parts: of the mesh, for whoever looks at answers; None if they are not known
     starts: start shapes of designs that have their own, from which displacement counts then; None if all have
         `reference`
+    obstacles: locked ones of the training runs, for whoever looks at answers
     """
 
     title: str
@@ -89,6 +91,7 @@ class Surrogate:
     insisted: bool = False
     parts: MeshParts | None = None
     starts: StartShapes | None = None
+    obstacles: tuple[LockedObstacle, ...] = ()
 
     @classmethod
     def load(cls, path: str | Path) -> Surrogate:

@@ -18,6 +18,8 @@ from billow.rom.surrogate.design_space import bounds, has_range
 from billow.rom.surrogate.force_inputs import ForceInputs
 from billow.rom.surrogate.intervals import Intervals
 from billow.rom.surrogate.judgement import judgement_of
+from billow.rom.surrogate.locked_obstacles import MOST as MOST_OBSTACLES
+from billow.rom.surrogate.locked_obstacles import LockedObstacle, numbers_of
 from billow.rom.surrogate.regression import ACTIVATIONS, InputScaling, OutputScaling, Regression
 from billow.rom.surrogate.start_shapes import StartShapes
 
@@ -67,6 +69,8 @@ def surrogate_content(surrogate) -> tuple[dict[str, np.ndarray], dict]:
         tensors["start_weights"] = surrogate.starts.weights
     if surrogate.parts is not None:
         tensors["part"] = surrogate.parts.part
+    for place, obstacle in enumerate(surrogate.obstacles):
+        tensors[f"obstacles.{place}"] = obstacle.affine
     record = {
         "format": FORMAT,
         "title": surrogate.title,
@@ -75,6 +79,7 @@ def surrogate_content(surrogate) -> tuple[dict[str, np.ndarray], dict]:
         "training": surrogate.training,
         "judgement": surrogate.judgement and surrogate.judgement.record(),
         "part_names": None if surrogate.parts is None else list(surrogate.parts.names),
+        "obstacles": [obstacle.like for obstacle in surrogate.obstacles],
     }
     return tensors, record
 
@@ -162,6 +167,7 @@ def surrogate_fields(tensors: dict[str, np.ndarray], record: dict) -> dict:
         "intervals": _intervals(tensors, len(times), len(reference)),
         "parts": _parts(tensors, record.get("part_names"), len(triangles)),
         "starts": _starts(tensors, len(parameters), len(reference)),
+        "obstacles": _obstacles(tensors, record.get("obstacles", []), 0.5 * (low + high)),
         "judgement": judgement_of(record.get("judgement")),  # none in files of Billow before it judged
     }
 
@@ -173,6 +179,18 @@ def _starts(tensors: dict[str, np.ndarray], parameters: int, nodes: int) -> Star
     if not StartShapes.fits(weights, parameters):
         raise ValueError("its start shapes have other parameters")
     return StartShapes(weights)
+
+
+def _obstacles(tensors: dict[str, np.ndarray], told: list, design: np.ndarray) -> tuple[LockedObstacle, ...]:
+    """design: in the middle of all."""
+    if len(told) > MOST_OBSTACLES:
+        raise ValueError("it has too many obstacles")
+    found = []
+    for place, like in enumerate(told):
+        affine = take(tensors, f"obstacles.{place}", np.float64, len(numbers_of(like)), 1 + len(design))
+        found.append(LockedObstacle(like, affine))
+        found[-1].require_whole(design)
+    return tuple(found)
 
 
 def _training(told: object) -> dict:
