@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +25,8 @@ from billow.decks.fixed import put_fixed
 from billow.decks.jets import put_jets
 from billow.decks.keyword_file import Deck
 from billow.decks.mesh_model import mesh_model
-from billow.decks.obstacles import lift, put_obstacles, raise_all, turn_of
+from billow.decks.motions import motions_of
+from billow.decks.obstacles import put_obstacles
 from billow.decks.report import Report
 from billow.decks.tables import Model
 from billow.decks.units import SYSTEMS, Units, find_units
@@ -103,16 +104,16 @@ def translated(path: Path, options: Options) -> tuple[Context, BagMesh]:
     context = Context(model, units, report)
     base = read_toml(options.base) if options.base is not None else {}
     context.tables |= {"title": _title(model), "bag": {}, "fabric": {}, "gas": {}}
-    context.turn = turn_of(context, options.parts)
     bag, place = _bag(context, block, options)
     _fabric(context, bag, place, options, base)
     _rest_of_base(context, base, block is None, path)
-    attached = put_fixed(context, bag)
-    _bag_tables(context, bag)
-    put_obstacles(context, set(bag.parts) | attached, options.parts, bag.start.points)
-    put_contact(context, set(bag.parts))
-    bag = _raised(context, bag)
     _run(context, base)
+    motions = motions_of(context)
+    attached = put_fixed(context, bag, motions)
+    _bag_tables(context, bag)
+    put_obstacles(context, set(bag.parts) | attached, options.parts, motions, bag.start.points)
+    motions.rest(context)
+    put_contact(context, set(bag.parts))
     report.keywords = name_the_rest(context)
     report.finish()
     return context, bag
@@ -156,10 +157,6 @@ def _bag(context: Context, block: Block | None, options: Options) -> tuple[BagMe
         members, segments, place, vents = airbag.parts, airbag.segments, airbag.place, airbag.vents
         context.airbag = airbag
     bag = bag_mesh(context.model, members, segments, vents, place, context.units, choices, context.report)
-    if context.turn is not None:
-        bag.start = replace(bag.start, points=context.turned(bag.start.points))
-        if bag.reference is not None:
-            bag.reference = replace(bag.reference, points=context.turned(bag.reference.points))
     if block is not None:
         put_jets(context, context.airbag, bag)
     return bag, place
@@ -263,19 +260,6 @@ def _bag_tables(context: Context, bag: BagMesh) -> None:
     context.tables["bag"] = {**table, **own, "parts": list(bag.parts.values())}
 
 
-def _raised(context: Context, bag: BagMesh) -> BagMesh:
-    """Lift the whole model so that obstacles stand above z = 0."""
-    obstacles = context.tables["obstacles"]
-    height = lift(obstacles)
-    if not height:
-        return bag
-    raise_all(obstacles, height)
-    points = bag.start.points + np.array([0.0, 0.0, height])
-    context.report.remarks.append(f"the model is raised by {height:.6g} m, so that obstacles stand above z = 0")
-    bag.start = replace(bag.start, points=points)
-    return bag
-
-
 def _run(context: Context, base: dict[str, Any]) -> None:
     run = dict(base.get("run", {}))
     model, report = context.model, context.report
@@ -307,9 +291,7 @@ def _run(context: Context, base: dict[str, Any]) -> None:
         points = model.curve(f["LCID"]).points
         value = context.units.si(float(points[0, 1]) * (f["SF"].number or 1.0), "acceleration")
         gravity = list(plain(run.get("gravity", [0.0, 0.0, 0.0])))
-        # The load is an acceleration of the frame: bodies go the other way.
-        load = context.turned(np.where(np.arange(3) == axis, -value, 0.0))
-        gravity = (np.array(gravity) + load).tolist()
+        gravity[axis] -= value  # the load is an acceleration of the frame: bodies go the other way
         run["gravity"] = said(gravity, f["LCID"])
         if np.ptp(points[:, 1]):
             report.approximated(f["LCID"], "it varies in time; its first value is kept", -value, "run.gravity")

@@ -79,7 +79,7 @@ class SuperEllipsoid(ObstacleTable):
     """Radii a, b, c along its own axes; one number for all three."""
     degree: quantity("-", 2.0, 10.0) = 2.0
     """Degree n: 2 is an ellipsoid, larger is boxier."""
-    clearance: quantity("m", 0.0, 5.0) = 0.15
+    clearance: quantity("m", -5.0, 5.0) = 0.15
     """Height of its centre minus its third radius above the plane z = 0: the gap to the flat bag."""
     offset: tuple[quantity("m", -5.0, 5.0), quantity("m", -5.0, 5.0)] = (0.0, 0.0)
     """Position of its centre across the bag's axis (x, y)."""
