@@ -75,8 +75,7 @@ shells is refused with its place and shells.
 solids or groups of the file, counted from 1. Such files name no units, so `--units` must. Corners of STL facets
 become one node where all their bits agree, and on open edges within the tolerance of seams.
 
-**Several fabrics.** A case has one fabric, whose thickness and leakage may differ by part. `--fabric MID` takes one
-for all.
+**Several fabrics.** The material of most shells is `[fabric]`; each part of another has its own `[fabric.parts.NAME]`.
 
 **Curves of fabric.** A deck does not say whether curves of FORM 4 and 14 hold true, engineering or Green strain:
 `--fabric-curves true`, `engineering` or `green`. The report repeats what was taken.

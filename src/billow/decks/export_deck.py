@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from billow.case.bag.build_bag import build_shape
+from billow.case.fabric.schema_fabric import Cloth
 from billow.case.obstacles.motion import unit_vector
 from billow.case.obstacles.obstacles import Plate, SuperEllipsoid
 from billow.case.schema import Case
@@ -114,7 +115,7 @@ def _mesh(deck: DeckText, case: Case, shape: BagShape, notes: list[str]) -> dict
         mine = shape.layers[surface.triangles_of(name)]
         if kind == "fabric" and np.ptp(mine) > 1e-9 * mine.mean():
             notes.append(f"part {name}: layers vary from {mine.min():.3g} to {mine.max():.3g}; their mean is written")
-        thickness = case.fabric.thickness * float(mine.mean())
+        thickness = case.fabric.of(name).thickness * float(mine.mean())
         deck.card(*[deck.of(thickness, "length")] * 4)
     deck.keyword("SET_PART_LIST")
     deck.card(1, 0.0, 0.0, 0.0, 0.0)
@@ -126,45 +127,55 @@ def _mesh(deck: DeckText, case: Case, shape: BagShape, notes: list[str]) -> dict
 
 
 def _materials(deck: DeckText, case: Case, shape: BagShape, notes: list[str]) -> None:
-    fabric, surface = case.fabric, shape.surface
-    coating = fabric.coating
-    density = fabric.density + coating.density * coating.thickness / fabric.thickness
-    if coating.thickness:
-        notes.append("fabric.coating: its mass is in RO")
-    linear = fabric.law == "linear"
-    curves = [0] * 6 if linear else _fabric_curves(deck, fabric, notes)
-    form = {"linear": 0, "curves": 4, "curves-shear": 14}[fabric.law]
+    surface = shape.surface
     for number, (name, kind) in enumerate(zip(surface.part_names, surface.part_kinds, strict=True), 1):
+        fabric = case.fabric.of(name)
         if kind == "mouth":
             deck.keyword("MAT_RIGID")
-            deck.card(number, deck.of(density, "density"), deck.of(fabric.young_warp, "pressure"), 0.3)
+            deck.card(number, deck.of(_density(fabric), "density"), deck.of(fabric.young_warp, "pressure"), 0.3)
             deck.card(1.0, 7, 7)
             deck.card(0.0)
         elif kind == "vent":
             deck.keyword("MAT_NULL")
-            deck.card(number, deck.of(density, "density"))
+            deck.card(number, deck.of(_density(fabric), "density"))
         else:
             leaky = bool((shape.leak[surface.triangles_of(name)] > 0.0).all())
-            codes, blocked = _leakage(deck, case, name, leaky, notes)
-            deck.keyword("MAT_FABRIC")
-            young = deck.of(fabric.young_warp, "pressure"), deck.of(fabric.young_weft, "pressure")
-            minor = fabric.poisson * fabric.young_weft / fabric.young_warp
-            deck.card(number, deck.of(density, "density"), *young, None, minor, fabric.poisson, None)
-            liner = fabric.liner
-            own = (deck.of(liner.young, "pressure"), liner.poisson, liner.ratio) if liner.ratio else (0.0, 0.0, 0.0)
-            deck.card(
-                deck.of(fabric.shear, "pressure"), None, None, 0.0 if fabric.compression else 1.0, *own, fabric.damping
-            )
-            flc, fac, fvopt = codes
-            deck.card(2.0, flc, fac, blocked, 0.0, form, fvopt, 0.0)
-            birth = deck.of(getattr(case.bag, "birth_time", 0.0), "time")
-            deck.card(None, birth, 0, 1.0, 0.0, 0.0, 0.0, 1.0)
-            deck.card(0.0, 0.0, 0.0, None, None, None, 0.0, 1)
-            if not linear:
-                deck.card(*curves, 0.0)
+            _cloth(deck, case, number, fabric, _leakage(deck, case, name, leaky, notes), notes)
 
 
-def _fabric_curves(deck: DeckText, fabric, notes: list[str]) -> list[int]:
+def _density(fabric: Cloth) -> float:
+    """With the coating [kg/m^3]."""
+    return fabric.density + fabric.coating.density * fabric.coating.thickness / fabric.thickness
+
+
+def _cloth(
+    deck: DeckText, case: Case, number: int, fabric: Cloth, leakage: tuple[tuple[float, float, int], float],
+    notes: list[str],
+) -> None:  # fmt: skip
+    """*MAT_FABRIC of a part, and its curves before it."""
+    if fabric.coating.thickness:
+        notes.append(f"fabric of part {number}: the mass of its coating is in RO")
+    linear = fabric.law == "linear"
+    curves = [0] * 6 if linear else _fabric_curves(deck, fabric, notes)
+    form = {"linear": 0, "curves": 4, "curves-shear": 14}[fabric.law]
+    (flc, fac, fvopt), blocked = leakage
+    deck.keyword("MAT_FABRIC")
+    young = deck.of(fabric.young_warp, "pressure"), deck.of(fabric.young_weft, "pressure")
+    minor = fabric.poisson * fabric.young_weft / fabric.young_warp
+    deck.card(number, deck.of(_density(fabric), "density"), *young, None, minor, fabric.poisson, None)
+    liner = fabric.liner
+    own = (deck.of(liner.young, "pressure"), liner.poisson, liner.ratio) if liner.ratio else (0.0, 0.0, 0.0)
+    shear, compression = deck.of(fabric.shear, "pressure"), 0.0 if fabric.compression else 1.0
+    deck.card(shear, None, None, compression, *own, fabric.damping)
+    deck.card(2.0, flc, fac, blocked, 0.0, form, fvopt, 0.0)
+    birth = deck.of(getattr(case.bag, "birth_time", 0.0), "time")
+    deck.card(None, birth, 0, 1.0, 0.0, 0.0, 0.0, 1.0)
+    deck.card(0.0, 0.0, 0.0, None, None, None, 0.0, 1)
+    if not linear:
+        deck.card(*curves, 0.0)
+
+
+def _fabric_curves(deck: DeckText, fabric: Cloth, notes: list[str]) -> list[int]:
     """Ids of LCA LCB LCAB LCUA LCUB LCUAB: true strain, and true stress at constant width."""
     curves = fabric.curves
     if curves.yarn_angle != 90.0:
@@ -192,11 +203,12 @@ def _leakage(
     if not leaky:
         return (0.0, 0.0, 0), 0.0
     if law.law == "permeability":
-        if not case.fabric.permeability:
+        permeability = case.fabric.of(part).permeability
+        if not permeability:
             return (0.0, 0.0, 0), 0.0
         outside = case.ambient.pressure
         over = np.concatenate([[0.0], np.geomspace(50.0, 300e3, 60)])
-        speed = case.fabric.permeability * np.sqrt(over / 500.0)
+        speed = permeability * np.sqrt(over / 500.0)
         curve = deck.curve(outside + over, speed, "pressure", "velocity", f"{part} leak speed")
         notes.append(
             f"part {part}: permeability as a curve of leak speed (FVOPT 7), exact at 61 pressures; its stretched area"

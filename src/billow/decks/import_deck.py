@@ -20,7 +20,7 @@ from billow.decks.contacts import put_contact
 from billow.decks.context import Context
 from billow.decks.draft import Said, case_text, plain, said, source_of
 from billow.decks.evidence import evidence_of
-from billow.decks.fabric import FABRICS_DIFFER, added_leakage, birth_time, fabric_cards, leakage, put_fabric
+from billow.decks.fabric import added_leakage, birth_time, fabric_cards, leakage, put_fabric, same_fabric
 from billow.decks.fixed import put_fixed
 from billow.decks.jets import put_jets
 from billow.decks.keyword_file import Deck
@@ -57,8 +57,7 @@ BASE_TABLES = ("fabric", "gas", "leakage", "inflator", "ambient")
 @dataclass
 class Options:
     """What the command says beside the deck. parts: number -> kind; close: number of an open edge -> kind; merge: [m];
-    base: case that gives what the deck lacks; measure: what curves of fabric measure; fabric: id of the material of all
-    fabric."""
+    base: case that gives what the deck lacks; measure: what curves of fabric measure."""
 
     units: str = "auto"
     airbag: int | None = None
@@ -67,7 +66,6 @@ class Options:
     merge: float | None = None
     base: Path | None = None
     measure: str = "true"
-    fabric: int | None = None
     allow_outside: bool = False
 
 
@@ -164,7 +162,7 @@ def _bag(context: Context, block: Block | None, options: Options) -> tuple[BagMe
 
 def _fabric(context: Context, bag: BagMesh, place: str, options: Options, base: dict[str, Any]) -> None:
     """The fabric of the bag, and what of it differs from part to part: thickness and leakage."""
-    model, report = context.model, context.report
+    model = context.model
     found: dict[int, dict[str, Field]] = {}
     cloth = [n for n, table in bag.parts.items() if table["kind"] == "fabric"]
     for number in cloth:
@@ -175,34 +173,33 @@ def _fabric(context: Context, bag: BagMesh, place: str, options: Options, base: 
         if "fabric" not in base:
             raise NO_AIRBAG(what="what the fabric is", place=place, why="no part of the bag has *MAT_FABRIC")
         return
-    first = next(iter(found))
-    if options.fabric is not None:
-        first = next((n for n, f in found.items() if f["MID"].whole == options.fabric), first)
-    f = found[first]
-    for number, other in found.items():
-        for name in ("RO", "EA", "EB", "PRBA", "GAB", "CSE", "FORM", "EL", "LRATIO", "LCA", "LCB", "LCAB"):
-            if name in other and name in f and other[name].number != f[name].number:
-                if options.fabric is None:
-                    raise FABRICS_DIFFER(place=other[name].place, one=f["MID"].text, other=other["MID"].text, key=name)
-                report.refused(other[name], f"the fabric of part {number} is taken to be {f['MID'].text}, as said")
-    put_fabric(context, f, options.measure)
-    for other in found.values():
-        for name, one in other.items():
-            if not report.settled(one) and name in f and other is not f:
-                report.mapped(one, note="as the fabric of the bag")
+    fabrics = _fabrics(context, bag, found)
+    (first, *_), *others = fabrics
+    put_fabric(context, found[first], options.measure)
+    for number in (n for members in fabrics for n in members if n != first):
+        if number in fabrics[0]:
+            for name, one in found[number].items():
+                if not context.report.settled(one) and name in found[first]:
+                    context.report.mapped(one, note="as the fabric of the bag")
+        else:
+            put_fabric(context, found[number], options.measure, f"fabric.parts.{bag.parts[number]['name']}")
     thick = {n: _thickness(context, bag, n) for n in cloth}
-    # Layers are counted from the thinnest part on.
-    base_thickness = min((t for t in thick.values() if t), default=None)
-    if base_thickness is None:
-        if "thickness" not in base.get("fabric", {}):
-            raise NO_AIRBAG(what="how thick the fabric is", place=place, why="its parts have no *SECTION_SHELL")
-    else:
-        thinnest = next(number for number, value in thick.items() if value == base_thickness)
+    if not any(thick.values()) and "thickness" not in base.get("fabric", {}):
+        raise NO_AIRBAG(what="how thick the fabric is", place=place, why="its parts have no *SECTION_SHELL")
+    of_parts = [n for members in others for n in members]
+    groups = [([n for n in cloth if n not in of_parts], "fabric")]
+    groups += [([n], f"fabric.parts.{bag.parts[n]['name']}") for n in of_parts]
+    for members, key in groups:
+        # Layers are counted from the thinnest part of a fabric on.
+        known = {n: thick[n] for n in members if thick[n]}
+        if not known:
+            continue
+        thinnest = min(known, key=known.get)
         source = model.thicknesses.get(model.parts[thinnest].section) if thinnest in model.parts else None
-        context.set("fabric.thickness", base_thickness, source[2] if source else "ELEMENT_SHELL_THICKNESS")
-        for number, value in thick.items():
-            if value and not math.isclose(value, base_thickness, rel_tol=1e-9):
-                bag.parts[number]["layers"] = value / base_thickness
+        context.set(f"{key}.thickness", known[thinnest], source[2] if source else "ELEMENT_SHELL_THICKNESS")
+        for number, value in known.items():
+            if not math.isclose(value, known[thinnest], rel_tol=1e-9):
+                bag.parts[number]["layers"] = value / known[thinnest]
     option = context.airbag.option if context.airbag is not None else 0
     laws = {n: leakage(context, added_leakage(context, g), option) for n, g in found.items()}
     if any(laws.values()):
@@ -212,6 +209,21 @@ def _fabric(context: Context, bag: BagMesh, place: str, options: Options, base: 
             names = {bag.parts[n]["name"]: law for n, law in laws.items() if law}
             context.tables.setdefault("leakage", {})["parts"] = names
     put_warp(context, bag, found)
+
+
+def _fabrics(context: Context, bag: BagMesh, found: dict[int, dict[str, Field]]) -> list[list[int]]:
+    """Parts of the same fabric together, the fabric of most shells first."""
+    groups: list[list[int]] = []
+    for number, f in found.items():
+        mine = next((members for members in groups if same_fabric(context, found[members[0]], f)), None)
+        if mine is None:
+            groups.append(mine := [])
+        mine.append(number)
+    groups.sort(key=lambda members: -int(np.isin(bag.start.part, members).sum()))
+    if len(groups) > 1:
+        names = "; ".join(", ".join(bag.parts[n]["name"] for n in members) for members in groups)
+        context.report.remarks.append(f"{len(groups)} fabrics, of parts {names}: the first is [fabric]")
+    return groups
 
 
 def _thickness(context: Context, bag: BagMesh, number: int) -> float | None:
