@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from run_fingerprint import fingerprint
 
+from billow.base.errors import InputError
 from billow.case.assumptions import assumptions
 from billow.case.bag.build_bag import build_shape
 from billow.case.build import build_model, build_schedule
@@ -110,3 +111,11 @@ def test_curves_of_parts_come_from_files(tmp_path):
     )
     case = Case.load(tmp_path / "case.toml")
     assert case.fabric.parts["front"].curves.warp.loading.stress == (0.0, 2e7)
+
+
+def test_curves_that_cannot_be_are_named_with_their_part():
+    falling = {"loading": {"strain": [0.0, 0.1, 0.2], "stress": [0.0, 2e7, 1e7]}}
+    parts = {"front": {"library": "nylon66-470dtex", "curves": {"warp": falling}}}
+    with pytest.raises(InputError, match="E-FAB-004") as caught:
+        build_model(case_of(parts))
+    assert caught.value.where.startswith("fabric.parts.front.curves.warp")

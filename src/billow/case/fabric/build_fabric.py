@@ -6,12 +6,15 @@ from functools import partial
 
 import numpy as np
 
+from billow.base.errors import InputError
 from billow.case.fabric import schema_fabric
 from billow.parts.fabric.curve import Curve, TestedCurve
 from billow.parts.fabric.curve_check import check_curves, check_shape
 from billow.parts.fabric.curve_fabric import CurveFabric
 from billow.parts.fabric.linear_law import LinearFabric, Liner
 from billow.parts.fabric.membrane import FabricLaw
+
+WHERE = "fabric.curves"
 
 
 def build_fabric(fabric: schema_fabric.Cloth, key: str = "fabric") -> FabricLaw:
@@ -21,26 +24,30 @@ def build_fabric(fabric: schema_fabric.Cloth, key: str = "fabric") -> FabricLaw:
     """
     coating = fabric.coating.density * fabric.coating.thickness / fabric.thickness
     common = fabric.model_dump(include={"thickness", "compression", "damping"})
-    return BUILDERS[fabric.law](fabric, f"{key}.curves", common | {"density": fabric.density + coating})
+    try:
+        return BUILDERS[fabric.law](fabric, common | {"density": fabric.density + coating})
+    except InputError as error:
+        error.where = error.where.replace("fabric.", f"{key}.", 1)
+        raise
 
 
-def _linear(fabric: schema_fabric.Cloth, where: str, common: dict) -> LinearFabric:
+def _linear(fabric: schema_fabric.Cloth, common: dict) -> LinearFabric:
     own = fabric.model_dump(include={"young_warp", "young_weft", "poisson", "shear"})
     return LinearFabric(**own, liner=Liner(**fabric.liner.model_dump()), **common)
 
 
-def _curves(fabric: schema_fabric.Cloth, where: str, common: dict, *, switches_shear: bool) -> CurveFabric:
+def _curves(fabric: schema_fabric.Cloth, common: dict, *, switches_shear: bool) -> CurveFabric:
     curves = fabric.curves
     law = CurveFabric(
-        warp=_tested(curves.warp, f"{where}.warp"),
-        weft=_tested(curves.weft, f"{where}.weft"),
-        shear=_tested(curves.shear, f"{where}.shear"),
+        warp=_tested(curves.warp, "warp"),
+        weft=_tested(curves.weft, "weft"),
+        shear=_tested(curves.shear, "shear"),
         transverse=curves.transverse,
         yarn_angle=0.5 * np.pi if curves.yarn_angle == 90.0 else float(np.radians(curves.yarn_angle)),
         switches_shear=switches_shear,
         **common,
     )
-    check_curves(law, where)
+    check_curves(law, WHERE)
     return law
 
 
@@ -49,14 +56,14 @@ BUILDERS = {
     "curves": partial(_curves, switches_shear=True),
     "curves-shear": partial(_curves, switches_shear=False),
 }
-"""Name of a law in a case -> what builds it from its table, the key of its curves, and what all laws share."""
+"""Name of a law in a case -> what builds it from the `[fabric]` table and what all laws share."""
 
 
-def _tested(curves: schema_fabric.YarnCurves | schema_fabric.ShearCurves, where: str) -> TestedCurve:
-    loading = _curve(curves.loading, f"{where}.loading")
+def _tested(curves: schema_fabric.YarnCurves | schema_fabric.ShearCurves, name: str) -> TestedCurve:
+    loading = _curve(curves.loading, f"{WHERE}.{name}.loading")
     if not curves.unloading.stress:
         return TestedCurve(loading)
-    return TestedCurve(loading, _curve(curves.unloading, f"{where}.unloading"))
+    return TestedCurve(loading, _curve(curves.unloading, f"{WHERE}.{name}.unloading"))
 
 
 def _curve(curve, where: str) -> Curve:
