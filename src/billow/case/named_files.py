@@ -17,7 +17,7 @@ def with_files_settled(data: dict[str, Any], folder: Path) -> dict[str, Any]:
 
     `fabric.curves.*.loading = "file.csv"` is replaced by the points of that file (likewise unloading, those of
     fabric.parts, and mass_flow and temperature of inflators), so that the effective case is complete in itself. Paths
-    of mesh files become absolute, and bag.digest holds their SHA-256.
+    of mesh files become absolute, and `digest` beside them holds their SHA-256.
     Whatever does not fit the schema stays as it is, for the schema to refuse.
 
     Raises InputError E-FAB-001 and E-FAB-002 for curve files that cannot be used.
@@ -31,7 +31,12 @@ def with_files_settled(data: dict[str, Any], folder: Path) -> dict[str, Any]:
     elif isinstance(inflators, list):
         data = {**data, "inflator": [_with_flow(one, folder) for one in inflators]}
     if isinstance(bag, dict) and bag.get("shape") == "mesh":
-        data = {**data, "bag": _with_digest(bag, folder)}
+        data = {**data, "bag": _with_digest(bag, folder, "start", "reference")}
+    if isinstance(data.get("obstacles"), list):
+        data = {**data, "obstacles": [
+            _with_digest(one, folder, "file") if isinstance(one, dict) and one.get("shape") == "mesh" else one
+            for one in data["obstacles"]
+        ]}  # fmt: skip
     return data
 
 
@@ -96,9 +101,10 @@ def _with_flow(inflator: Any, folder: Path) -> Any:
     return {**inflator, **read}
 
 
-def _with_digest(bag: dict[str, Any], folder: Path) -> dict[str, Any]:
-    named = [key for key in ("start", "reference") if isinstance(bag.get(key), str) and bag[key]]
-    bag = {**bag, **{key: str((folder / bag[key]).absolute()) for key in named}}
-    if isinstance(bag.get("start"), str):
-        bag.setdefault("digest", files_digest(bag["start"], bag.get("reference", "")))
-    return bag
+def _with_digest(table: dict[str, Any], folder: Path, *keys: str) -> dict[str, Any]:
+    """A table with the files under its keys, the first of which it needs, as absolute paths, and their digest."""
+    named = [key for key in keys if isinstance(table.get(key), str) and table[key]]
+    table = {**table, **{key: str((folder / table[key]).absolute()) for key in named}}
+    if isinstance(table.get(keys[0]), str):
+        table.setdefault("digest", files_digest(*(table.get(key, "") for key in keys)))
+    return table
