@@ -75,19 +75,20 @@ shells is refused with its place and shells.
 solids or groups of the file, counted from 1. Such files name no units, so `--units` must. Corners of STL facets
 become one node where all their bits agree, and on open edges within the tolerance of seams.
 
-**Several fabrics.** A case has one fabric, whose thickness and leakage may differ by part. `--fabric MID` takes one
-for all.
+**Several fabrics.** The material of most shells is `[fabric]`; each part of another has its own `[fabric.parts.NAME]`.
 
 **Curves of fabric.** A deck does not say whether curves of FORM 4 and 14 hold true, engineering or Green strain:
 `--fabric-curves true`, `engineering` or `green`. The report repeats what was taken.
 
 ## What is worth knowing
 
-- Walls become plates. If the first wall stands upright, the whole model is turned so that it lies level. Rigid parts
-  become super-ellipsoids of degree 4 with the same extents; the command says how far nodes of the part stand out of
-  them.
-- All obstacles must stand above z = 0, from where a case counts clearances; otherwise the whole model is raised, and
-  the command says by how much.
+- Walls become plates at any angle. Rigid parts become super-ellipsoids of degree 4 with the same extents; the command
+  says how far nodes of the part stand out of them.
+- *BOUNDARY_PRESCRIBED_MOTION of a rigid part, or of its nodes, moves the obstacle along a line: velocity as `speed`,
+  displacement as `travel`, acceleration by its integral, which is exact where the acceleration is constant. Axes that
+  share a curve make one direction. Curves of zeros hold parts, and nodes of the bag. Walls of *RIGIDWALL_..._MOTION
+  and _MOVING move too; a rigid part that *MAT_RIGID leaves one axis is `guided`, with the force of *LOAD_RIGID_BODY.
+  Rotations, and motions of single nodes of fabric, are refused.
 - Each gas of *AIRBAG_HYBRID becomes an inflator of one species, because each has its own mass flow and temperature.
 - If CP - CV is no gas constant of a gas, which decks in inches and pounds often have, the flow of enthalpy and the
   ratio of heats are kept, with the molar mass of nitrogen. The report says so.

@@ -160,6 +160,27 @@ def test_a_run_of_the_imported_case_has_the_same_bits(case, imported, tmp_path):
     assert len(rows[0].splitlines()) == 22
 
 
+def test_fabrics_of_parts_come_back(tmp_path):
+    curved = {"law": "curves-shear", "density": 900.0, "thickness": 0.4e-3, "permeability": 0.05}
+    before = Case.from_dict({**CASE, "leakage": {}, "fabric": {**CASE["fabric"], "parts": {"front": curved}}})
+    export_deck(before, tmp_path / "bag.k", "kg-mm-ms")
+    report = import_deck(tmp_path / "bag.k", tmp_path / "case", Options())
+    assert not report.of("refused")
+    after = Case.load(tmp_path / "case" / "case.toml")
+    cloth, again = before.fabric.parts["front"], after.fabric.parts["front"]
+    assert (again.law, again.density, again.thickness) == pytest.approx((cloth.law, cloth.density, cloth.thickness))
+    warp, own = (c.curves.warp.loading for c in (again, cloth))
+    assert warp.strain == pytest.approx(own.strain, rel=1e-6)
+    # From transverse 1 to 0: the same second Piola-Kirchhoff stress.
+    assert warp.stress == pytest.approx(np.array(own.stress) * np.exp(own.strain), rel=1e-6)
+    assert after.fabric.of("rear").young_weft == pytest.approx(0.3e9)
+    one, other = build_model(before), build_model(after)
+    assert other.mass.sum() == pytest.approx(one.mass.sum(), rel=1e-9)
+    assert [type(m.fabric) for m in other.fabric.membranes] == [type(m.fabric) for m in one.fabric.membranes]
+    rows = [row for row in report.rows.values() if row.key.startswith("fabric.parts.front.")]
+    assert len(rows) > 10  # of the second material
+
+
 def test_exporting_again_gives_the_same_deck(imported):
     first = imported["kg-mm-ms"]
     once, _ = deck_of(first, "kg-mm-ms")

@@ -34,6 +34,6 @@ def test_every_command_of_the_guide_runs(tmp_path):
     assert (tmp_path / "driver_run" / "run.json").exists()
 
 
-@pytest.mark.parametrize("word", ["--units", "--part", "--close", "--merge", "--base", "--fabric", "--fabric-curves"])
+@pytest.mark.parametrize("word", ["--units", "--part", "--close", "--merge", "--base", "--fabric-curves"])
 def test_the_page_names_the_options(word):
     assert word in PAGE.read_text(encoding="utf-8")

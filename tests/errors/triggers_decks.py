@@ -61,21 +61,12 @@ TRIGGERS: dict[str, Callable[[Here], object]] = {
     "E-DCK-011": changed("4,3,2,3,4,4\n", ""),
     "E-DCK-012": changed("4,3,2,3,4,4\n", "4,3,2,3,4,4\n5,3,2,1,4,4\n"),
     "E-DCK-013": changed("10,1e-3\n40,0\n", "10,1e-3\n5,0\n"),
-    "E-DCK-014": changed(
-        "4,3,2,3,4,4\n*PART\n",
-        "4,4,2,3,4,4\n*MAT_FABRIC\n4,9e-7,0.4,0.35,,0.2\n0.01,,,1\n*PART\nslope\n4,3,4\n*SET_PART\n9\n4\n*PART\n",
-        parts={},
-    ),
     "E-DCK-015": changed(AIRBAG, AIRBAG + AIRBAG),
     "E-DCK-016": changed("*AIRBAG_HYBRID", "*AIRBAG_LINEAR_FLUID"),
     "E-DCK-017": changed("*SECTION_SHELL\n3,9\n0.3,0.3,0.3,0.3\n", ""),
     "E-DCK-018": changed("0,600\n100,600\n", "0,6000\n100,6000\n"),
     "E-DCK-020": exported,
 }
-TRIGGERS["E-DCK-014"] = deck(
-    DECK.replace("4,3,2,3,4,4\n", "4,4,2,3,4,4\n").replace("*SET_PART\n1\n3\n", "*SET_PART\n1\n3,4\n")
-    + "*PART\nslope\n4,3,4\n*MAT_FABRIC\n4,9e-7,0.4,0.35,,0.2\n0.01,,,1\n"
-)
 
 
 def of_dyna(installed: bool) -> Callable[[Here], object]:

@@ -53,6 +53,7 @@ def warns(code: str, *warp) -> Callable[[Here], object]:
 
 
 TRIGGERS: dict[str, Callable[[Here], object]] = {
+    "E-FAB-150": lambda here: build_model(Case.from_dict({"fabric": {"parts": {"frnt": {}}}})),
     "E-FAB-001": file("none.csv", None),
     "E-FAB-002": file("warp.csv", "strain [%], stress [mm]\n0, 0\n10, 20\n"),
     "E-FAB-003": curves(([0.01, 0.1], [0.0, 2e7])),

@@ -14,6 +14,7 @@ CONVERSIONS: dict[str, dict[str, float]] = {
     "J": {"J": 1.0, "kJ": 1e3},
     "s": {"s": 1.0, "ms": 1e-3, "us": 1e-6},
     "kg": {"kg": 1.0, "g": 1e-3},
+    "kg m^2": {"kg m^2": 1.0, "kg mm^2": 1e-6},
     "kg/s": {"kg/s": 1.0, "g/s": 1e-3, "g/ms": 1.0},
     "kg/m^3": {"kg/m^3": 1.0, "g/cm^3": 1e3},
     "Pa": {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9, "bar": 1e5, "mbar": 1e2},

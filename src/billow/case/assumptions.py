@@ -31,14 +31,17 @@ def header(case: Case) -> str:
 
 
 def _found(case: Case) -> Iterator[tuple[str, list[str]]]:
-    fabric, gas = case.fabric, GAS_MODELS[case.gas.model].has_supply
-    of_law = LAWS[fabric.law]
-    named = _defaults(fabric, *OF_FABRIC, *OF_LAW[of_law])
-    if gas and case.leakage.law == "permeability" and fabric.coating.thickness == 0.0:
-        named += _defaults(fabric, "permeability")
-    yield "fabric", named
-    if of_law == "curves" and fabric.from_library:
-        yield "fabric.curves", [*fabric.from_library[:-1], f"{fabric.from_library[-1]} from {fabric.library}"]
+    gas = GAS_MODELS[case.gas.model].has_supply
+    of_parts = [(f"fabric.parts.{part}", fabric) for part, fabric in case.fabric.parts.items()]
+    for key, fabric in [("fabric", case.fabric), *of_parts]:
+        of_law = LAWS[fabric.law]
+        named = _defaults(fabric, *OF_FABRIC, *OF_LAW[of_law])
+        leakage = case.leakage.parts.get(key.rpartition(".")[2], case.leakage)
+        if gas and leakage.law == "permeability" and fabric.coating.thickness == 0.0:
+            named += _defaults(fabric, "permeability")
+        yield key, named
+        if of_law == "curves" and fabric.from_library:
+            yield f"{key}.curves", [*fabric.from_library[:-1], f"{fabric.from_library[-1]} from {fabric.library}"]
     if case.bag.shape == "mesh" and not case.bag.reference:
         yield "bag", ["warp along the x axis of space, since no bag.reference says how the fabric was cut"]
     if gas:

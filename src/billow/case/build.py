@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -22,7 +23,7 @@ from billow.geometry.surface import check_closed, encloses, nodal_share
 from billow.parts.bodies.bodies import TOUCHES, Bodies
 from billow.parts.fabric.birth import Birth
 from billow.parts.fabric.fabric import Fabric
-from billow.parts.fabric.membrane import Membrane
+from billow.parts.fabric.membrane import FabricLaw, Membrane
 from billow.parts.layers.layers import Layers
 from billow.parts.self_contact import SelfContact
 from billow.parts.straps import Straps
@@ -45,6 +46,14 @@ OVERLAP = InputError.declare(
     cause="a clearance or an offset that is too small, or a plate at the height of another obstacle",
     remedy="move them apart, or lock both",
 )
+NO_SUCH_PART = InputError.declare(
+    "E-FAB-150",
+    "the bag has no fabric part {part!r}",
+    where="fabric.parts.{part}",
+    why="a fabric belongs to a part of the bag, and vents and the mouth are none of fabric",
+    cause="a misspelt part, or a vent",
+    remedy="use one of {known}",
+)
 INSIDE = InputError.declare(
     "E-GEO-021",
     "{body} lies inside the bag at the start",
@@ -58,7 +67,7 @@ INSIDE = InputError.declare(
 def build_model(case: schema.Case) -> Model:
     """The model of a case.
 
-    Raises InputError: E-GEO-001..012 geometry, E-GAS-001 unknown species.
+    Raises InputError: E-GEO-001..012 geometry, E-GAS-001 unknown species, E-FAB-150 unknown part.
     """
     shape = build_shape(case.bag)
     if getattr(case.bag, "relax", None):
@@ -66,22 +75,21 @@ def build_model(case: schema.Case) -> Model:
         shape = replace(shape, positions=relaxed_start(build_model(tense), case.bag.relax, tense.digest()))
     check_closed(shape.surface, shape.positions, "bag")
     law = build_fabric(case.fabric)
-    cloth = shape.surface.triangles_of_kind("fabric")  # vents are holes, and the mouth is the inflator
-    cloth = cloth[in_neighbourhoods(shape.positions[shape.surface.triangles[cloth]].mean(axis=1))]
-    thickness = law.thickness * shape.layers[cloth]
-    membrane = Membrane.build(law, cloth, shape.reference[cloth], thickness, shape.surface.chambers)
+    membranes = build_membranes(case, shape, law)
+    cloth = np.concatenate([membrane.elements for membrane in membranes])
     straps = build_straps(shape, law)
     area = flat_area(shape.reference)
-    mass = nodal_mass(shape, membrane, straps)
+    mass = nodal_mass(shape, membranes, straps)
     contact_area = nodal_share(shape.surface.triangles[cloth], area[cloth], shape.surface.node_count)
     gravity = np.array(case.run.gravity)
     birth, birth_time = None, getattr(case.bag, "birth_time", 0.0)
     if birth_time:
-        birth = Birth.of(birth_time, (membrane,), shape.surface.triangles, shape.positions)
+        birth = Birth.of(birth_time, membranes, shape.surface.triangles, shape.positions)
     apart = case.fabric.self_contact
     if apart == "auto":
         apart = "layers" if getattr(case.bag, "folds", ()) else GAS_MODELS[case.gas.model].is_local
-    springs = SelfContact.build(shape.surface, shape.positions, mass, membrane.crossing_time) if apart is True else None
+    fastest = min(membrane.crossing_time for membrane in membranes)
+    springs = SelfContact.build(shape.surface, shape.positions, mass, fastest) if apart is True else None
     model = Model(
         surface=shape.surface,
         start=np.ascontiguousarray(shape.positions),
@@ -89,13 +97,34 @@ def build_model(case: schema.Case) -> Model:
         fixed=shape.fixed,
         gravity=gravity,
         gas=build_gas(case, shape),
-        fabric=Fabric(shape.surface, (membrane,), birth),
+        fabric=Fabric(shape.surface, membranes, birth),
         straps=straps,
         bodies=Bodies(tuple(build_body(obstacle) for obstacle in case.obstacles), contact_area, gravity),
         self_contact=springs,
         tear_seams=build_tear_seams(shape, law),
     )
     return replace(model, layers=keep_apart(model, case.fabric.friction)) if apart == "layers" else model
+
+
+def build_membranes(case: schema.Case, shape: BagShape, law: FabricLaw) -> tuple[Membrane, ...]:
+    """A membrane for each fabric, the general one, law, first. Raises InputError E-FAB-150, and those of
+    `build_fabric`."""
+    surface, parts = shape.surface, case.fabric.parts
+    known = [name for name, kind in zip(surface.part_names, surface.part_kinds, strict=True) if kind == "fabric"]
+    for part in parts:
+        if part not in known:
+            raise NO_SUCH_PART(part=part, known=", ".join(known))
+    cloth = surface.triangles_of_kind("fabric")  # vents are holes, and the mouth is the inflator
+    cloth = cloth[in_neighbourhoods(shape.positions[surface.triangles[cloth]].mean(axis=1))]
+    general = ~np.isin(surface.part[cloth], [surface.part_names.index(part) for part in parts])
+    laws = [(law, cloth[general])] if general.any() else []
+    for part, table in parts.items():
+        own = cloth[surface.part[cloth] == surface.part_names.index(part)]
+        laws.append((build_fabric(table, f"fabric.parts.{part}"), own))
+    return tuple(
+        Membrane.build(one, own, shape.reference[own], one.thickness * shape.layers[own], surface.chambers)
+        for one, own in laws
+    )
 
 
 def keep_apart(model: Model, friction: float = 0.0) -> Layers:
@@ -114,11 +143,12 @@ def build_schedule(run: schema.Run) -> Schedule:
     return Schedule(run.end_time, run.frames, run.histories_per_frame, run.dt_scale)
 
 
-def nodal_mass(shape: BagShape, membrane: Membrane, straps: Straps) -> np.ndarray:
+def nodal_mass(shape: BagShape, membranes: Sequence[Membrane], straps: Straps) -> np.ndarray:
     """Lumped mass [kg], (nodes,): a third of each element, half of each strap bar."""
-    surface, order = shape.surface, np.argsort(membrane.elements)  # which may be any; the sums shall not depend on it
-    corners = surface.triangles[membrane.elements[order]].astype(np.int64)
-    mass = nodal_share(corners, membrane.mass[order], surface.node_count)
+    surface, elements = shape.surface, np.concatenate([membrane.elements for membrane in membranes])
+    order = np.argsort(elements)  # which may be any; the sums shall not depend on it
+    corners, masses = surface.triangles[elements[order]].astype(np.int64), [membrane.mass for membrane in membranes]
+    mass = nodal_share(corners, np.concatenate(masses)[order], surface.node_count)
     return mass + np.bincount(straps.bars.ravel(), np.repeat(0.5 * straps.mass, 2), surface.node_count)
 
 

@@ -173,8 +173,9 @@ def _folds(case: Case, model: Model) -> Iterator[Concern]:
     plan = fold_plan(case.bag)
     if plan is None:
         return
-    if 2.0 * plan.half < case.fabric.thickness:
-        yield TIGHT(apart=2e3 * plan.half, thickness=1e3 * case.fabric.thickness)
+    thickness = max(membrane.fabric.thickness for membrane in model.fabric.membranes)
+    if 2.0 * plan.half < thickness:
+        yield TIGHT(apart=2e3 * plan.half, thickness=1e3 * thickness)
     flat = plan.unfolded(build_shape(case.bag).positions)
     lines = [(axis, row.place) for axis in (0, 1) for row in plan.rows(axis)]
     crossed = {vent for line in lines for vent in plan.vents_on(model.surface, flat, *line)}

@@ -14,7 +14,7 @@ from pydantic import AfterValidator, BaseModel, BeforeValidator, Discriminator, 
 from pydantic_core import PydanticCustomError
 
 from billow.base.attribute_docstrings import described
-from billow.base.units import other_scales, to_si
+from billow.base.units import CONVERSIONS, other_scales, to_si
 
 ZERO_CELSIUS = 273.15  # K
 
@@ -236,6 +236,13 @@ def _plain_name(value: str) -> str:
 def _one_line(value: str) -> str:
     if not value.isprintable():
         raise refused("it holds a line break or a control character", "use plain text in one line")
+    return value
+
+
+def unit_of_length(value: str) -> str:
+    """A validator of names of units of length."""
+    if value not in CONVERSIONS["m"]:
+        raise refused("it is no unit of length", f"use one of {', '.join(CONVERSIONS['m'])}", kind="unit")
     return value
 
 

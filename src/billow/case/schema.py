@@ -137,22 +137,31 @@ class Case(Strict):
 
     @property
     def files(self) -> dict[str, Path]:
-        """Mesh files that the case needs, by their key in [bag]."""
-        named = {key: getattr(self.bag, key, "") for key in ("start", "reference")}
+        """Mesh files that the case needs, by the key that names them: bag.start, obstacles.head."""
+        named = {f"bag.{key}": getattr(self.bag, key, "") for key in ("start", "reference")}
+        named |= {f"obstacles.{one.name}": getattr(one, "file", "") for one in self.obstacles}
         return {key: Path(path) for key, path in named.items() if path}
 
     def with_files(self, paths: Mapping[str, str]) -> Case:
-        """The case with the same mesh files at other paths, by their key in [bag]; their digest is noted."""
-        if not self.files:
-            return self
-        digest = self.bag.digest or files_digest(*self.files.values())
-        return self.model_copy(update={"bag": self.bag.model_copy(update={**paths, "digest": digest})})
+        """The case with the same mesh files at other paths, by their key in `files`; their digests are noted."""
+        bag, changed = self.bag, []
+        of_bag = {key.removeprefix("bag."): path for key, path in paths.items() if key.startswith("bag.")}
+        if of_bag:
+            bag = bag.model_copy(update={**of_bag, "digest": bag.digest or files_digest(bag.start, bag.reference)})
+        for one in self.obstacles:
+            if path := paths.get(f"obstacles.{one.name}"):
+                one = one.model_copy(update={"file": path, "digest": one.digest or files_digest(one.file)})
+            changed.append(one)
+        return self.model_copy(update={"bag": bag, "obstacles": tuple(changed)})
 
     def digest(self) -> str:
         """SHA-256 of the effective case: equal for equal physics and settings, wherever its files lie."""
         data = self.to_dict()
-        if self.files and (content := self.bag.digest or files_digest(*self.files.values())):
-            data["bag"] |= {**dict.fromkeys(self.files, ""), "digest": content}
+        tables = {"bag": data["bag"], **{f"obstacles.{one['name']}": one for one in data["obstacles"]}}
+        for key, keys in {"bag": ("start", "reference"), **dict.fromkeys(tables.keys() - {"bag"}, ("file",))}.items():
+            named = [name for name in keys if tables[key].get(name)]
+            if named and (content := tables[key]["digest"] or files_digest(*(tables[key][name] for name in named))):
+                tables[key] |= {**dict.fromkeys(named, ""), "digest": content}
         return hashlib.sha256(tomli_w.dumps(data).encode()).hexdigest()
 
     def vary(self, changes: dict[str, Any]) -> Case:

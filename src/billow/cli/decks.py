@@ -49,7 +49,6 @@ def import_deck(
     ] = None,
     base: Annotated[Path | None, typer.Option(help="Case file that gives what the deck does not say.")] = None,
     fabric_curves: Annotated[Measure, typer.Option(help="What curves of FORM 4 and 14 measure.")] = Measure.true,
-    fabric: Annotated[int | None, typer.Option(metavar="MID", help="Material to take for all fabric.")] = None,
     allow_outside: Annotated[
         bool, typer.Option("--allow-outside", help="Include files that lie outside the deck's folder.")
     ] = False,
@@ -69,7 +68,7 @@ def import_deck(
     options = Options(
         units=units, airbag=airbag, parts=_numbered(command, "part", part, ("fabric", "mouth", "vent", "obstacle",
         "plate", "ignore")), close=_numbered(command, "close", close, ("mouth", "vent")), merge=merge, base=base,
-        measure=fabric_curves.value, fabric=fabric, allow_outside=allow_outside,
+        measure=fabric_curves.value, allow_outside=allow_outside,
     )  # fmt: skip
     report = make_case(deck, out, options)
     for remark in report.remarks:

@@ -30,8 +30,7 @@ SHIFT = 1e-6
 @dataclass
 class Context:
     """tables: the draft of the case. curves: CSV files to write, name -> text. airbag: what its cards said of the bag,
-    once they are read. turn: rotation (3, 3) from the axes of the deck to those of the case; None if they are the
-    same."""
+    once they are read."""
 
     model: Model
     units: Units
@@ -39,11 +38,6 @@ class Context:
     tables: dict[str, Any] = field(default_factory=dict)
     curves: dict[str, str] = field(default_factory=dict)
     airbag: Any = None
-    turn: np.ndarray | None = None
-
-    def turned(self, vectors: np.ndarray) -> np.ndarray:
-        """Points or directions (..., 3) of the deck in the axes of the case."""
-        return vectors if self.turn is None else vectors @ self.turn.T
 
     def cards(self, block: Block) -> Cards:
         """The cards of a block, its title and id read."""
@@ -96,3 +90,13 @@ class Context:
         found = self.model.curve(one)
         rows = [[self.units.si(a, x), self.units.si(b, y)] for a, b in found.points.tolist()]
         return np.array(rows).reshape(-1, 2), found.place, found.number
+
+    def vector(self, number: int) -> np.ndarray:
+        """Direction of a *DEFINE_VECTOR, zero if there is none."""
+        for block in self.model.all("DEFINE_VECTOR"):
+            cards = self.cards(block)
+            while cards.left:
+                f = cards.card("vector", "VID XT YT ZT XH YH ZH CID")
+                if f["VID"].whole == number:
+                    return np.array([f[n + "H"].number - f[n + "T"].number for n in "XYZ"])
+        return np.zeros(3)

@@ -11,10 +11,13 @@ from pathlib import Path
 import numpy as np
 
 from billow.case.bag.build_bag import build_shape
+from billow.case.fabric.schema_fabric import Cloth
+from billow.case.obstacles.motion import unit_vector
 from billow.case.obstacles.obstacles import Plate, SuperEllipsoid
 from billow.case.schema import Case
 from billow.decks.deck_text import DeckText
 from billow.decks.export_gas import NOT_EXPORTED, put_gas
+from billow.decks.motions import HELD
 from billow.decks.units import SYSTEMS
 from billow.geometry.bag_shapes import BagShape
 from billow.geometry.shapes.pose import rotation_matrix
@@ -112,7 +115,7 @@ def _mesh(deck: DeckText, case: Case, shape: BagShape, notes: list[str]) -> dict
         mine = shape.layers[surface.triangles_of(name)]
         if kind == "fabric" and np.ptp(mine) > 1e-9 * mine.mean():
             notes.append(f"part {name}: layers vary from {mine.min():.3g} to {mine.max():.3g}; their mean is written")
-        thickness = case.fabric.thickness * float(mine.mean())
+        thickness = case.fabric.of(name).thickness * float(mine.mean())
         deck.card(*[deck.of(thickness, "length")] * 4)
     deck.keyword("SET_PART_LIST")
     deck.card(1, 0.0, 0.0, 0.0, 0.0)
@@ -124,45 +127,55 @@ def _mesh(deck: DeckText, case: Case, shape: BagShape, notes: list[str]) -> dict
 
 
 def _materials(deck: DeckText, case: Case, shape: BagShape, notes: list[str]) -> None:
-    fabric, surface = case.fabric, shape.surface
-    coating = fabric.coating
-    density = fabric.density + coating.density * coating.thickness / fabric.thickness
-    if coating.thickness:
-        notes.append("fabric.coating: its mass is in RO")
-    linear = fabric.law == "linear"
-    curves = [0] * 6 if linear else _fabric_curves(deck, fabric, notes)
-    form = {"linear": 0, "curves": 4, "curves-shear": 14}[fabric.law]
+    surface = shape.surface
     for number, (name, kind) in enumerate(zip(surface.part_names, surface.part_kinds, strict=True), 1):
+        fabric = case.fabric.of(name)
         if kind == "mouth":
             deck.keyword("MAT_RIGID")
-            deck.card(number, deck.of(density, "density"), deck.of(fabric.young_warp, "pressure"), 0.3)
+            deck.card(number, deck.of(_density(fabric), "density"), deck.of(fabric.young_warp, "pressure"), 0.3)
             deck.card(1.0, 7, 7)
             deck.card(0.0)
         elif kind == "vent":
             deck.keyword("MAT_NULL")
-            deck.card(number, deck.of(density, "density"))
+            deck.card(number, deck.of(_density(fabric), "density"))
         else:
             leaky = bool((shape.leak[surface.triangles_of(name)] > 0.0).all())
-            codes, blocked = _leakage(deck, case, name, leaky, notes)
-            deck.keyword("MAT_FABRIC")
-            young = deck.of(fabric.young_warp, "pressure"), deck.of(fabric.young_weft, "pressure")
-            minor = fabric.poisson * fabric.young_weft / fabric.young_warp
-            deck.card(number, deck.of(density, "density"), *young, None, minor, fabric.poisson, None)
-            liner = fabric.liner
-            own = (deck.of(liner.young, "pressure"), liner.poisson, liner.ratio) if liner.ratio else (0.0, 0.0, 0.0)
-            deck.card(
-                deck.of(fabric.shear, "pressure"), None, None, 0.0 if fabric.compression else 1.0, *own, fabric.damping
-            )
-            flc, fac, fvopt = codes
-            deck.card(2.0, flc, fac, blocked, 0.0, form, fvopt, 0.0)
-            birth = deck.of(getattr(case.bag, "birth_time", 0.0), "time")
-            deck.card(None, birth, 0, 1.0, 0.0, 0.0, 0.0, 1.0)
-            deck.card(0.0, 0.0, 0.0, None, None, None, 0.0, 1)
-            if not linear:
-                deck.card(*curves, 0.0)
+            _cloth(deck, case, number, fabric, _leakage(deck, case, name, leaky, notes), notes)
 
 
-def _fabric_curves(deck: DeckText, fabric, notes: list[str]) -> list[int]:
+def _density(fabric: Cloth) -> float:
+    """With the coating [kg/m^3]."""
+    return fabric.density + fabric.coating.density * fabric.coating.thickness / fabric.thickness
+
+
+def _cloth(
+    deck: DeckText, case: Case, number: int, fabric: Cloth, leakage: tuple[tuple[float, float, int], float],
+    notes: list[str],
+) -> None:  # fmt: skip
+    """*MAT_FABRIC of a part, and its curves before it."""
+    if fabric.coating.thickness:
+        notes.append(f"fabric of part {number}: the mass of its coating is in RO")
+    linear = fabric.law == "linear"
+    curves = [0] * 6 if linear else _fabric_curves(deck, fabric, notes)
+    form = {"linear": 0, "curves": 4, "curves-shear": 14}[fabric.law]
+    (flc, fac, fvopt), blocked = leakage
+    deck.keyword("MAT_FABRIC")
+    young = deck.of(fabric.young_warp, "pressure"), deck.of(fabric.young_weft, "pressure")
+    minor = fabric.poisson * fabric.young_weft / fabric.young_warp
+    deck.card(number, deck.of(_density(fabric), "density"), *young, None, minor, fabric.poisson, None)
+    liner = fabric.liner
+    own = (deck.of(liner.young, "pressure"), liner.poisson, liner.ratio) if liner.ratio else (0.0, 0.0, 0.0)
+    shear, compression = deck.of(fabric.shear, "pressure"), 0.0 if fabric.compression else 1.0
+    deck.card(shear, None, None, compression, *own, fabric.damping)
+    deck.card(2.0, flc, fac, blocked, 0.0, form, fvopt, 0.0)
+    birth = deck.of(getattr(case.bag, "birth_time", 0.0), "time")
+    deck.card(None, birth, 0, 1.0, 0.0, 0.0, 0.0, 1.0)
+    deck.card(0.0, 0.0, 0.0, None, None, None, 0.0, 1)
+    if not linear:
+        deck.card(*curves, 0.0)
+
+
+def _fabric_curves(deck: DeckText, fabric: Cloth, notes: list[str]) -> list[int]:
     """Ids of LCA LCB LCAB LCUA LCUB LCUAB: true strain, and true stress at constant width."""
     curves = fabric.curves
     if curves.yarn_angle != 90.0:
@@ -190,11 +203,12 @@ def _leakage(
     if not leaky:
         return (0.0, 0.0, 0), 0.0
     if law.law == "permeability":
-        if not case.fabric.permeability:
+        permeability = case.fabric.of(part).permeability
+        if not permeability:
             return (0.0, 0.0, 0), 0.0
         outside = case.ambient.pressure
         over = np.concatenate([[0.0], np.geomspace(50.0, 300e3, 60)])
-        speed = case.fabric.permeability * np.sqrt(over / 500.0)
+        speed = permeability * np.sqrt(over / 500.0)
         curve = deck.curve(outside + over, speed, "pressure", "velocity", f"{part} leak speed")
         notes.append(
             f"part {part}: permeability as a curve of leak speed (FVOPT 7), exact at 61 pressures; its stretched area"
@@ -217,48 +231,79 @@ def _leakage(
 def _obstacles(deck: DeckText, case: Case, shape: BagShape, notes: list[str]) -> None:
     part, shell = len(shape.surface.part_names), shape.surface.triangle_count
     for obstacle in case.obstacles:
+        part += 1
         if isinstance(obstacle, Plate):
-            normal = np.array(obstacle.normal) / np.linalg.norm(obstacle.normal)
-            tail = np.array([0.0, 0.0, obstacle.height])
-            deck.keyword("RIGIDWALL_PLANAR_ID")
-            deck.text(f"{part + 1000:>20}{obstacle.name}")
-            deck.card(0, 0, 0, 0.0, 0.0)
-            ends = [deck.of(v, "length") for v in (*tail, *(tail + normal))]
-            deck.card(*ends, obstacle.friction, 0.0)
-            part += 1
+            _wall(deck, obstacle, part, notes)
         elif isinstance(obstacle, SuperEllipsoid):
-            part, shell = part + 1, _body(deck, obstacle, part + 1, shell, notes)
+            shell = _body(deck, obstacle, part, shell, notes)
         else:
             notes.append(f"obstacles.{obstacle.name}: its shape is not written")
+
+
+def _wall(deck: DeckText, plate: Plate, part: int, notes: list[str]) -> None:
+    """A plane; one that moves by its own card, or as a flat face without end."""
+    motion, normal = plate.motion, unit_vector(plate.normal)
+    tail = np.array([*plate.offset, plate.height])
+    face = [deck.of(v, "length") for v in (*tail, *(tail + normal))] + [plate.friction]
+    if motion.kind in ("travel", "speed"):
+        across = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
+        deck.keyword("RIGIDWALL_GEOMETRIC_FLAT_MOTION_ID")
+        deck.text(f"{part + 1000:>20}{plate.name}")
+        deck.card(0, 0, 0, 0.0)
+        deck.card(*face)
+        deck.card(*[deck.of(v, "length") for v in tail + across], 0.0, 0.0)
+        _wall_motion(deck, motion, plate.name)
+        return
+    sliding = motion.kind == "guided"
+    along = sliding and float(unit_vector(motion.direction) @ normal) > 1.0 - 1e-12 and motion.force == 0.0
+    if sliding and not along:
+        notes.append(f"obstacles.{plate.name}.motion: a guided plate is written only along its normal, without force")
+    deck.keyword("RIGIDWALL_PLANAR_MOVING_ID" if along else "RIGIDWALL_PLANAR_ID")
+    deck.text(f"{part + 1000:>20}{plate.name}")
+    deck.card(0, 0, 0, 0.0, 0.0)
+    deck.card(*face, 0.0)
+    if along:
+        deck.card(deck.of(motion.mass, "mass"), deck.of(motion.speed, "velocity"))
+
+
+def _course(deck: DeckText, motion, name: str) -> int:
+    """Id of the curve of a motion that is prescribed."""
+    of, value = ("length", motion.travel) if motion.kind == "travel" else ("velocity", motion.speed)
+    time, values = ([0.0, 1.0], [value, value]) if isinstance(value, float) else (value.time, value.value)
+    return deck.curve(time, values, "time", of, f"{name} {motion.kind}")
+
+
+def _wall_motion(deck: DeckText, motion, name: str) -> None:
+    """The card of motion of a geometric wall, and its curve."""
+    # The curve comes after the wall: a card must follow its keyword.
+    deck.card(deck.curves + 1, 1 if motion.kind == "travel" else 0, *unit_vector(motion.direction).tolist())
+    _course(deck, motion, name)
 
 
 def _body(deck: DeckText, obstacle: SuperEllipsoid, part: int, shell: int, notes: list[str]) -> int:
     """A sphere that is locked as a rigid wall, anything else as a rigid part of triangles; the last shell's number."""
     body, _, start = obstacle.build()
+    (carried,), motion = body, obstacle.motion
     radii = np.array([obstacle.radii] * 3 if isinstance(obstacle.radii, float) else obstacle.radii)
-    if obstacle.locked and obstacle.degree == 2.0 and np.ptp(radii) == 0.0:
-        deck.keyword("RIGIDWALL_GEOMETRIC_SPHERE_ID")
+    if obstacle.locked and motion.kind != "guided" and obstacle.degree == 2.0 and np.ptp(radii) == 0.0:
+        moves = motion.kind != "none"
+        deck.keyword("RIGIDWALL_GEOMETRIC_SPHERE_MOTION_ID" if moves else "RIGIDWALL_GEOMETRIC_SPHERE_ID")
         deck.text(f"{part + 1000:>20}{obstacle.name}")
         deck.card(0, 0, 0, 0.0)
         head = start.centre + np.array([0.0, 0.0, radii[2]])
         ends = [deck.of(v, "length") for v in (*start.centre, *head)]
         deck.card(*ends, obstacle.friction)
         deck.card(deck.of(float(radii[0]), "length"))
+        if moves:
+            _wall_motion(deck, motion, obstacle.name)
         return shell
-    points, triangles = triangulated(body, ROUGH)
+    points, triangles = triangulated(carried.shape, ROUGH)
     first = deck.node_block(points @ rotation_matrix(start.quaternion).T + start.centre)
     deck.keyword("ELEMENT_SHELL")
     for k, (a, b, c) in enumerate((triangles + first + 1).tolist(), 1):
         deck.card(shell + k, part, a, b, c, c)
-    area = (
-        0.5
-        * np.linalg.norm(
-            np.cross(
-                points[triangles[:, 1]] - points[triangles[:, 0]], points[triangles[:, 2]] - points[triangles[:, 0]]
-            ),
-            axis=1,
-        ).sum()
-    )
+    sides = points[triangles[:, 1:]] - points[triangles[:, :1]]
+    area = 0.5 * np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1).sum()
     thickness = 1e-3
     deck.keyword("PART")
     deck.text(obstacle.name)
@@ -266,13 +311,47 @@ def _body(deck: DeckText, obstacle: SuperEllipsoid, part: int, shell: int, notes
     deck.keyword("SECTION_SHELL")
     deck.card(part, 2, 1.0, 2, 1.0, 0, 0, 1)
     deck.card(*[deck.of(thickness, "length")] * 4)
+    mass = motion.mass if motion.kind == "guided" else obstacle.mass
     deck.keyword("MAT_RIGID")
-    deck.card(part, deck.of(obstacle.mass / (float(area) * thickness), "density"), deck.of(1e9, "pressure"), 0.3)
-    deck.card(*((1.0, 7, 7) if obstacle.locked else (0.0, 0, 0)))
+    deck.card(part, deck.of(mass / (float(area) * thickness), "density"), deck.of(1e9, "pressure"), 0.3)
+    deck.card(*_constraint(obstacle, notes))
     deck.card(0.0)
     notes.append(f"obstacles.{obstacle.name}: a rigid shell of {len(triangles)} triangles, its mass by its density")
-    if not obstacle.locked and (any(obstacle.velocity) or any(obstacle.spin)):
-        deck.keyword("INITIAL_VELOCITY_RIGID_BODY")
-        speeds = [deck.of(v, "velocity") for v in obstacle.velocity]
-        deck.card(part, *speeds, *[deck.of(w, "frequency") for w in obstacle.spin])
+    _motion(deck, obstacle, part)
     return shell + len(triangles)
+
+
+def _constraint(obstacle: SuperEllipsoid, notes: list[str]) -> tuple[float, int, int]:
+    """CMO, CON1, CON2 of a rigid part."""
+    if obstacle.motion.kind == "none":
+        return (1.0, 7, 7) if obstacle.locked else (0.0, 0, 0)
+    across = "".join(axis for axis, v in zip("xyz", obstacle.motion.direction, strict=True) if not v)
+    if obstacle.motion.kind == "guided" and len(across) < 2:
+        notes.append(f"obstacles.{obstacle.name}.motion: guided along no axis of a deck; it is free to move there")
+        return 1.0, 0, 7
+    return 1.0, next(code for code, held in HELD.items() if set(held) == set(across)), 7
+
+
+def _motion(deck: DeckText, obstacle: SuperEllipsoid, part: int) -> None:
+    """What moves a rigid part: its velocity, a motion that is prescribed, or a force along its rail."""
+    motion, direction = obstacle.motion, np.zeros(3)
+    velocity, spin = np.array(obstacle.velocity), obstacle.spin
+    if motion.kind != "none":
+        direction = unit_vector(motion.direction)
+        velocity, spin = (motion.speed if motion.kind == "guided" else 0.0) * direction, (0.0, 0.0, 0.0)
+    if any(velocity) or any(spin):
+        deck.keyword("INITIAL_VELOCITY_RIGID_BODY")
+        deck.card(part, *[deck.of(v, "velocity") for v in velocity], *[deck.of(w, "frequency") for w in spin])
+    ways = [(axis, share) for axis, share in enumerate(direction.tolist(), 1) if share]
+    if motion.kind in ("travel", "speed"):
+        curve = _course(deck, motion, obstacle.name)
+        deck.keyword("BOUNDARY_PRESCRIBED_MOTION_RIGID")
+        for axis, share in ways:
+            deck.card(part, axis, 2 if motion.kind == "travel" else 0, curve, share)
+    elif motion.kind == "guided" and motion.force != 0.0:
+        force = motion.force
+        time, values = ([0.0, 1.0], [force, force]) if isinstance(force, float) else (force.time, force.value)
+        curve = deck.curve(time, values, "time", "force", f"{obstacle.name} force")
+        deck.keyword("LOAD_RIGID_BODY")
+        for axis, share in ways:
+            deck.card(part, axis, curve, share)

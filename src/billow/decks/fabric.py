@@ -8,27 +8,21 @@ nominal stress is the true stress, and S of Green strain becomes S times the str
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
-from billow.base.errors import InputError
 from billow.decks.block import Block
 from billow.decks.cards import Field
 from billow.decks.context import Context
 from billow.decks.draft import said
 
-FABRICS_DIFFER = InputError.declare(
-    "E-DCK-014",
-    "the bag is made of several fabrics",
-    where="{place}",
-    why="{one} and {other} differ in {key}; a case has one [fabric], whose thickness and leakage alone differ by part",
-    cause="panels, reinforcements and tethers with *MAT_FABRIC of their own",
-    remedy="take the fabric of one for all: --fabric MID",
-)
-
 MEASURES = ("true", "engineering", "green")
 LAWS = {0: "linear", 1: "linear", 2: "linear", 3: "linear", 12: "linear", 13: "linear"}
 LAWS |= {4: "curves", 14: "curves-shear", -14: "curves-shear", 24: "curves-shear"}
+OWN = ("RO", "EA", "EB", "PRBA", "PRAB", "GAB", "CSE", "EL", "PRL", "LRATIO", "DAMP", "FORM", "TCOAT")
+CURVES = ("LCA", "LCB", "LCAB", "LCUA", "LCUB", "LCUAB")
+"""Fields of *MAT_FABRIC that say what the fabric is: numbers, and ids of curves."""
 LEAKS = {1: "wang-nefske", 2: "wang-nefske", 3: "graefe", 4: "graefe", 5: "porous-medium", 6: "porous-medium"}
 LEAKS |= {7: "velocity-curve", 8: "velocity-curve"}
 
@@ -47,6 +41,17 @@ def fabric_cards(context: Context, block: Block) -> dict[str, Field]:
     return found
 
 
+def same_fabric(context: Context, f: dict[str, Field], g: dict[str, Field]) -> bool:
+    """Whether two materials differ in nothing but number, leakage and axes, which a case has by part anyway."""
+    if any(f[name].number != g[name].number for name in OWN if name in f and name in g):
+        return False
+    curves = [
+        [context.model.curve(h[name]).points if h[name].whole else np.empty((0, 2)) for name in CURVES if name in h]
+        for h in (f, g)
+    ]
+    return len(curves[0]) == len(curves[1]) and all(map(np.array_equal, *curves))
+
+
 def added_leakage(context: Context, f: dict[str, Field]) -> dict[str, Field]:
     """The fields with those of *MAT_ADD_AIRBAG_POROSITY_LEAKAGE of the same material, which count instead."""
     for block in context.model.deck.all("MAT_ADD_AIRBAG_POROSITY_LEAKAGE"):
@@ -61,11 +66,11 @@ def added_leakage(context: Context, f: dict[str, Field]) -> dict[str, Field]:
     return f
 
 
-def put_fabric(context: Context, f: dict[str, Field], measure: str) -> None:
-    """The `[fabric]` table."""
+def put_fabric(context: Context, f: dict[str, Field], measure: str, key: str = "fabric") -> None:
+    """The `[fabric]` table, or that of a part, key."""
     report = context.report
-    report.mapped(f["MID"], f["MID"].text, "fabric")
-    context.put("fabric.density", f["RO"], "density")
+    report.mapped(f["MID"], f["MID"].text, key)
+    context.put(f"{key}.density", f["RO"], "density")
     form = f["FORM"].whole
     law = LAWS.get(form)
     if law is None:
@@ -75,37 +80,41 @@ def put_fabric(context: Context, f: dict[str, Field], measure: str) -> None:
         report.approximated(f["FORM"], "linear in Green strain; the forms differ at large strain and shear", law)
     else:
         report.mapped(f["FORM"], law)
-    context.set("fabric.law", law, f["FORM"])
+    context.set(f"{key}.law", law, f["FORM"])
     for name, least in (("EA", 0.0), ("EB", -1e-300)):
         if not f[name].number > least:
             raise f[name].bad("fabric has a modulus")
-    warp = context.put("fabric.young_warp", f["EA"], "pressure")
+    warp = context.put(f"{key}.young_warp", f["EA"], "pressure")
     weft = warp
     if f["EB"].number:
-        weft = context.put("fabric.young_weft", f["EB"], "pressure")
+        weft = context.put(f"{key}.young_weft", f["EB"], "pressure")
     else:
-        context.set("fabric.young_weft", warp, f["EA"])
-        report.mapped(f["EB"], warp, "fabric.young_weft", "blank: as EA")
-    _poisson(context, f, warp, weft)
+        context.set(f"{key}.young_weft", warp, f["EA"])
+        report.mapped(f["EB"], warp, f"{key}.young_weft", "blank: as EA")
+    _poisson(context, f, warp, weft, key)
     if f["GAB"].number:
-        context.put("fabric.shear", f["GAB"], "pressure")
+        context.put(f"{key}.shear", f["GAB"], "pressure")
     else:
         shear = warp / (2.0 * (1.0 + f["PRBA"].number))
-        context.set("fabric.shear", shear, f["EA"])
+        context.set(f"{key}.shear", shear, f["EA"])
         report.approximated(f["GAB"], "blank: that of an isotropic sheet", shear)
     no_compression = f["CSE"].number == 1.0
-    context.set("fabric.compression", not no_compression and not f["LRATIO"].number, f["CSE"])
+    context.set(f"{key}.compression", not no_compression and not f["LRATIO"].number, f["CSE"])
     report.mapped(f["CSE"], "false" if no_compression else "true")
     if f["DAMP"].number:
         value = min(f["DAMP"].number, 0.5)
-        context.set("fabric.damping", value, f["DAMP"])
+        context.set(f"{key}.damping", value, f["DAMP"])
         report.approximated(f["DAMP"], "both are fractions of critical, of an element's highest mode in Billow", value)
     else:
         report.approximated(f["DAMP"], "blank or zero: Billow's own, 0.05 of critical in the highest mode", 0.05)
-    _liner(context, f, law)
+    _liner(context, f, law, key)
     _coating(context, f)
     if law != "linear":
-        _curves(context, f, measure)
+        _curves(context, f, measure, key)
+    for one in f.values():  # rows name keys of the general fabric
+        row = report.rows.get((one.shown, one.place))
+        if row and key != "fabric" and row.key.startswith("fabric.") and not row.key.startswith(key):
+            report.rows[one.shown, one.place] = replace(row, key=key + row.key.removeprefix("fabric"))
     if f["RGBRTH"].number:
         birth_time(context, f["RGBRTH"])
 
@@ -118,7 +127,7 @@ def birth_time(context: Context, one: Field) -> None:
     context.report.approximated(one, how, value, "bag.birth_time")
 
 
-def _poisson(context: Context, f: dict[str, Field], warp: float, weft: float) -> None:
+def _poisson(context: Context, f: dict[str, Field], warp: float, weft: float, key: str) -> None:
     """poisson: contraction along the weft under load along the warp, nu_ab = PRBA EA / EB = PRAB."""
     minor, major, report = f["PRBA"], f["PRAB"], context.report
     value = minor.number * warp / weft if minor.number else major.number
@@ -128,16 +137,16 @@ def _poisson(context: Context, f: dict[str, Field], warp: float, weft: float) ->
     if not 0.0 <= value <= largest:
         clipped = min(max(value, 0.0), largest)
         report.approximated(minor, f"{value:.4g} would be unstable: {clipped:.4g} is used", clipped)
-        context.set("fabric.poisson", clipped, minor)
+        context.set(f"{key}.poisson", clipped, minor)
         return
-    context.set("fabric.poisson", value, minor if minor.number else major)
+    context.set(f"{key}.poisson", value, minor if minor.number else major)
     report.mapped(minor, value, note="PRBA EA / EB" if minor.number else "")
     if major.number:
         off = abs(major.number - value) > 0.02
         report.mapped(major, value, note=f"it differs from PRBA EA / EB, {value:.4g}, which is used" if off else "")
 
 
-def _liner(context: Context, f: dict[str, Field], law: str) -> None:
+def _liner(context: Context, f: dict[str, Field], law: str, key: str) -> None:
     ratio, report = f["LRATIO"], context.report
     if not ratio.number or not f["EL"].number:
         return
@@ -145,9 +154,9 @@ def _liner(context: Context, f: dict[str, Field], law: str) -> None:
         for name in ("EL", "PRL", "LRATIO"):
             report.refused(f[name], "laws of curves have no liner; FORM 0 has, or leave it out")
         return
-    context.put("fabric.liner.ratio", ratio, "-")
-    context.put("fabric.liner.young", f["EL"], "pressure")
-    context.put("fabric.liner.poisson", f["PRL"], "-")
+    context.put(f"{key}.liner.ratio", ratio, "-")
+    context.put(f"{key}.liner.young", f["EL"], "pressure")
+    context.put(f"{key}.liner.poisson", f["PRL"], "-")
 
 
 def _coating(context: Context, f: dict[str, Field]) -> None:
@@ -156,35 +165,43 @@ def _coating(context: Context, f: dict[str, Field]) -> None:
             context.report.refused(f[name], "a coating that stiffens; a case has a liner for the linear law only")
 
 
-def _curves(context: Context, f: dict[str, Field], measure: str) -> None:
-    context.set("fabric.curves.transverse", 0.0, "curves of one direction, at constant width")
+def _curves(context: Context, f: dict[str, Field], measure: str, key: str) -> None:
+    context.set(f"{key}.curves.transverse", 0.0, "curves of one direction, at constant width")
     for name, loading, unloading in (("warp", "LCA", "LCUA"), ("weft", "LCB", "LCUB"), ("shear", "LCAB", "LCUAB")):
         if not f[loading].whole:
-            _line(context, f, name, loading)
+            _line(context, f, loading, f"{key}.curves.{name}")
             continue
-        _curve(context, f[loading], name, "loading", measure)
+        _curve(context, f[loading], f"{key}.curves.{name}", "loading", measure)
         if f[unloading].whole:
-            _curve(context, f[unloading], name, "unloading", measure)
+            _curve(context, f[unloading], f"{key}.curves.{name}", "unloading", measure)
     for name in ("LCAA", "LCBB"):
         if name in f and f[name].whole:
             context.report.refused(f[name], "curves of coupled stress have no counterpart; they are left out")
 
 
-def _line(context: Context, f: dict[str, Field], name: str, loading: str) -> None:
+def _file(key: str, branch: str) -> str:
+    """CSV file of a curve; key: fabric.curves.warp, fabric.parts.front.curves.warp."""
+    *_, name = key.split(".")
+    part = key.split(".")[2] + "_" if ".parts." in key else ""
+    return f"curves/{part}{name}_{branch}.csv"
+
+
+def _line(context: Context, f: dict[str, Field], loading: str, key: str) -> None:
     """Without a curve the modulus counts: a straight line, to 10 %."""
+    name = key.rpartition(".")[2]
     modulus = f[{"warp": "EA", "weft": "EB", "shear": "GAB"}[name]]
     slope = context.si(modulus, "pressure")
     if not slope > 0.0:
         raise modulus.bad(f"{loading} names no curve, so a modulus is needed")
     end = np.degrees(0.1) if name == "shear" else 0.1
-    file = f"curves/{name}_loading.csv"
+    file = _file(key, "loading")
     head = "angle [deg]" if name == "shear" else "strain [-]"
     context.curves[file] = f"{head}, stress [Pa]\n0, 0\n{float(end)!r}, {0.1 * slope!r}\n"
-    context.set(f"fabric.curves.{name}.loading", file, modulus)
+    context.set(f"{key}.loading", file, modulus)
     context.report.mapped(f[loading], file, note=f"blank: a straight line of {modulus.name}")
 
 
-def _curve(context: Context, one: Field, name: str, branch: str, measure: str) -> None:
+def _curve(context: Context, one: Field, key: str, branch: str, measure: str) -> None:
     """Strain against stress into a CSV file, from zero on."""
     points, _, number = context.points(one, "-", "pressure")
     strain, stress = points[:, 0], points[:, 1]
@@ -193,8 +210,8 @@ def _curve(context: Context, one: Field, name: str, branch: str, measure: str) -
     strain, stress = strain[kept], stress[kept]
     if not len(strain) or strain[0] > 0.0:
         strain, stress = np.append(0.0, strain), np.append(0.0, stress)
-    head, key = "strain [-]", f"fabric.curves.{name}.{branch}"
-    if name == "shear":
+    head = "strain [-]"
+    if key.endswith("shear"):
         strain, head = np.degrees(strain), "angle [deg]"
         note += "shear strain is taken as the angle in radians"
     elif measure == "engineering":
@@ -206,10 +223,10 @@ def _curve(context: Context, one: Field, name: str, branch: str, measure: str) -
         note += "as second Piola-Kirchhoff stress against Green strain"
     else:
         note += "as true stress against true strain"
-    file = f"curves/{name}_{branch}.csv"
+    file = _file(key, branch)
     rows = "".join(f"{x!r}, {y!r}\n" for x, y in zip(strain.tolist(), stress.tolist(), strict=True))
     context.curves[file] = f"{head}, stress [Pa]\n{rows}"
-    context.set(key, file, one)
+    context.set(f"{key}.{branch}", file, one)
     context.report.approximated(one, f"curve {number}: {note}; a deck does not say which, see --fabric-curves", file)
 
 

@@ -76,6 +76,10 @@ CARDS: dict[str, dict[str, str]] = {
     "RIGIDWALL_PLANAR": {
         "nodes": "NSID NSIDEX BOXID OFFSET BIRTH DEATH RWKSF",
         "wall": "XT YT ZT XH YH ZH FRIC WVEL",
+        "orthotropic": "SFRICA SFRICB DFRICA DFRICB DECAYA DECAYB",
+        "more orthotropic": "NODE1 NODE2 D1 D2 D3",
+        "finite": "XHEV YHEV ZHEV LENL LENM",
+        "moving": "MASS V0",
     },
     "RIGIDWALL_GEOMETRIC": {
         "nodes": "NSID NSIDEX BOXID BIRTH DEATH",
@@ -85,6 +89,11 @@ CARDS: dict[str, dict[str, str]] = {
         "flat": "XHEV YHEV ZHEV LENL LENM",
         "motion": "LCID OPT VX VY VZ",
     },
+    "BOUNDARY_PRESCRIBED_MOTION": {
+        "motion": "TYPEID DOF VAD LCID SF VID DEATH BIRTH",
+        "offset": "OFFSET1 OFFSET2 MRB NODE1 NODE2",
+    },
+    "LOAD_RIGID_BODY": {"load": "PID DOF LCID SF CID M1 M2 M3"},
     "BOUNDARY_SPC": {"spc": "NID CID DOFX DOFY DOFZ DOFRX DOFRY DOFRZ"},
     "CONSTRAINED_EXTRA_NODES": {"extra": "PID NID IFLAG"},
     "INITIAL_VELOCITY_GENERATION": {

@@ -7,11 +7,12 @@ import numpy as np
 from billow.decks.bag_mesh import BagMesh, material_of
 from billow.decks.cards import Field
 from billow.decks.context import Context
+from billow.decks.motions import Motions
 
 WAYS = ("DOFX", "DOFY", "DOFZ")
 
 
-def put_fixed(context: Context, bag: BagMesh) -> set[int]:
+def put_fixed(context: Context, bag: BagMesh, motions: Motions) -> set[int]:
     """`bag.fixed_nodes`; the rigid parts that share nodes with the bag, which are no obstacles."""
     held = set(bag.held)
     sources = ["NODE.TC"] if held else []
@@ -35,6 +36,9 @@ def put_fixed(context: Context, bag: BagMesh) -> set[int]:
                 for way in WAYS:
                     if f[way].whole:
                         context.report.refused(f[way], "a node of a case is fixed in all directions, or free")
+    still = _still(context, bag, motions)
+    held |= still
+    sources += ["BOUNDARY_PRESCRIBED_MOTION"] if still else []
     attached = set()
     for part, ids in _rigid_parts(context, bag):
         mine = _of_bag(bag, ids)
@@ -48,6 +52,25 @@ def put_fixed(context: Context, bag: BagMesh) -> set[int]:
     if held:
         context.set("bag.fixed_nodes", sorted(held), ", ".join(dict.fromkeys(sources)))
     return attached
+
+
+def _still(context: Context, bag: BagMesh, motions: Motions) -> set[int]:
+    """Mesh nodes of the bag that curves of zeros hold in all directions."""
+    found: dict[int, set[int]] = {}
+    rows = []
+    for ids, motion in motions.nodes:
+        mine = _of_bag(bag, ids)
+        if motion.is_nothing and len(mine):
+            rows.append(motion.f["TYPEID"])
+            for node in mine.tolist():
+                found.setdefault(node, set()).update(np.flatnonzero(np.abs(motion.axis) > 0.5).tolist())
+    still = {node for node, axes in found.items() if len(axes) == 3}
+    for one in rows:
+        if len(still) == len(found):
+            context.report.mapped(one, f"{len(still)} nodes stand still", "bag.fixed_nodes")
+        else:
+            context.report.refused(one, "a node of a case is fixed in all directions, or free")
+    return still
 
 
 def _nodes(context: Context, one: Field, is_set: bool) -> np.ndarray:

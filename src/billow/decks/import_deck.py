@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -20,12 +20,13 @@ from billow.decks.contacts import put_contact
 from billow.decks.context import Context
 from billow.decks.draft import Said, case_text, plain, said, source_of
 from billow.decks.evidence import evidence_of
-from billow.decks.fabric import FABRICS_DIFFER, added_leakage, birth_time, fabric_cards, leakage, put_fabric
+from billow.decks.fabric import added_leakage, birth_time, fabric_cards, leakage, put_fabric, same_fabric
 from billow.decks.fixed import put_fixed
 from billow.decks.jets import put_jets
 from billow.decks.keyword_file import Deck
 from billow.decks.mesh_model import mesh_model
-from billow.decks.obstacles import lift, put_obstacles, raise_all, turn_of
+from billow.decks.motions import motions_of
+from billow.decks.obstacles import put_obstacles
 from billow.decks.report import Report
 from billow.decks.tables import Model
 from billow.decks.units import SYSTEMS, Units, find_units
@@ -56,8 +57,7 @@ BASE_TABLES = ("fabric", "gas", "leakage", "inflator", "ambient")
 @dataclass
 class Options:
     """What the command says beside the deck. parts: number -> kind; close: number of an open edge -> kind; merge: [m];
-    base: case that gives what the deck lacks; measure: what curves of fabric measure; fabric: id of the material of all
-    fabric."""
+    base: case that gives what the deck lacks; measure: what curves of fabric measure."""
 
     units: str = "auto"
     airbag: int | None = None
@@ -66,7 +66,6 @@ class Options:
     merge: float | None = None
     base: Path | None = None
     measure: str = "true"
-    fabric: int | None = None
     allow_outside: bool = False
 
 
@@ -103,16 +102,16 @@ def translated(path: Path, options: Options) -> tuple[Context, BagMesh]:
     context = Context(model, units, report)
     base = read_toml(options.base) if options.base is not None else {}
     context.tables |= {"title": _title(model), "bag": {}, "fabric": {}, "gas": {}}
-    context.turn = turn_of(context, options.parts)
     bag, place = _bag(context, block, options)
     _fabric(context, bag, place, options, base)
     _rest_of_base(context, base, block is None, path)
-    attached = put_fixed(context, bag)
-    _bag_tables(context, bag)
-    put_obstacles(context, set(bag.parts) | attached, options.parts, bag.start.points)
-    put_contact(context, set(bag.parts))
-    bag = _raised(context, bag)
     _run(context, base)
+    motions = motions_of(context)
+    attached = put_fixed(context, bag, motions)
+    _bag_tables(context, bag)
+    put_obstacles(context, set(bag.parts) | attached, options.parts, motions, bag.start.points)
+    motions.rest(context)
+    put_contact(context, set(bag.parts))
     report.keywords = name_the_rest(context)
     report.finish()
     return context, bag
@@ -156,10 +155,6 @@ def _bag(context: Context, block: Block | None, options: Options) -> tuple[BagMe
         members, segments, place, vents = airbag.parts, airbag.segments, airbag.place, airbag.vents
         context.airbag = airbag
     bag = bag_mesh(context.model, members, segments, vents, place, context.units, choices, context.report)
-    if context.turn is not None:
-        bag.start = replace(bag.start, points=context.turned(bag.start.points))
-        if bag.reference is not None:
-            bag.reference = replace(bag.reference, points=context.turned(bag.reference.points))
     if block is not None:
         put_jets(context, context.airbag, bag)
     return bag, place
@@ -167,7 +162,7 @@ def _bag(context: Context, block: Block | None, options: Options) -> tuple[BagMe
 
 def _fabric(context: Context, bag: BagMesh, place: str, options: Options, base: dict[str, Any]) -> None:
     """The fabric of the bag, and what of it differs from part to part: thickness and leakage."""
-    model, report = context.model, context.report
+    model = context.model
     found: dict[int, dict[str, Field]] = {}
     cloth = [n for n, table in bag.parts.items() if table["kind"] == "fabric"]
     for number in cloth:
@@ -178,34 +173,33 @@ def _fabric(context: Context, bag: BagMesh, place: str, options: Options, base: 
         if "fabric" not in base:
             raise NO_AIRBAG(what="what the fabric is", place=place, why="no part of the bag has *MAT_FABRIC")
         return
-    first = next(iter(found))
-    if options.fabric is not None:
-        first = next((n for n, f in found.items() if f["MID"].whole == options.fabric), first)
-    f = found[first]
-    for number, other in found.items():
-        for name in ("RO", "EA", "EB", "PRBA", "GAB", "CSE", "FORM", "EL", "LRATIO", "LCA", "LCB", "LCAB"):
-            if name in other and name in f and other[name].number != f[name].number:
-                if options.fabric is None:
-                    raise FABRICS_DIFFER(place=other[name].place, one=f["MID"].text, other=other["MID"].text, key=name)
-                report.refused(other[name], f"the fabric of part {number} is taken to be {f['MID'].text}, as said")
-    put_fabric(context, f, options.measure)
-    for other in found.values():
-        for name, one in other.items():
-            if not report.settled(one) and name in f and other is not f:
-                report.mapped(one, note="as the fabric of the bag")
+    fabrics = _fabrics(context, bag, found)
+    (first, *_), *others = fabrics
+    put_fabric(context, found[first], options.measure)
+    for number in (n for members in fabrics for n in members if n != first):
+        if number in fabrics[0]:
+            for name, one in found[number].items():
+                if not context.report.settled(one) and name in found[first]:
+                    context.report.mapped(one, note="as the fabric of the bag")
+        else:
+            put_fabric(context, found[number], options.measure, f"fabric.parts.{bag.parts[number]['name']}")
     thick = {n: _thickness(context, bag, n) for n in cloth}
-    # Layers are counted from the thinnest part on.
-    base_thickness = min((t for t in thick.values() if t), default=None)
-    if base_thickness is None:
-        if "thickness" not in base.get("fabric", {}):
-            raise NO_AIRBAG(what="how thick the fabric is", place=place, why="its parts have no *SECTION_SHELL")
-    else:
-        thinnest = next(number for number, value in thick.items() if value == base_thickness)
+    if not any(thick.values()) and "thickness" not in base.get("fabric", {}):
+        raise NO_AIRBAG(what="how thick the fabric is", place=place, why="its parts have no *SECTION_SHELL")
+    of_parts = [n for members in others for n in members]
+    groups = [([n for n in cloth if n not in of_parts], "fabric")]
+    groups += [([n], f"fabric.parts.{bag.parts[n]['name']}") for n in of_parts]
+    for members, key in groups:
+        # Layers are counted from the thinnest part of a fabric on.
+        known = {n: thick[n] for n in members if thick[n]}
+        if not known:
+            continue
+        thinnest = min(known, key=known.get)
         source = model.thicknesses.get(model.parts[thinnest].section) if thinnest in model.parts else None
-        context.set("fabric.thickness", base_thickness, source[2] if source else "ELEMENT_SHELL_THICKNESS")
-        for number, value in thick.items():
-            if value and not math.isclose(value, base_thickness, rel_tol=1e-9):
-                bag.parts[number]["layers"] = value / base_thickness
+        context.set(f"{key}.thickness", known[thinnest], source[2] if source else "ELEMENT_SHELL_THICKNESS")
+        for number, value in known.items():
+            if not math.isclose(value, known[thinnest], rel_tol=1e-9):
+                bag.parts[number]["layers"] = value / known[thinnest]
     option = context.airbag.option if context.airbag is not None else 0
     laws = {n: leakage(context, added_leakage(context, g), option) for n, g in found.items()}
     if any(laws.values()):
@@ -215,6 +209,21 @@ def _fabric(context: Context, bag: BagMesh, place: str, options: Options, base: 
             names = {bag.parts[n]["name"]: law for n, law in laws.items() if law}
             context.tables.setdefault("leakage", {})["parts"] = names
     put_warp(context, bag, found)
+
+
+def _fabrics(context: Context, bag: BagMesh, found: dict[int, dict[str, Field]]) -> list[list[int]]:
+    """Parts of the same fabric together, the fabric of most shells first."""
+    groups: list[list[int]] = []
+    for number, f in found.items():
+        mine = next((members for members in groups if same_fabric(context, found[members[0]], f)), None)
+        if mine is None:
+            groups.append(mine := [])
+        mine.append(number)
+    groups.sort(key=lambda members: -int(np.isin(bag.start.part, members).sum()))
+    if len(groups) > 1:
+        names = "; ".join(", ".join(bag.parts[n]["name"] for n in members) for members in groups)
+        context.report.remarks.append(f"{len(groups)} fabrics, of parts {names}: the first is [fabric]")
+    return groups
 
 
 def _thickness(context: Context, bag: BagMesh, number: int) -> float | None:
@@ -263,19 +272,6 @@ def _bag_tables(context: Context, bag: BagMesh) -> None:
     context.tables["bag"] = {**table, **own, "parts": list(bag.parts.values())}
 
 
-def _raised(context: Context, bag: BagMesh) -> BagMesh:
-    """Lift the whole model so that obstacles stand above z = 0."""
-    obstacles = context.tables["obstacles"]
-    height = lift(obstacles)
-    if not height:
-        return bag
-    raise_all(obstacles, height)
-    points = bag.start.points + np.array([0.0, 0.0, height])
-    context.report.remarks.append(f"the model is raised by {height:.6g} m, so that obstacles stand above z = 0")
-    bag.start = replace(bag.start, points=points)
-    return bag
-
-
 def _run(context: Context, base: dict[str, Any]) -> None:
     run = dict(base.get("run", {}))
     model, report = context.model, context.report
@@ -307,9 +303,7 @@ def _run(context: Context, base: dict[str, Any]) -> None:
         points = model.curve(f["LCID"]).points
         value = context.units.si(float(points[0, 1]) * (f["SF"].number or 1.0), "acceleration")
         gravity = list(plain(run.get("gravity", [0.0, 0.0, 0.0])))
-        # The load is an acceleration of the frame: bodies go the other way.
-        load = context.turned(np.where(np.arange(3) == axis, -value, 0.0))
-        gravity = (np.array(gravity) + load).tolist()
+        gravity[axis] -= value  # the load is an acceleration of the frame: bodies go the other way
         run["gravity"] = said(gravity, f["LCID"])
         if np.ptp(points[:, 1]):
             report.approximated(f["LCID"], "it varies in time; its first value is kept", -value, "run.gravity")

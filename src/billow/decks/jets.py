@@ -39,7 +39,7 @@ def _ring(context: Context, rows, bag: BagMesh) -> dict | str:
     model = context.model
     at = model.nodes.rows(np.array([r[1] for r in rows]), rows[0][0].shown, rows[0][0].place)
     points = model.nodes.points[at] * context.units.length
-    vectors = np.array([_vector(context, r[3]) for r in rows])
+    vectors = np.array([context.vector(r[3]) for r in rows])
     centre = points.mean(axis=0)
     axis = np.linalg.svd(points - centre)[2][2]
     mean = vectors.sum(axis=0)
@@ -58,14 +58,3 @@ def _ring(context: Context, rows, bag: BagMesh) -> dict | str:
         "count": len(rows), "ring_radius": float(radius.mean()), "hole_diameter": math.sqrt(4.0 * area / math.pi),
         "angle": math.degrees(float(angle.mean())), "cone": cone,
     }  # fmt: skip
-
-
-def _vector(context: Context, number: int) -> np.ndarray:
-    """Direction of a *DEFINE_VECTOR, zero if there is none."""
-    for block in context.model.all("DEFINE_VECTOR"):
-        cards = context.cards(block)
-        while cards.left:
-            f = cards.card("vector", "VID XT YT ZT XH YH ZH CID")
-            if f["VID"].whole == number:
-                return np.array([f[n + "H"].number - f[n + "T"].number for n in "XYZ"])
-    return np.zeros(3)

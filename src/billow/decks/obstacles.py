@@ -11,20 +11,23 @@ from billow.decks.bag_mesh import material_of, plain_name
 from billow.decks.block import Block
 from billow.decks.cards import Cards, Field
 from billow.decks.context import Context
-from billow.decks.draft import Said, said
+from billow.decks.draft import Said, plain, said
 from billow.decks.fields import known
+from billow.decks.motions import HELD, Motions, guide, loads_of, motion_table, wall_motion
 
 BOXY = 4.0
 """Degree of a super-ellipsoid that stands for a body of facets."""
-UPRIGHT = 1e-6
-"""z component of a unit normal below which a plane runs along the z axis."""
+STEEP = 0.5
+"""z component of a unit normal below which a plate is placed by a point of it, else by its height on the z axis."""
 FLAT = 1e-3
 """Smallest over largest extent of a rigid part below which it is a plate."""
 THINNEST = 0.01
 """Least radius [m] of a super-ellipsoid that stands for a flat body."""
 
 
-def put_obstacles(context: Context, taken: set[int], kinds: dict[int, str], bag_points: np.ndarray) -> None:
+def put_obstacles(
+    context: Context, taken: set[int], kinds: dict[int, str], motions: Motions, bag_points: np.ndarray
+) -> None:
     """The `[[obstacles]]` of walls and of rigid parts that do not belong to the bag, taken. kinds: what the command
     says of parts. bag_points: nodes of the bag [m], (n, 3), towards which plates face."""
     obstacles: list[dict[str, Any]] = []
@@ -39,82 +42,19 @@ def put_obstacles(context: Context, taken: set[int], kinds: dict[int, str], bag_
             name = f"*{material[1].name}" if material else "no material"
             context.report.remarks.append(f"part {part} is left out: it has {name}; --part {part}=obstacle or =plate")
             continue
-        obstacles.append(_part(context, part, material, kinds.get(part), velocity.get(part), bag_points))
+        obstacles.append(_part(context, part, material, kinds.get(part), velocity.get(part), motions, bag_points))
     names: dict[str, int] = {}
     for one in obstacles:
         names[one["name"]] = names.get(one["name"], 0) + 1
         if names[one["name"]] > 1:
             one["name"] += f"_{names[one['name']]}"
-    for block in context.model.all("BOUNDARY_PRESCRIBED_MOTION"):
-        cards = Cards(context.model.deck.parameters, block)
-        if "_ID" in block.name and cards.left:
-            cards.text()
-        one = cards.optional("motion", "ID DOF VAD LCID SF VID DEATH BIRTH")["ID"]
-        context.report.take([one])
-        context.report.refused(one, "a motion that is prescribed: the part is locked, or free with its velocity")
     context.tables["obstacles"] = obstacles
-
-
-def turn_of(context: Context, kinds: dict[int, str]) -> np.ndarray | None:
-    """Rotation (3, 3) that turns the first wall that stands upright level, so that a plate of a case can be it; None if
-    there is none. Axes are exchanged where that does."""
-    for normal, place in _plane_normals(context, kinds):
-        length = np.linalg.norm(normal)
-        if not length > 0.0 or abs(normal[2]) > UPRIGHT * length:
-            return None
-        up, z = normal / length, np.array([0.0, 0.0, 1.0])
-        axis = np.cross(up, z)  # up is level, so this is a quarter turn about it
-        turn = np.outer(axis, axis) + np.outer(z, up) - np.outer(up, z)
-        turn = np.where(np.abs(turn - np.round(turn)) < UPRIGHT, np.round(turn), turn)
-        context.report.remarks.append(f"{place}: the model is turned so that this wall lies level")
-        return turn
-    return None
-
-
-def _plane_normals(context: Context, kinds: dict[int, str]):
-    """Normals of rigid walls, and of parts that are said to be plates, with their place."""
-    for block in context.model.all("RIGIDWALL"):
-        if known(block.name) is None or "SPHERE" in block.name or "CYLINDER" in block.name:
-            continue
-        cards = context.cards(block)
-        cards.card("nodes", "NSID")
-        f = cards.card("wall", "XT YT ZT XH YH ZH")
-        yield np.array([f[n + "H"].number - f[n + "T"].number for n in "XYZ"]), f["XT"].place
-    shells, nodes = context.model.shells, context.model.nodes
-    for part in np.unique(shells.part).tolist():
-        material = material_of(context.model, part)
-        rigid = material is not None and material[0] == "MAT_RIGID" and part not in kinds
-        if kinds.get(part) != "plate" and not rigid:
-            continue
-        corners = shells.corners[shells.part == part]
-        place = shells.place(int(np.argmax(shells.part == part)))
-        points = nodes.points[nodes.rows(np.unique(corners[corners >= 0]), f"part {part}", place)]
-        flat, normal = _flatness(points)
-        if kinds.get(part) == "plate" or flat < FLAT:
-            towards = nodes.points.mean(axis=0) - points.mean(axis=0)
-            yield normal if towards @ normal >= 0.0 else -normal, place
 
 
 def _flatness(points: np.ndarray) -> tuple[float, np.ndarray]:
     """Smallest over largest extent of points (n, 3) about their middle, and the direction of the smallest."""
     _, sizes, axes = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)
     return float(sizes[-1] / max(sizes[0], 1e-300)), axes[-1]
-
-
-def lift(obstacles: list[dict[str, Any]]) -> float:
-    """Height [m] by which the whole model must rise so that no super-ellipsoid lies below z = 0, where a case counts
-    clearances from."""
-    lowest = [o["clearance"].value for o in obstacles if o["shape"] == "super-ellipsoid"]
-    return max(0.0, -min(lowest, default=0.0))
-
-
-def raise_all(obstacles: list[dict[str, Any]], height: float) -> None:
-    """Move obstacles up by a height [m]."""
-    for one in obstacles:
-        if one["shape"] == "super-ellipsoid":
-            one["clearance"] = Said(max(one["clearance"].value + height, 0.0), one["clearance"].source)
-        else:
-            one["height"] = Said(one["height"].value + height, one["height"].source)
 
 
 def _wall(context: Context, block: Block) -> list[dict[str, Any]]:
@@ -125,11 +65,9 @@ def _wall(context: Context, block: Block) -> list[dict[str, Any]]:
     called = "wall"
     if "_ID" in block.name:
         called = plain_name(cards.titled()) or called
-    if "MOTION" in block.name or "MOVING" in block.name:
-        report.remarks.append(f"{block.place}: *{block.name} moves; in a case it stands still")
     context.card(cards, "nodes")
     f = context.card(cards, "wall")
-    tail, head = (context.turned(np.array([context.si(f[n + e], "length") for n in "XYZ"])) for e in "TH")
+    tail, head = (np.array([context.si(f[n + e], "length") for n in "XYZ"]) for e in "TH")
     normal = head - tail
     if not np.linalg.norm(normal) > 0.0:
         raise f["XH"].bad("head and tail of its normal are one point")
@@ -139,31 +77,62 @@ def _wall(context: Context, block: Block) -> list[dict[str, Any]]:
     friction = f["FRIC"].number
     report.mapped(f["FRIC"], min(friction, 2.0))
     shared = {"name": called, "friction": said(min(friction, 2.0), f["FRIC"])}
+    source = f"{block.place} {block.name}"
     if "SPHERE" in block.name:
         size = context.card(cards, "sphere")["RADSPH"]
         report.mapped(size, context.si(size, "length"), "obstacles.radii")
-        return [_ellipsoid(shared, tail, np.full(3, context.si(size, "length")), 2.0, f"{block.place} {block.name}")]
-    if "CYLINDER" in block.name:
+        made = _ellipsoid(shared, tail, np.full(3, context.si(size, "length")), 2.0, source)
+    elif "CYLINDER" in block.name:
         size = context.card(cards, "cylinder")
         radius, length = (context.si(size[n], "length") for n in ("RADCYL", "LENCYL"))
         half = np.where(np.abs(normal) > 0.9, 0.5 * length, radius)
         for name in ("RADCYL", "LENCYL"):
             report.approximated(size[name], f"a super-ellipsoid of degree {BOXY:g}, along the nearest axis")
-        return [_ellipsoid(shared, tail + 0.5 * length * normal, half, BOXY, f"{block.place} {block.name}")]
-    if "FLAT" in block.name or "PRISM" in block.name:
-        for one in context.card(cards, "flat", optional=True).values():
-            report.approximated(one, "an infinite plate stands for the finite face")
-    if abs(normal[2]) < UPRIGHT:
-        report.refused(f["ZH"], "a plate of a case crosses the z axis, as another wall does: turn the model")
-        return []
-    return [_plate(shared, tail, normal, f"{block.place} {block.name}")]
+        made = _ellipsoid(shared, tail + 0.5 * length * normal, half, BOXY, source)
+    else:
+        made = _plate(shared, tail, normal, source)
+    if "PRISM" in block.name or "FLAT" in block.name:
+        _infinite(context, context.card(cards, "flat", optional=True))
+    if kind == "RIGIDWALL_PLANAR":
+        return [made | _planar_options(context, cards, normal)]
+    if "MOTION" in block.name:
+        made |= {"motion": motion} if (motion := wall_motion(context, context.card(cards, "motion"))) else {}
+    return [made]
+
+
+def _infinite(context: Context, face: dict[str, Field]) -> None:
+    """Say what a plate without end makes of a face; lengths of 0 mean one without end too."""
+    for one in face.values():
+        if face["LENL"].number or face["LENM"].number:
+            context.report.approximated(one, "an infinite plate stands for the finite face")
+        else:
+            context.report.mapped(one, one.text, "obstacles", "lengths of 0: without end")
+
+
+def _planar_options(context: Context, cards: Cards, normal: np.ndarray) -> dict[str, Any]:
+    """The motion of *RIGIDWALL_PLANAR with its options."""
+    report, name = context.report, cards.block.name
+    if "ORTHO" in name:
+        for one in (context.card(cards, "orthotropic") | context.card(cards, "more orthotropic")).values():
+            report.refused(one, "friction that depends on the direction: FRIC is used")
+    if "FINITE" in name:
+        _infinite(context, context.card(cards, "finite"))
+    if "MOVING" not in name:
+        return {}
+    f = context.card(cards, "moving")
+    mass, speed = context.si(f["MASS"], "mass"), context.si(f["V0"], "velocity")
+    report.mapped(f["MASS"], mass, "obstacles.motion.mass")
+    report.mapped(f["V0"], speed, "obstacles.motion.speed")
+    direction = said(normal.tolist(), f["V0"])
+    return {"motion": {"kind": "guided", "direction": direction, "mass": said(mass, f["MASS"]),
+                       "speed": said(speed, f["V0"])}}  # fmt: skip
 
 
 def _plate(shared: dict[str, Any], point: np.ndarray, normal: np.ndarray, source: str) -> dict[str, Any]:
-    return {
-        "shape": "plate", **shared, "height": Said(float(point @ normal / normal[2]), source),
-        "normal": Said([float(v) for v in normal], source),
-    }  # fmt: skip
+    made = {"shape": "plate", **shared, "normal": Said([float(v) for v in normal], source)}
+    if abs(normal[2]) < STEEP:
+        return made | {"height": Said(float(point[2]), source), "offset": Said(point[:2].tolist(), source)}
+    return made | {"height": Said(float(point @ normal / normal[2]), source)}
 
 
 def _ellipsoid(
@@ -178,7 +147,7 @@ def _ellipsoid(
 
 def _part(
     context: Context, part: int, material: tuple[str, Block] | None, kind: str | None, velocity: tuple | None,
-    bag_points: np.ndarray,
+    motions: Motions, bag_points: np.ndarray,
 ) -> dict[str, Any]:  # fmt: skip
     model, report = context.model, context.report
     shells = model.shells
@@ -186,7 +155,7 @@ def _part(
     corners = shells.corners[rows]
     ids = np.unique(corners[corners >= 0])
     at = model.nodes.rows(ids, f"a shell of part {part}", shells.place(rows[0]))
-    points = context.turned(model.nodes.points[at] * context.units.length)
+    points = model.nodes.points[at] * context.units.length
     low, high = points.min(axis=0), points.max(axis=0)
     centre, half = 0.5 * (low + high), 0.5 * (high - low)
     title = model.parts[part].title if part in model.parts else ""
@@ -195,6 +164,7 @@ def _part(
     source = f"{place} PART {part}"
     rigid = _rigid(context, material[1]) if material and material[0] == "MAT_RIGID" else None
     friction = {"friction": 0.2}
+    moved = motion_table(context, motions.of_part(part, ids), plain(context.tables["run"]).get("end_time", 0.05), rigid)
     flat, normal = _flatness(points)
     if kind == "plate" or (kind is None and flat < FLAT):
         middle = points.mean(axis=0)
@@ -203,9 +173,7 @@ def _part(
         report.remarks.append(
             f"part {part} becomes an infinite plate; its nodes lie up to {1e3 * off:.3g} mm away from it"
         )
-        if abs(normal[2]) > UPRIGHT:
-            return _plate({"name": name, **friction}, middle, normal, source)
-        report.remarks.append(f"part {part}: its plane is parallel to the z axis; a super-ellipsoid stands for it")
+        return _plate({"name": name, **friction}, middle, normal, source) | ({"motion": moved} if moved else {})
     half = np.maximum(half, THINNEST)
     fitted = np.abs((points - centre) / half)
     # Of a point, how much larger a super-ellipsoid would pass through it.
@@ -215,19 +183,35 @@ def _part(
         f"part {part} becomes a super-ellipsoid of degree {BOXY:g} with its extents; its nodes stand out by up to "
         f"{1e3 * max(gap, 0.0):.3g} mm"
     )
-    mass = _mass(context, part, rows, rigid)
-    free = kind is not None or (rigid is not None and not rigid["locked"])
-    if free and mass and mass > 1e-3:
-        made["locked"] = Said(False, source)
-        made["mass"] = Said(float(mass), source)
-        if velocity is not None:
-            made["velocity"] = velocity[0]
-            if any(velocity[1].value):
-                made["spin"] = velocity[1]
-    else:
-        made["locked"] = Said(True, source)
-        if free:
-            report.remarks.append(f"part {part} has no mass that is known: it is locked")
+    return made | _freedom(context, part, _mass(context, part, rows, rigid), rigid, kind, velocity, moved, source)
+
+
+def _freedom(
+    context: Context, part: int, mass: float | None, rigid: dict[str, Any] | None, kind: str | None,
+    velocity: tuple | None, moved: dict | None, source: str,
+) -> dict[str, Any]:  # fmt: skip
+    """Whether a body is moved, guided, free or locked, with its mass [kg] and its motion at the start."""
+    locked = {"locked": Said(True, source)}
+    if moved:
+        return locked | {"motion": moved}
+    free = kind is not None or (rigid is not None and (rigid["turns"] or rigid["held"] != "xyz"))
+    if free and not (mass and mass > 1e-3):
+        context.report.remarks.append(f"part {part} has no mass that is known: it is locked")
+    if not (free and mass and mass > 1e-3):
+        return locked
+    axis = guide(rigid) if rigid else None
+    if axis is not None:
+        force = loads_of(context, part, axis)
+        speed = velocity[0] if velocity else Said([0.0, 0.0, 0.0])
+        return locked | {"motion": {
+            "kind": "guided", "direction": Said(axis.tolist(), source), "mass": Said(float(mass), source),
+            "speed": Said(float(np.dot(speed.value, axis)), speed.source), **({"force": force} if force else {}),
+        }}  # fmt: skip
+    made = {"locked": Said(False, source), "mass": Said(float(mass), source)}
+    if velocity is not None:
+        made["velocity"] = velocity[0]
+        if any(velocity[1].value):
+            made["spin"] = velocity[1]
     return made
 
 
@@ -241,13 +225,17 @@ def _rigid(context: Context, block: Block) -> dict[str, Any]:
         report.mapped(f[name], f[name].text, "obstacles.mass")
     for name in ("E", "PR"):
         report.ignored(f[name], "contact has a stiffness of its own: obstacles.slope")
-    locked = f["CMO"].number == 1.0 and f["CON1"].whole == 7
+    held = HELD.get(f["CON1"].whole, "") if f["CMO"].number == 1.0 else ""
+    turns = not (f["CMO"].number == 1.0 and f["CON2"].whole == 7)
+    # A case locks a body, guides it along one axis, or leaves it free.
+    sound = not f["CMO"].number or (len(held) == 3) or (len(held) == 2 and not turns)
     for name in ("CMO", "CON1", "CON2"):
-        if f["CMO"].number and not locked and f[name].number:
+        if not sound and f[name].number:
             report.approximated(f[name], "constraints of single directions: the body moves freely")
         else:
-            report.mapped(f[name], "locked" if locked else "free", "obstacles.locked")
-    return {"density": context.si(f["RO"], "density"), "locked": locked}
+            how = "locked" if len(held) == 3 else "guided" if held and not turns else "free"
+            report.mapped(f[name], how, "obstacles.locked")
+    return {"density": context.si(f["RO"], "density"), "held": held, "turns": turns and len(held) < 3}
 
 
 def _mass(context: Context, part: int, rows: np.ndarray, rigid: dict[str, Any] | None) -> float | None:
@@ -289,8 +277,8 @@ def _velocities(context: Context) -> dict[int, tuple[Said, Said]]:
             report.mapped(one, value, "obstacles.velocity")
         for one, value in zip(w, turns, strict=False):
             report.mapped(one, value, "obstacles.spin")
-        speeds = said(context.turned(np.array(moves)).tolist(), v[0])
-        spins = said(context.turned(np.array(turns)).tolist(), (w or v)[0])
+        speeds = said(moves, v[0])
+        spins = said(turns, (w or v)[0])
         for part in parts:
             found[part] = speeds, spins
 

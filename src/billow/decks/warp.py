@@ -72,10 +72,10 @@ def _directions(context: Context, bag: BagMesh, f: dict[str, Field], mine: np.nd
     if aopt in (0, 1):
         axis = p[second] - p[cells[:, 0]]
     elif aopt == 2:
-        axis = np.broadcast_to(context.turned(np.array([f[n].number for n in ("A1", "A2", "A3")])), normal.shape)
+        axis = np.broadcast_to([f[n].number for n in ("A1", "A2", "A3")], normal.shape)
         _named(context, f, ("A1", "A2", "A3"))
     elif aopt == 3:
-        axis = np.cross(context.turned(np.array([f[n].number for n in ("V1", "V2", "V3")])), normal)
+        axis = np.cross([f[n].number for n in ("V1", "V2", "V3")], normal)
         _named(context, f, ("V1", "V2", "V3"))
     else:
         context.report.refused(f["AOPT"], "a coordinate system: set bag.parts.warp_angle yourself")

@@ -17,7 +17,7 @@ def keep_case(case, folder: Path, header: str = ""):
     """
     names = {}
     for key, path in case.files.items():
-        names[key] = f"bag_{key}{path.suffix.lower()}"
+        names[key] = f"{key.replace('.', '_')}{path.suffix.lower()}"
         try:
             content = read_bytes(path, LARGEST_DATA)
         except OSError as error:

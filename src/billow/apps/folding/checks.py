@@ -58,7 +58,7 @@ def fold_checks(case: Case, model: Model) -> list[Check]:
     plan, shape = fold_plan(case.bag), build_shape(case.bag)
     check_closed(shape.surface, shape.positions, "bag")
     flat, start = plan.unfolded(shape.positions), replace(shape, positions=model.start)
-    thickness, gap = case.fabric.thickness, 2.0 * plan.half
+    thickness, gap = max(m.fabric.thickness for m in model.fabric.membranes), 2.0 * plan.half
     near = least_distance(model.start, flat, panel_side(shape, flat), case.bag.element_size, 1.5 * gap)
     angles = {side: math.radians(getattr(case.bag.warp_angle, side)) for side in ("front", "rear")}
     strains = yarn_strains(start, angles)

@@ -155,7 +155,7 @@ def fabric_model(
     area = nodal_share(surface.triangles.astype(np.int64), flat_area(shape.reference), surface.node_count)
     filled, contact = GasPart(gas or NoGas(), surface, start), Bodies(bodies, area, down)
     parts = (filled, Fabric(surface, (membrane,)), NO_STRAPS, contact)
-    mass = nodal_mass(shape, membrane, NO_STRAPS)
+    mass = nodal_mass(shape, (membrane,), NO_STRAPS)
     return Model(surface, start, mass, shape.fixed, down, *parts, mass_damping=mass_damping)
 
 

@@ -6,7 +6,6 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, field_validator, model_validator
 
-from billow.base.units import CONVERSIONS
 from billow.case.bag.schema_folds import Fold, Relax
 from billow.case.quantity import (
     Name,
@@ -18,6 +17,7 @@ from billow.case.quantity import (
     number_or_curve,
     quantity,
     refused,
+    unit_of_length,
     whole,
 )
 
@@ -393,12 +393,6 @@ class PassengerBag(PanelBag):
     straps: tuple[PanelStrap, ...] = ()
 
 
-def _unit(value: str) -> str:
-    if value not in CONVERSIONS["m"]:
-        raise refused("it is no unit of length", f"use one of {', '.join(CONVERSIONS['m'])}", kind="unit")
-    return value
-
-
 class MeshPart(Strict):
     """What a part of the mesh is."""
 
@@ -446,7 +440,7 @@ class MeshBag(Strict):
     cut in the start shape."""
     frame: whole(-(10**6), 10**6) = 0
     """Which time of the start file to use, if it has several; -1 is the last."""
-    unit: Annotated[str, AfterValidator(_unit)] = "m"
+    unit: Annotated[str, AfterValidator(unit_of_length)] = "m"
     """Unit of length in the files."""
     part_field: Text = "part"
     """Cell field with the number of each cell's part."""

@@ -6,6 +6,7 @@ from functools import partial
 
 import numpy as np
 
+from billow.base.errors import InputError
 from billow.case.fabric import schema_fabric
 from billow.parts.fabric.curve import Curve, TestedCurve
 from billow.parts.fabric.curve_check import check_curves, check_shape
@@ -16,22 +17,26 @@ from billow.parts.fabric.membrane import FabricLaw
 WHERE = "fabric.curves"
 
 
-def build_fabric(fabric: schema_fabric.Fabric) -> FabricLaw:
-    """The law named in the `[fabric]` table. A coating adds its mass to that of the fabric.
+def build_fabric(fabric: schema_fabric.Cloth, key: str = "fabric") -> FabricLaw:
+    """The law named in the `[fabric]` table, or in that of a part, key. A coating adds its mass to that of the fabric.
 
     Raises InputError: E-FAB-003..006 curves that describe no fabric.
     """
     coating = fabric.coating.density * fabric.coating.thickness / fabric.thickness
     common = fabric.model_dump(include={"thickness", "compression", "damping"})
-    return BUILDERS[fabric.law](fabric, common | {"density": fabric.density + coating})
+    try:
+        return BUILDERS[fabric.law](fabric, common | {"density": fabric.density + coating})
+    except InputError as error:
+        error.where = error.where.replace("fabric.", f"{key}.", 1)
+        raise
 
 
-def _linear(fabric: schema_fabric.Fabric, common: dict) -> LinearFabric:
+def _linear(fabric: schema_fabric.Cloth, common: dict) -> LinearFabric:
     own = fabric.model_dump(include={"young_warp", "young_weft", "poisson", "shear"})
     return LinearFabric(**own, liner=Liner(**fabric.liner.model_dump()), **common)
 
 
-def _curves(fabric: schema_fabric.Fabric, common: dict, *, switches_shear: bool) -> CurveFabric:
+def _curves(fabric: schema_fabric.Cloth, common: dict, *, switches_shear: bool) -> CurveFabric:
     curves = fabric.curves
     law = CurveFabric(
         warp=_tested(curves.warp, "warp"),

@@ -5,9 +5,9 @@ from __future__ import annotations
 from functools import cache
 from typing import Any, Literal
 
-from pydantic import model_validator
+from pydantic import Field, model_validator
 
-from billow.case.quantity import Strict, quantity, refused
+from billow.case.quantity import Name, Strict, quantity, refused
 from billow.parts.fabric.curve_file import LIBRARY, library_curves
 
 Modulus = quantity("Pa", 1e4, 1e12)
@@ -16,7 +16,7 @@ Stress = quantity("Pa", -1e12, 1e12)
 DIRECTIONS = ("warp", "weft", "shear")
 LAWS = {"linear": "moduli", "curves": "curves", "curves-shear": "curves"}
 """Name of a law -> what describes it. `billow.case.fabric.build_fabric.BUILDERS` builds each. A new law is a line here,
-with the keys it needs in `Fabric`, and a line there."""
+with the keys it needs in `Cloth`, and a line there."""
 
 
 class YarnCurve(Strict):
@@ -85,8 +85,8 @@ class Coating(Strict):
     """Density."""
 
 
-class Fabric(Strict):
-    """Woven fabric. Defaults: nylon 6.6, 470 dtex, uncoated."""
+class Cloth(Strict):
+    """Woven fabric of a part of the bag. Defaults: nylon 6.6, 470 dtex, uncoated."""
 
     law: Literal[tuple(LAWS)] = "linear"
     """linear: orthotropic, linear in Green strain (FORM 0); curves-shear: loading and unloading curves with history
@@ -115,12 +115,6 @@ class Fabric(Strict):
     curves: FabricCurves = FabricCurves()
     liner: Liner = Liner()
     coating: Coating = Coating()
-    self_contact: bool | Literal["auto", "layers"] = "auto"
-    """Whether layers of fabric are kept apart: true by springs, for bags that start flat; "layers" by impulses, for
-    folded stacks, through which nothing passes. auto: "layers" for a bag with folds, springs with the corpuscular gas;
-    uniform pressure blows the layers of an unfolded bag apart by itself."""
-    friction: quantity("-", 0.0, 2.0) = 0.0
-    """Coefficient of friction between layers of fabric, with self_contact = "layers"."""
 
     @model_validator(mode="before")
     @classmethod
@@ -179,6 +173,24 @@ class Fabric(Strict):
                 f'give it, or library = "{next(iter(LIBRARY))}" for what is not given',
             )
         return self
+
+
+class Fabric(Cloth):
+    """Woven fabric. Defaults: nylon 6.6, 470 dtex, uncoated."""
+
+    self_contact: bool | Literal["auto", "layers"] = "auto"
+    """Whether layers of fabric are kept apart: true by springs, for bags that start flat; "layers" by impulses, for
+    folded stacks, through which nothing passes. auto: "layers" for a bag with folds, springs with the corpuscular gas;
+    uniform pressure blows the layers of an unfolded bag apart by itself."""
+    friction: quantity("-", 0.0, 2.0) = 0.0
+    """Coefficient of friction between layers of fabric, with self_contact = "layers"."""
+    parts: dict[Name, Cloth] = Field(default_factory=dict)
+    """Fabrics of single parts by name, for example [fabric.parts.front]; each replaces the general fabric completely.
+    Straps and seams are of the general one."""
+
+    def of(self, part: str) -> Cloth:
+        """The fabric of a part."""
+        return self.parts.get(part, self)
 
 
 @cache

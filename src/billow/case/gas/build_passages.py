@@ -105,7 +105,9 @@ def _parts(case: schema.Case, shape: BagShape) -> Iterator[Passage]:
             if kind == "fabric":
                 leaks = shape.leak[members]
                 law = case.leakage.parts.get(part, case.leakage)
-                yield _leakage(law, case, name, behind, ahead, members[leaks > 0.0], float(leaks @ flat[members]))
+                permeability = case.fabric.of(part).permeability
+                leaky, area = members[leaks > 0.0], float(leaks @ flat[members])
+                yield _leakage(law, permeability, name, behind, ahead, leaky, area)
             elif kind == "vent":
                 yield _vent(case.bag.vents, name, behind, ahead, members, area)
             elif behind == ahead:
@@ -130,9 +132,9 @@ def _vent(vents: VentFlow, name: str, behind: int, ahead: int, triangles: np.nda
 
 
 def _leakage(
-    leakage: PartLeakage, case: schema.Case, name: str, behind: int, ahead: int, triangles: np.ndarray, area: float
+    leakage: PartLeakage, permeability: float, name: str, behind: int, ahead: int, triangles: np.ndarray, area: float
 ) -> Passage:
-    of_fabric = (case.fabric.permeability,) if leakage.law == "permeability" else ()
+    of_fabric = (permeability,) if leakage.law == "permeability" else ()
     return Passage(
         name, FABRIC, LAWS[leakage.law], behind, ahead, triangles, area,
         **_factors(leakage.time_factor, leakage.pressure_factor, *of_fabric),

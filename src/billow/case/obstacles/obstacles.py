@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import field_validator, model_validator
+from pydantic import AfterValidator, field_validator, model_validator
 
 from billow.case.obstacles.motion import AtRest, Component, Motion, points_somewhere, unit_vector
-from billow.case.quantity import Name, Strict, chosen_by, quantity, refused
+from billow.case.obstacles.surface_file import read_surface, solid_of
+from billow.case.quantity import Name, Strict, Text, chosen_by, quantity, refused, unit_of_length
 from billow.geometry.shapes import super_ellipsoid as shapes
 from billow.geometry.shapes.box import Box
 from billow.geometry.shapes.half_space import HalfSpace
-from billow.geometry.shapes.pose import above_bag, of_plane
+from billow.geometry.shapes.pose import Pose, above_bag, of_plane, quaternion_of
 from billow.parts.bodies.body import Body, Carried
 from billow.parts.bodies.contact import SurfaceLaw
 from billow.parts.bodies.drive import Guided
@@ -24,6 +25,7 @@ Speed = quantity("m/s", -100.0, 100.0)
 Spin = quantity("rad/s", -1e3, 1e3)
 Coordinate = quantity("m", -10.0, 10.0)
 Side = quantity("m", 1e-3, 10.0)
+Moment = quantity("kg m^2", -1e4, 1e4)
 FIXED = RigidBody(1.0, np.ones(3), locked=True)
 """What neither turns nor yields to forces."""
 
@@ -68,27 +70,13 @@ class Plate(ObstacleTable):
         return (Carried(HalfSpace()),), FIXED, RigidState(pose.centre, pose.quaternion)
 
 
-class SuperEllipsoid(ObstacleTable):
-    """Rigid super-ellipsoid |x/a|^n + |y/b|^n + |z/c|^n = 1 above the bag: locked, free or moved."""
+class Movable(ObstacleTable):
+    """What may also be free to move with six degrees of freedom."""
 
-    shape: Literal["super-ellipsoid"]
-    """super-ellipsoid"""
-    name: Name = "impactor"
-    """Name in results."""
-    radii: Radius | tuple[Radius, Radius, Radius] = 0.15
-    """Radii a, b, c along its own axes; one number for all three."""
-    degree: quantity("-", 2.0, 10.0) = 2.0
-    """Degree n: 2 is an ellipsoid, larger is boxier."""
-    clearance: quantity("m", 0.0, 5.0) = 0.15
-    """Height of its centre minus its third radius above the plane z = 0: the gap to the flat bag."""
-    offset: tuple[quantity("m", -5.0, 5.0), quantity("m", -5.0, 5.0)] = (0.0, 0.0)
-    """Position of its centre across the bag's axis (x, y)."""
-    angle_about_x: quantity("deg", -180.0, 180.0) = 0.0
-    """Orientation: rotation about the x axis."""
     locked: bool = True
     """Locked in place, or free to move with six degrees of freedom."""
     mass: quantity("kg", 1e-3, 1000.0) = 4.5
-    """Mass; inertia is that of a solid of uniform density."""
+    """Mass; inertia is that of uniform density."""
     velocity: tuple[Speed, Speed, Speed] = (0.0, 0.0, 0.0)
     """Velocity at the start, if free."""
     spin: tuple[Spin, Spin, Spin] = (0.0, 0.0, 0.0)
@@ -101,12 +89,77 @@ class SuperEllipsoid(ObstacleTable):
             raise refused(reason, 'remove locked = false, or motion; motion.kind = "guided" has a mass and yields')
         return self
 
+
+class SuperEllipsoid(Movable):
+    """Rigid super-ellipsoid |x/a|^n + |y/b|^n + |z/c|^n = 1 above the bag: locked, free or moved."""
+
+    shape: Literal["super-ellipsoid"]
+    """super-ellipsoid"""
+    name: Name = "impactor"
+    """Name in results."""
+    radii: Radius | tuple[Radius, Radius, Radius] = 0.15
+    """Radii a, b, c along its own axes; one number for all three."""
+    degree: quantity("-", 2.0, 10.0) = 2.0
+    """Degree n: 2 is an ellipsoid, larger is boxier."""
+    clearance: quantity("m", -5.0, 5.0) = 0.15
+    """Height of its centre minus its third radius above the plane z = 0: the gap to the flat bag."""
+    offset: tuple[quantity("m", -5.0, 5.0), quantity("m", -5.0, 5.0)] = (0.0, 0.0)
+    """Position of its centre across the bag's axis (x, y)."""
+    angle_about_x: quantity("deg", -180.0, 180.0) = 0.0
+    """Orientation: rotation about the x axis."""
+
     def build(self) -> Parts:
         radii = np.array([self.radii] * 3 if isinstance(self.radii, float) else self.radii)
         shape = shapes.SuperEllipsoid(radii, self.degree)
         rigid = RigidBody(self.mass, shape.inertia(self.mass), self.locked)
         pose = above_bag(radii[2], self.clearance, np.array(self.offset), float(np.radians(self.angle_about_x)))
         return (Carried(shape),), rigid, moving(rigid, pose, np.array(self.velocity), np.array(self.spin))
+
+
+class MeshTable(Movable):
+    """Rigid surface of triangles and quads, read from a file (VTKHDF, VTK, STL, OBJ or PLY). If it is closed it is a
+    solid; otherwise a sheet, whose both sides can be touched. Free bodies meet it as the super-ellipsoid of its extents
+    and volume."""
+
+    shape: Literal["mesh"]
+    """mesh"""
+    name: Name = "body"
+    """Name in results."""
+    file: Text
+    """File of its surface. Relative to the case file."""
+    unit: Annotated[str, AfterValidator(unit_of_length)] = "m"
+    """Unit of length in the file."""
+    digest: Text = ""
+    """SHA-256 of the file, filled in when a case file is read."""
+    thickness: quantity("m", 1e-3, 0.5) = 0.005
+    """Thickness of an open surface, half of it on either side."""
+    place: tuple[Coordinate, Coordinate, Coordinate] = (0.0, 0.0, 0.0)
+    """Where the origin of the file lies (x, y, z)."""
+    normal: tuple[Component, Component, Component] = (0.0, 0.0, 1.0)
+    """Direction to which the z axis of the file is tilted; its length does not count."""
+    turn: quantity("deg", -180.0, 180.0) = 0.0
+    """Rotation about the z axis of the file, before it is tilted."""
+    density: quantity("kg/m^3", 0.0, 20000.0) = 0.0
+    """If it is not 0, the mass follows from it, and from the volume of the solid or of the sheet."""
+    centre: tuple[Coordinate, Coordinate, Coordinate] | Literal["own"] = "own"
+    """Centre of mass in the axes and metres of the file; own: that of uniform density."""
+    inertia: tuple[Moment, Moment, Moment, Moment, Moment, Moment] | Literal["own"] = "own"
+    """Moments xx, yy, zz and entries xy, yz, zx of the inertia tensor about the centre of mass, in the axes of the
+    file; own: that of uniform density."""
+
+    _points_somewhere = field_validator("normal")(points_somewhere)
+
+    def build(self) -> Parts:
+        points, triangles, is_closed = read_surface(self.file, self.name, self.unit, self.digest)
+        centre = None if self.centre == "own" else np.array(self.centre)
+        inertia = None if self.inertia == "own" else self.inertia
+        thickness = 0.0 if is_closed else self.thickness
+        solid = solid_of(points, triangles, thickness, self.name, self.mass, self.density, centre, inertia)
+        rigid = RigidBody(solid.mass, solid.inertia, self.locked)
+        file = of_plane(self.place[2], unit_vector(self.normal), self.place[:2], float(np.radians(self.turn)))
+        pose = Pose(file.centre + file.rotation @ solid.centre, quaternion_of(file.rotation @ solid.axes))
+        start = moving(rigid, pose, np.array(self.velocity), np.array(self.spin))
+        return (Carried(solid.mesh, solid.middle),), rigid, start
 
 
 class Placed(ObstacleTable):
@@ -195,6 +248,7 @@ OBSTACLES: dict[str, type[ObstacleTable]] = {
     "super-ellipsoid": SuperEllipsoid,
     "box": BoxTable,
     "housing": Housing,
+    "mesh": MeshTable,
 }
 """Table of each shape."""
 

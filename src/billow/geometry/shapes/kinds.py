@@ -1,15 +1,17 @@
 """All kinds of shapes: a new one adds its class to SHAPES and its compiled functions to `near_shape` and `farthest`, in
-one order."""
+one order. Meshes need arrays, which would be counted at each call: `Mesh.look` finds them before a step, MESH."""
 
 from __future__ import annotations
 
 from billow.base.compiled import scalar
 from billow.geometry.shapes.box import MEETS_AS, Box, near_box
 from billow.geometry.shapes.half_space import HalfSpace, near_half_space
+from billow.geometry.shapes.mesh import Mesh
 from billow.geometry.shapes.shape import Shape
 from billow.geometry.shapes.super_ellipsoid import SuperEllipsoid, farthest_of_super_ellipsoid, near_super_ellipsoid
 
-SHAPES = (HalfSpace, SuperEllipsoid, Box)
+SHAPES = (HalfSpace, SuperEllipsoid, Box, Mesh)
+MESH = SHAPES.index(Mesh)
 
 
 def number_of(shape: Shape) -> int:

@@ -53,6 +53,22 @@ def quaternion_about(axis: np.ndarray, angle: float) -> np.ndarray:
     return np.concatenate([[np.cos(0.5 * angle)], np.sin(0.5 * angle) * np.asarray(axis, dtype=float)])
 
 
+def quaternion_of(rotation: np.ndarray) -> np.ndarray:
+    """Quaternion (w, x, y, z) of a rotation matrix (3, 3), by its largest entry (Shepperd, J. Guidance and Control 1
+    (1978) 223)."""
+    m = np.asarray(rotation, float)
+    squares = np.array([np.trace(m), m[0, 0], m[1, 1], m[2, 2]])
+    k = int(squares.argmax())
+    if k == 0:
+        q = np.array([1.0 + squares[0], m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1]])
+    else:
+        i, j, h = k - 1, k % 3, (k + 1) % 3
+        q = np.empty(4)
+        q[0], q[1 + i] = m[h, j] - m[j, h], 1.0 + 2.0 * m[i, i] - squares[0]
+        q[1 + j], q[1 + h] = m[j, i] + m[i, j], m[h, i] + m[i, h]
+    return q / np.linalg.norm(q)
+
+
 def times(first: np.ndarray, second: np.ndarray) -> np.ndarray:
     """Quaternion (w, x, y, z) of the second rotation and then the first."""
     (w, *v), (t, *u) = first, second

@@ -7,6 +7,7 @@ from functools import cache
 import numpy as np
 
 from billow.geometry.shapes.box import Box
+from billow.geometry.shapes.mesh import Mesh
 from billow.geometry.shapes.shape import Shape
 
 FINENESS = 4
@@ -17,6 +18,8 @@ HALVINGS = 40
 
 def triangulated(shape: Shape, fineness: int = FINENESS) -> tuple[np.ndarray, np.ndarray]:
     """Points [m] (nodes, 3) in a shape's own axes and triangles (n, 3), outwards, of one that has an end."""
+    if isinstance(shape, Mesh):
+        return shape.points, shape.triangles
     directions, triangles = sphere(fineness)
     if isinstance(shape, Box):  # as many triangles across a thin side as across a wide one
         directions = directions * shape.half
@@ -27,7 +30,7 @@ def triangulated(shape: Shape, fineness: int = FINENESS) -> tuple[np.ndarray, np
 def reach(shape: Shape, directions: np.ndarray) -> np.ndarray:
     """How far [m] the surface of a shape lies from its centre in directions (n, 3), of length one: (n,), by halving.
 
-    Every shape with an end is seen whole from its centre, so there is one surface in each direction.
+    Every such shape but a mesh is seen whole from its centre, so there is one surface in each direction.
     """
     low, high = np.zeros(len(directions)), np.full(len(directions), float(shape.bound))
     for _ in range(HALVINGS):

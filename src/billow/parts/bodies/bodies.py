@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass
@@ -12,6 +13,7 @@ import numpy as np
 from billow.base.errors import Concern, NumericalStop
 from billow.base.plausible import is_usual, unusual
 from billow.base.quality import Criterion, criterion
+from billow.geometry.shapes.mesh import Mesh
 from billow.parts.bodies import rigid_body
 from billow.parts.bodies.body import Body
 from billow.parts.bodies.contact import ContactState, Nodes, ShapeMotion, ShapeTable, kick_touch_drift
@@ -136,9 +138,15 @@ class Bodies(Part):
     @cached_property
     def _rows(self) -> ShapeMotion:
         """Where the shapes are: of locked bodies for ever, of the others as `_motion` left them."""
-        rows = ShapeMotion.room(len(self.owner))
+        rows = ShapeMotion.room(len(self.owner), len(self.area) if self._meshes else 0)
         self._fill(rows, [body.start for body in self.bodies], range(len(self.bodies)))
         return rows
+
+    @cached_property
+    def _meshes(self) -> list[tuple[int, Mesh, np.ndarray]]:
+        """Of the shapes that are meshes: index, shape, and what is remembered of the nodes to save searching."""
+        shapes = [carried.shape for body in self.bodies for carried in body.shapes]
+        return [(o, s, s.nothing_seen(len(self.area))) for o, s in enumerate(shapes) if isinstance(s, Mesh)]
 
     @cached_property
     def _moving(self) -> list[int]:
@@ -176,13 +184,13 @@ class Bodies(Part):
     def kick_touch_drift(self, state: BodiesState, nodes: Nodes, dt: float) -> list[Booking]:
         """Half a kick of the nodes, their contact with the bodies over the drift, and the drift: half of each contact
         impulse on the nodes, all of it on the bodies."""
-        reaction = kick_touch_drift(self.table, self._motion(state), self.area, nodes, dt, state.contact)
+        reaction = kick_touch_drift(self.table, self._motion(state, nodes, dt), self.area, nodes, dt, state.contact)
         return self._receive(state, reaction)
 
     def rows(self, state: BodiesState, nodes: Nodes, dt: float) -> BodyRows:
         """Half a kick of the nodes and their contact with the bodies, to be solved together with other contacts; then
         `drift`."""
-        return BodyRows(self.table, self._motion(state), self.area, nodes, dt, state.contact)
+        return BodyRows(self.table, self._motion(state, nodes, dt), self.area, nodes, dt, state.contact)
 
     def drift(self, state: BodiesState, rows: BodyRows) -> list[Booking]:
         """The drift of the nodes: half of each contact impulse is on them, all of it on the bodies."""
@@ -207,10 +215,19 @@ class Bodies(Part):
         stored, lost = self.meetings.push(state.motion, state.meeting, state.push, self.gravity, dt)
         return [Booking(CONTACT, stored), Booking(FRICTION, lost)]
 
-    def _motion(self, state: BodiesState) -> ShapeMotion:
-        """Where the shapes are now."""
-        self._fill(self._rows, state.motion, self._moving)
-        return self._rows
+    def _motion(self, state: BodiesState, nodes: Nodes, dt: float) -> ShapeMotion:
+        """Where the shapes are now, and the nodes that may come to a mesh in a step of dt [s]."""
+        rows = self._rows
+        self._fill(rows, state.motion, self._moving)
+        if self._meshes:
+            fastest = math.sqrt(3.0) * float(np.abs(nodes.velocities).max(initial=0.0))
+            for o, mesh, seen in self._meshes:
+                of_body = np.linalg.norm(rows.body[o, 3:6]) + np.linalg.norm(rows.body[o, 6:]) * (
+                    mesh.bound + np.linalg.norm(rows.centre[o])
+                )
+                within = mesh.edge + 2.0 * dt * (fastest + float(of_body))
+                mesh.look(nodes.positions, rows.body[o], rows.centre[o], rows.pose[o], within, seen, rows.met[o])
+        return rows
 
     def _fill(self, rows: ShapeMotion, motions: Sequence[RigidState], which: Iterable[int]) -> None:
         for k in which:

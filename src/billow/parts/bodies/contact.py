@@ -14,7 +14,7 @@ import numpy as np
 from numba import prange
 
 from billow.base.compiled import CHUNK, inlined, kernel
-from billow.geometry.shapes.kinds import near_shape, number_of
+from billow.geometry.shapes.kinds import MESH, near_shape, number_of
 from billow.geometry.shapes.pose import into_axes, into_space, pose_of
 from billow.geometry.shapes.shape import NUMBERS, Shape
 from billow.parts.bodies.penalty import A_REFERENCE, contact_force
@@ -97,17 +97,20 @@ class ShapeMotion(NamedTuple):
 
     body: centre [m], velocity [m/s] and spin [rad/s] of the body that carries it, (shapes, 9). centre: of the shape
     from that of the body [m], in space, (shapes, 3). pose: rotation of the shape's axes to space, row by row, (shapes,
-    9).
+    9). met: depth of each node in each mesh [m] and normal, (shapes, nodes, 4), as `Mesh.look` finds it; without rows
+    if no shape is a mesh.
     """
 
     body: np.ndarray
     centre: np.ndarray
     pose: np.ndarray
+    met: np.ndarray
 
     @classmethod
-    def room(cls, shapes: int) -> ShapeMotion:
-        """Rows to be filled; shapes lie in their bodies' centres."""
-        return cls(np.zeros((shapes, 9)), np.zeros((shapes, 3)), np.zeros((shapes, 9)))
+    def room(cls, shapes: int, nodes: int = 0) -> ShapeMotion:
+        """Rows to be filled; shapes lie in their bodies' centres. nodes: if one of them is a mesh."""
+        met = np.full((shapes if nodes else 0, nodes, 4), -np.inf)
+        return cls(np.zeros((shapes, 9)), np.zeros((shapes, 3)), np.zeros((shapes, 9)), met)
 
 
 def kick_touch_drift(
@@ -145,7 +148,7 @@ def _kick(block, first, count, dt, nodes):
 def _ask(block, dt, bound, motion):
     """Fill the row CLOSE: above zero for nodes that come into the sphere around a shape, or below a plane, if they go
     on as they are. Most do not, so this is a loop without branches."""
-    body, centre, pose = motion
+    body, centre, pose, _ = motion
     for j in range(BLOCK):
         block[CLOSE + j] = 0.0
     for o in range(len(bound)):
@@ -175,7 +178,7 @@ def _kick_touch_drift(
     # The node's solve stands here as text. By `reaches` and `push_node` of rows.py it takes 28 ns
     # a node more: arrays given to an inlined function have their references counted at every node.
     inverse_mass, _, positions, velocities, _ = nodes
-    body, centre, pose = motion
+    body, centre, pose, met = motion
     kind, numbers, bound, law = table
     chunks, shapes = (n + CHUNK - 1) // CHUNK, len(kind)
     partial = np.empty((chunks, shapes, 9))  # reaction, stored, dissipated, deepest
@@ -212,8 +215,14 @@ def _kick_touch_drift(
                         z = pose[o, 2] * sx + pose[o, 5] * sy + pose[o, 8] * sz
                         touches = min(z, z + (pose[o, 2] * tx + pose[o, 5] * ty + pose[o, 8] * tz)) < 0.0
                     if touches:
-                        own = numbers[o, 0], numbers[o, 1], numbers[o, 2], numbers[o, 3], numbers[o, 4]
-                        touches, depth, nx, ny, nz = near_shape(kind[o], own, pose_of(pose, o), sx, sy, sz, tx, ty, tz)
+                        if kind[o] == MESH:
+                            depth, nx, ny, nz = met[o, i, 0], met[o, i, 1], met[o, i, 2], met[o, i, 3]
+                            touches = depth > -math.sqrt(tx * tx + ty * ty + tz * tz)
+                        else:
+                            own = numbers[o, 0], numbers[o, 1], numbers[o, 2], numbers[o, 3], numbers[o, 4]
+                            touches, depth, nx, ny, nz = near_shape(
+                                kind[o], own, pose_of(pose, o), sx, sy, sz, tx, ty, tz
+                            )
                         if touches:
                             geometry[o, 0], geometry[o, 1], geometry[o, 2], geometry[o, 3] = depth, nx, ny, nz
                     if touches and area[i] > 0.0:

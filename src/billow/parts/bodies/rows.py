@@ -13,7 +13,7 @@ import numpy as np
 from numba import prange
 
 from billow.base.compiled import CHUNK, inlined, kernel
-from billow.geometry.shapes.kinds import near_shape
+from billow.geometry.shapes.kinds import MESH, near_shape
 from billow.geometry.shapes.pose import into_axes, into_space, pose_of
 from billow.parts.bodies.contact import SETTLED, SWEEPS, ContactState, Nodes, ShapeMotion, ShapeTable
 from billow.parts.bodies.penalty import contact_force
@@ -88,11 +88,11 @@ class BodyRows:
 
 
 @inlined
-def reaches(o, px, py, pz, vx, vy, vz, dt, table, motion, geometry):
-    """Whether a node at p [m] with the velocity v [m/s] comes to shape o in a step of dt [s]; if so, row o of geometry
+def reaches(o, i, px, py, pz, vx, vy, vz, dt, table, motion, geometry):
+    """Whether node i at p [m] with the velocity v [m/s] comes to shape o in a step of dt [s]; if so, row o of geometry
     gets depth [m] and normal."""
     kind, numbers, bound, _ = table
-    body, centre, pose = motion
+    body, centre, pose, met = motion
     rx, ry, rz = px - body[o, 0], py - body[o, 1], pz - body[o, 2]
     tx = dt * (vx - body[o, 3] - (body[o, 7] * rz - body[o, 8] * ry))
     ty = dt * (vy - body[o, 4] - (body[o, 8] * rx - body[o, 6] * rz))
@@ -106,8 +106,12 @@ def reaches(o, px, py, pz, vx, vy, vz, dt, table, motion, geometry):
         z = pose[o, 2] * sx + pose[o, 5] * sy + pose[o, 8] * sz
         touches = min(z, z + (pose[o, 2] * tx + pose[o, 5] * ty + pose[o, 8] * tz)) < 0.0
     if touches:
-        own = numbers[o, 0], numbers[o, 1], numbers[o, 2], numbers[o, 3], numbers[o, 4]
-        touches, depth, nx, ny, nz = near_shape(kind[o], own, pose_of(pose, o), sx, sy, sz, tx, ty, tz)
+        if kind[o] == MESH:
+            depth, nx, ny, nz = met[o, i, 0], met[o, i, 1], met[o, i, 2], met[o, i, 3]
+            touches = depth > -math.sqrt(tx * tx + ty * ty + tz * tz)
+        else:
+            own = numbers[o, 0], numbers[o, 1], numbers[o, 2], numbers[o, 3], numbers[o, 4]
+            touches, depth, nx, ny, nz = near_shape(kind[o], own, pose_of(pose, o), sx, sy, sz, tx, ty, tz)
         if touches:
             geometry[o, 0], geometry[o, 1], geometry[o, 2], geometry[o, 3] = depth, nx, ny, nz
     return touches
@@ -121,7 +125,7 @@ def push_node(
     sticking points before [m], (shapes, nodes, 3). answer: (shapes, 9), its first three numbers zero; gets each push
     [N], the new offset in space [m], stored and lost energy [J] and the depth afterwards [m]."""
     law = table[3]
-    body, _, pose = motion
+    body, _, pose, _ = motion
     half = 0.5 * dt * inverse_mass
     wx, wy, wz = vx, vy, vz
     for _ in range(SWEEPS if count > 1 else count):
@@ -174,7 +178,7 @@ def _settle(
                     uz -= half * force[o, i, 2]
             count = 0
             for o in range(shapes):
-                touches = area[i] > 0.0 and reaches(o, px, py, pz, ux, uy, uz, dt, table, motion, geometry)
+                touches = area[i] > 0.0 and reaches(o, i, px, py, pz, ux, uy, uz, dt, table, motion, geometry)
                 if touches:
                     near[count] = o
                     count += 1
@@ -206,7 +210,7 @@ def _close(
 ):  # fmt: skip
     """What the springs hold at the end of the step and what was lost, from the pushes and the way that nodes go."""
     kind, numbers, _, law = table
-    body, centre, pose = motion
+    body, centre, pose, met = motion
     chunks, shapes = (n + CHUNK - 1) // CHUNK, len(kind)
     partial = np.zeros((chunks, shapes, 9))  # reaction, stored, dissipated, deepest
     for chunk in prange(chunks):
@@ -218,9 +222,12 @@ def _close(
                 tx = dt * (velocities[i, 0] - body[o, 3] - (body[o, 7] * rz - body[o, 8] * ry))
                 ty = dt * (velocities[i, 1] - body[o, 4] - (body[o, 8] * rx - body[o, 6] * rz))
                 tz = dt * (velocities[i, 2] - body[o, 5] - (body[o, 6] * ry - body[o, 7] * rx))
-                own = numbers[o, 0], numbers[o, 1], numbers[o, 2], numbers[o, 3], numbers[o, 4]
-                sx, sy, sz = rx - centre[o, 0], ry - centre[o, 1], rz - centre[o, 2]
-                _, depth, nx, ny, nz = near_shape(kind[o], own, pose_of(pose, o), sx, sy, sz, tx, ty, tz)
+                if kind[o] == MESH:
+                    depth, nx, ny, nz = met[o, i, 0], met[o, i, 1], met[o, i, 2], met[o, i, 3]
+                else:
+                    own = numbers[o, 0], numbers[o, 1], numbers[o, 2], numbers[o, 3], numbers[o, 4]
+                    sx, sy, sz = rx - centre[o, 0], ry - centre[o, 1], rz - centre[o, 2]
+                    _, depth, nx, ny, nz = near_shape(kind[o], own, pose_of(pose, o), sx, sy, sz, tx, ty, tz)
                 after = depth - (tx * nx + ty * ny + tz * nz)
                 fx, fy, fz = force[o, i, 0], force[o, i, 1], force[o, i, 2]
                 old, new = max(0.0, depth) ** 2, max(0.0, after) ** 2

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import accumulate
 
@@ -259,15 +259,23 @@ class Fabric(Part):
 
     def concerns(self, setting: Setting) -> Iterator[Concern]:
         for membrane in self.membranes:
-            fabric = membrane.fabric
-            areal = fabric.density * fabric.thickness
-            yield from odd_speed("warp", fabric.warp_modulus, fabric.density)
-            if not is_usual("weight of fabric", areal):
-                yield ODD_WEIGHT(weight=1e3 * areal)
-            yield from fabric.concerns(float(membrane.altitude.min()), setting)
+            for concern in _concerns_of(membrane, setting):
+                if len(self.membranes) > 1:
+                    part = self.surface.part_names[self.surface.part[membrane.elements[0]]]
+                    concern = replace(concern, where=f"{concern.where}, part {part}")
+                yield concern
 
     def seconds_per_step(self, state: FabricState, dt: float, end: float) -> float:
         return SECONDS_PER_TRIANGLE * self.element_count
+
+
+def _concerns_of(membrane: Membrane, setting: Setting) -> Iterator[Concern]:
+    fabric = membrane.fabric
+    areal = fabric.density * fabric.thickness
+    yield from odd_speed("warp", fabric.warp_modulus, fabric.density)
+    if not is_usual("weight of fabric", areal):
+        yield ODD_WEIGHT(weight=1e3 * areal)
+    yield from fabric.concerns(float(membrane.altitude.min()), setting)
 
 
 @scalar
