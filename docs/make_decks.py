@@ -91,8 +91,11 @@ for all.
 - Each gas of *AIRBAG_HYBRID becomes an inflator of one species, because each has its own mass flow and temperature.
 - If CP - CV is no gas constant of a gas, which decks in inches and pounds often have, the flow of enthalpy and the
   ratio of heats are kept, with the molar mass of nitrogen. The report says so.
-- One keyword switches from uniform pressure to particles, *AIRBAG_HYBRID or *AIRBAG_PARTICLE; in a case it is
-  `gas.model`.
+- One keyword switches from uniform pressure to particles or to a mesh: *AIRBAG_HYBRID, *AIRBAG_PARTICLE or *AIRBAG_ALE;
+  in a case it is `gas.model`. Cells are cubes of the mean volume of the deck's.
+- *AIRBAG_ADIABATIC_GAS_MODEL and _SIMPLE_PRESSURE_VOLUME inject nothing: their inflator has a delay of 10 s. The second
+  says a gauge pressure; a gas of gamma 1.008 in surroundings of 1 kPa comes close, and the report says how close.
+- The jet of HYBRID_JETTING and WANG_NEFSKE_JETTING is taken if it comes out of the mouth within 10 degrees of its axis.
 - Files are included from the deck's folder and below; `--allow-outside` allows others. A deck has at most 2 GB,
   includes are at most 16 deep, and expressions of *PARAMETER_EXPRESSION are plain arithmetic.
 
