@@ -1,4 +1,4 @@
-"""Decks of LS-DYNA and Radioss, damaged: each is imported or refused with its file and, where there is one, the line."""
+"""Decks of LS-DYNA and Radioss, damaged: each is imported or refused with its file and, if there is one, the line."""
 
 from __future__ import annotations
 

@@ -41,7 +41,7 @@ _OLD_EXPONENT = re.compile(r"(?<=[\d.])[dD](?=[+-]?\d)")
 def number(text: str) -> float:
     """Of a field, 0 if it is blank; Fortran's exponents `1.5D+3` and `1.234-5` too. ValueError if it is no finite
     number."""
-    text = text.strip()
+    text = text.strip(" \t\r\n\v\f")
     if not text:
         return 0.0
     found = _FORTRAN.fullmatch(text)

@@ -83,6 +83,9 @@ def _law19(context: Context, f: dict[str, Field]) -> None:
     context.set("fabric.law", "linear", f["E11"])
     warp = _put(context, "fabric.young_warp", f["E11"], "pressure")
     weft = _put(context, "fabric.young_weft", f["E22"], "pressure")
+    how = "linear in Green strain, which is 2.5 % more than engineering strain where that is 5 %"
+    for name, value in (("E11", warp), ("E22", weft)):
+        report.approximated(f[name], how, value, TARGETS[name])
     largest = 0.99 * min(0.49, (warp / weft) ** 0.5)
     if not 0.0 <= f["nu12"].number <= largest:
         report.approximated(f["nu12"], f"outside 0 to {largest:.4g}, which is used", largest, "fabric.poisson")

@@ -6,7 +6,7 @@ import numpy as np
 
 from billow.decks.cards import Field, table
 from billow.decks.exact_lengths import metres
-from billow.decks.flat_reference import by_element
+from billow.decks.flat_reference import of_elements
 from billow.decks.radioss.starter_model import NODE, StarterModel, number_of, with_fourth
 from billow.decks.report import Report
 from billow.decks.tables import rest
@@ -57,7 +57,7 @@ def reference_of(model: StarterModel, ids, points, own, rows, turned, units: Uni
     for spec, block in elements:
         cells = table(model.deck.parameters, rest(block, 1), spec)
         cells = cells if spec is _QUAD else with_fourth(cells)
-        moved, out = by_element(model, block, cells, moved, out, rows, turned, units, report)
+        moved, out = of_elements(model, block, cells, moved, out, rows, turned, units, report)
     place = (by_node or [block for _, block in elements])[0].place
     birth: Field | None = None
     return (moved, out), birth, place

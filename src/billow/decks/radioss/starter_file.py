@@ -60,6 +60,11 @@ def words(block: Block) -> tuple[str, ...]:
     return tuple(block.name.strip("/").split("/"))
 
 
+def kind_of(block: Block) -> str:
+    """The second word of a keyword, empty if it has none."""
+    return (*words(block), "")[1]
+
+
 class StarterDeck:
     """blocks: of all files, in order. parameters: of the whole deck. units: of /BEGIN, and work_units, those of results
     and of engine files."""
@@ -90,7 +95,7 @@ class StarterDeck:
 
     def units_of(self, block: Block) -> Units:
         """Of an option whose keyword ends with the number of a /UNIT, else of the deck."""
-        parts = [word for word in words(block)[1:] if word.isdigit()]
+        parts = [word for word in words(block)[1:] if word.isdecimal()]
         return self.local.get(int(parts[1]), self.units) if len(parts) > 1 else self.units
 
     def _take(self, path: Path, data: bytes, depth: int) -> None:
@@ -183,13 +188,13 @@ class StarterDeck:
 
     def _local_units(self) -> Iterator[tuple[int, Units]]:
         for block in self.find("UNIT"):
-            if len(words(block)) < 2 or not words(block)[1].isdigit():
+            if not kind_of(block).isdecimal():
                 continue
             cards = Cards(self.parameters, block)
             if cards.left > 1:
                 cards.text()
             fields = cards.card("units", "mass_unit length_unit time_unit", widths=(20, 20, 20))
-            yield int(words(block)[1]), _units(list(fields.values()))
+            yield int(kind_of(block)), _units(list(fields.values()))
 
 
 def _units(fields: list[Field]) -> Units:

@@ -10,7 +10,7 @@ import numpy as np
 from billow.decks.block import Block
 from billow.decks.cards import Cards, Field, Table, table
 from billow.decks.radioss.columns import CARDS, columns
-from billow.decks.radioss.starter_file import StarterDeck, words
+from billow.decks.radioss.starter_file import StarterDeck, kind_of, words
 from billow.decks.tables import NOT_THERE, TWICE, DeckCurve, Model, Part, corners_of, rest
 
 NODE = (("nid", 10, "i"), ("x", 20, "f"), ("y", 20, "f"), ("z", 20, "f"))
@@ -91,14 +91,14 @@ class StarterModel(Model):
 
     @cached_property
     def property_blocks(self) -> dict[int, Block]:
-        return {number_of(b): b for b in self.find("PROP") if len(words(b)) > 2 and words(b)[1] in THIN}
+        return {number_of(b): b for b in self.find("PROP") if len(words(b)) > 2 and kind_of(b) in THIN}
 
     @cached_property
     def properties(self) -> dict[int, dict[str, Field]]:
         """Fields of properties of shells by number."""
         found = {}
         for number, block in self.property_blocks.items():
-            cards, kind = self.cards(block), words(block)[1]
+            cards, kind = self.cards(block), kind_of(block)
             names = ["flags", "hourglass", "thickness"]
             if kind in ("TYPE9", "SH_ORTH"):
                 names.append("direction")
@@ -141,7 +141,7 @@ class StarterModel(Model):
         """Law and block of a part's material."""
         number = self.parts[part].material if part in self.parts else 0
         block = next((b for b in self.find("MAT") if number and number_of(b) == number), None)
-        return None if block is None else (FABRICS.get(words(block)[1], words(block)[1]), block)
+        return None if block is None else (FABRICS.get(kind_of(block), kind_of(block)), block)
 
     def material_of(self, part: int) -> tuple[str, Block] | None:
         """In LS-DYNA's words: what is fabric, and parts whose nodes all stand still as rigid."""
@@ -172,7 +172,7 @@ class StarterModel(Model):
     def group(self, number: int, who: Field, depth: int = 0) -> np.ndarray:
         """Ids of the nodes of a /GRNOD. Raises InputError E-DCK-006."""
         block = self.one(number, who, "GRNOD")
-        kind, ids = words(block)[1], self._numbers(block)
+        kind, ids = kind_of(block), self._numbers(block)
         if kind in ("NODE", "NODENS"):
             return ids
         if kind == "PART":
@@ -194,7 +194,7 @@ class StarterModel(Model):
         parts, segments = [np.empty(0, np.int64)], [np.empty((0, 4), np.int64)]
         for number in np.abs(surfaces).tolist():
             block = self.one(int(number), who, "SURF")
-            kind = words(block)[1]
+            kind = kind_of(block)
             if kind == "SEG":
                 segments.append(corners_of(table(self.deck.parameters, rest(block, 1), SEGMENT)))
                 continue
@@ -223,7 +223,7 @@ class StarterModel(Model):
 
 def number_of(block: Block) -> int:
     """Of an option: the first word of digits; 0 if it has none."""
-    return next((int(word) for word in words(block)[1:] if word.isdigit()), 0)
+    return next((int(word) for word in words(block)[1:] if word.isdecimal()), 0)
 
 
 def with_fourth(cells: Table) -> Table:

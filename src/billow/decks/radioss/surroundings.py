@@ -16,7 +16,7 @@ from billow.decks.context import Context
 from billow.decks.draft import Said, plain, said
 from billow.decks.parameters import number
 from billow.decks.radioss.columns import card
-from billow.decks.radioss.starter_model import StarterModel, words
+from billow.decks.radioss.starter_model import StarterModel, kind_of
 
 UPRIGHT = 1e-6
 LONG = 4.0
@@ -39,7 +39,7 @@ def put_walls(context: Context, bag: BagMesh) -> None:
 
 def _wall(context: Context, block: Block, bag: BagMesh) -> list[dict[str, Any]]:
     model, report = context.model, context.report
-    own, kind = replace(context, units=model.deck.units_of(block)), words(block)[1]
+    own, kind = replace(context, units=model.deck.units_of(block)), kind_of(block)
     cards = model.cards(block)
     if kind not in ("PLANE", "SPHER", "CYL", "PARAL"):
         model.used.discard(block.name)
@@ -111,14 +111,14 @@ def put_interfaces(context: Context, bag: BagMesh) -> None:
     model, report = context.model, context.report
     mine = set(bag.nodes.tolist())
     for block in model.find("INTER"):
-        if words(block)[1] not in ("TYPE7", "TYPE19"):
+        if kind_of(block) not in ("TYPE7", "TYPE19"):
             model.used.discard(block.name)
             continue
         cards = model.cards(block)
         f = card(context, cards, "INTER", "sides")
         for name in ("gap", "stiffness", *(["curvature"] if f["Icurv"].whole in (1, 2) else []), "friction"):
             f |= card(context, cards, "INTER", name, optional=True)
-        first = model.surface if words(block)[1] == "TYPE19" else model.group
+        first = model.surface if kind_of(block) == "TYPE19" else model.group
         sides = [_nodes(model, first(f["ids_s"].whole, f["ids_s"]))]
         sides.append(_nodes(model, model.surface(f["surf_IDm"].whole, f["surf_IDm"])))
         both = all(mine & side for side in sides)

@@ -16,7 +16,7 @@ from billow.decks.context import Context
 from billow.decks.radioss.cloth import put_cloth
 from billow.decks.radioss.columns import card
 from billow.decks.radioss.flat_cut import reference_of
-from billow.decks.radioss.starter_file import StarterDeck, words
+from billow.decks.radioss.starter_file import StarterDeck, kind_of, words
 from billow.decks.radioss.starter_model import StarterModel
 from billow.decks.radioss.surroundings import put_interfaces, put_run, put_walls
 from billow.decks.radioss.volume import airbag1
@@ -71,7 +71,7 @@ def _title(model: StarterModel) -> str:
 
 def _choose(model: StarterModel, wanted: int | None) -> Block | None:
     """The monitored volume to import. Raises InputError E-DCK-015."""
-    bags = [b for b in model.find("MONVOL") if words(b)[1] in READ]
+    bags = [b for b in model.find("MONVOL") if kind_of(b) in READ]
     if not bags:
         return None
     listed = "; ".join(f"{k}: {b.name} at {b.place}" for k, b in enumerate(bags, 1))
@@ -138,5 +138,5 @@ def _rest(context: Context) -> dict[str, int]:
         if words(block)[:2] in NOTHING:
             continue
         if block.name not in model.used or (word in BY_FIELD and not seen):
-            missed.append("/" + "/".join(w for w in words(block) if not w.isdigit()))
+            missed.append("/" + "/".join(w for w in words(block) if not w.isdecimal()))
     return dict(Counter(missed))

@@ -16,7 +16,7 @@ from billow.decks.cards import Cards, Field
 from billow.decks.context import Context
 from billow.decks.draft import plain, said
 from billow.decks.radioss.columns import TARGETS, card
-from billow.decks.radioss.starter_model import StarterModel, words
+from billow.decks.radioss.starter_model import StarterModel, kind_of, words
 
 KEY = "MONVOL/AIRBAG1"
 HOTTEST = 1500.0
@@ -64,7 +64,7 @@ def _closes(model: StarterModel, block: Block) -> bool:
     """Whether an interface closes vents that it touches: Ibag."""
     cards = model.cards(block)
     names = "ids_s surf_IDm Istf Ithe Igap Iedge Ibag"
-    return words(block)[1] in ("TYPE7", "TYPE19") and cards.left > 0 and cards.card("sides", names)["Ibag"].text == "1"
+    return kind_of(block) in ("TYPE7", "TYPE19") and cards.left > 0 and cards.card("sides", names)["Ibag"].text == "1"
 
 
 def _state(context: Context, f: dict[str, Field]) -> None:
@@ -90,7 +90,7 @@ def gas(context: Context, one: Field) -> str:
     model: StarterModel = context.model
     block = model.one(one.whole, one, "MAT", "GAS")
     context = replace(context, units=model.deck.units_of(block))
-    kind, name = words(block)[2], f"gas_{one.whole}"
+    kind, name = (*words(block), "", "")[2], f"gas_{one.whole}"
     if name in context.tables.setdefault("gas", {}).get("species", {}):
         return name
     cards = model.cards(block)
@@ -212,7 +212,7 @@ def _delay(context: Context, one: Field) -> float:
         return 0.0
     model: StarterModel = context.model
     block = model.one(one.whole, one, "SENSOR")
-    if words(block)[1] != "TIME":
+    if kind_of(block) != "TIME":
         context.report.refused(one, f"{block.shown} is not read: set inflator.delay")
         return 0.0
     own = replace(context, units=model.deck.units_of(block))
