@@ -9,15 +9,17 @@ from pathlib import Path
 
 from billow.decks import airbag
 from billow.decks.fields import ALIASES, CARDS, TARGETS
+from billow.decks.radioss.columns import CARDS as RADIOSS
+from billow.decks.radioss.columns import TARGETS as RADIOSS_TARGETS
 from billow.decks.units import RANGES, SYSTEMS
 
 TARGET = Path(__file__).with_name("decks.md")
 
 GUIDE = """# From your LS-DYNA deck to a running bag in ten minutes
 
-`billow import-deck` reads a keyword file of LS-DYNA and writes a case: the bag's mesh at the start, its flat cut,
-curves, `case.toml` with a comment behind each value that says which field it comes from, and a report of **every**
-field of the airbag, material and contact cards. `billow export-deck` goes the other way.
+`billow import-deck` reads a keyword file of LS-DYNA, or a starter deck of Radioss (below), and writes a case: the bag's
+mesh at the start, its flat cut, curves, `case.toml` with a comment behind each value that says which field it comes
+from, and a report of **every** field of the airbag, material and contact cards. `billow export-deck` goes the other way.
 
 ## The first run
 
@@ -92,8 +94,11 @@ become one node where all their bits agree, and on open edges within the toleran
 - Each gas of *AIRBAG_HYBRID becomes an inflator of one species, because each has its own mass flow and temperature.
 - If CP - CV is no gas constant of a gas, which decks in inches and pounds often have, the flow of enthalpy and the
   ratio of heats are kept, with the molar mass of nitrogen. The report says so.
-- One keyword switches from uniform pressure to particles, *AIRBAG_HYBRID or *AIRBAG_PARTICLE; in a case it is
-  `gas.model`.
+- One keyword switches from uniform pressure to particles or to a mesh: *AIRBAG_HYBRID, *AIRBAG_PARTICLE or *AIRBAG_ALE;
+  in a case it is `gas.model`. Cells are cubes of the mean volume of the deck's.
+- *AIRBAG_ADIABATIC_GAS_MODEL and _SIMPLE_PRESSURE_VOLUME inject nothing: their inflator has a delay of 10 s. The second
+  says a gauge pressure; a gas of gamma 1.008 in surroundings of 1 kPa comes close, and the report says how close.
+- The jet of HYBRID_JETTING and WANG_NEFSKE_JETTING is taken if it comes out of the mouth within 10 degrees of its axis.
 - Files are included from the deck's folder and below; `--allow-outside` allows others. A deck has at most 2 GB,
   includes are at most 16 deep, and expressions of *PARAMETER_EXPRESSION are plain arithmetic.
 
@@ -104,13 +109,35 @@ billow export-deck driver/case.toml --out again.k --units t-mm-s
 ```
 
 The deck is in LONG format, so that nothing is rounded: imported again it gives the same bits of the mesh in every
-metric system, and every number to 1e-6. The command lists what a deck cannot hold: straps, jets of uniform pressure,
-shapes other than planes and spheres, which become rigid shells of triangles. Bags of several chambers are refused.
+metric system, and every number to 1e-6. Folded bags are written as they lie, with their flat cut; shells whose layers
+vary, beside seams, with a thickness of their own. The command lists what a deck cannot hold: straps, jets of uniform
+pressure, mixtures and heats of gases beyond A + B T + C T^2, shapes other than planes and spheres, which become rigid
+shells of triangles. Bags of several chambers, with covers or seams that tear, or that come to rest first are refused.
+
+## From a deck of Radioss
+
+`billow import-deck NAME_0000.rad --out bag` reads a starter deck (block format, version 5.1 or later) the same way, by
+its first lines. Units are those of `/BEGIN` and `/UNIT`; the end of the run and its frames come from `NAME_0001.rad`
+beside it. What differs from decks of LS-DYNA:
+
+- A part of the bag is fabric if it has LAW19 or LAW58, a vent if `surf_IDv` names it, the mouth if `/BCS` holds all its
+  nodes. Say others by `--part`.
+- Each gas of `/PROP/INJECT1` becomes an inflator. A mass against time (Iflow 0) becomes its slopes.
+- A vent opens at dPdef, or at Tstart at the latest; with Tstart 0 it is open from the start, whatever dPdef says.
+- LAW19 is linear in Green strain in a case; LAW58 has straight lines or functions, in the measure of `--fabric-curves`,
+  and no crimp that couples warp and weft. Damping is Billow's own.
+- `/XREF` is the flat cut of each part by nodes, `/EREF` by elements.
+- Not read: `/MONVOL/COMMU1` and the other volumes, `/LEAK/MAT`, `/RBODY`, sensors other than TIME, `/INIVEL`. They are
+  listed, and the mesh of such a deck can be taken alone, with `--part` and `--base`.
 """
 
 BESIDES = """Besides: *NODE, *ELEMENT_SHELL (_THICKNESS, _BETA), *PART, *SECTION_SHELL, *SET_PART, *SET_NODE,
 *SET_SEGMENT, *DEFINE_CURVE, *DEFINE_VECTOR, *AIRBAG_REFERENCE_GEOMETRY, *AIRBAG_SHELL_REFERENCE_GEOMETRY,
 *INCLUDE and *PARAMETER."""
+
+
+RADIOSS_BESIDES = """Besides: /NODE, /SHELL, /SH3N, /PART, /SURF (PART, SEG, SURF, MAT, PROP), /GRNOD (NODE, PART, GRNOD,
+SURF), /FUNCT, /MOVE_FUNCT, /XREF, /EREF, /PARAMETER and #include."""
 
 
 def render() -> str:
@@ -127,10 +154,20 @@ def render() -> str:
         lines += ["", f"### *{keyword}{also}", "", "| card | columns |", "|---|---|"]
         lines += [f"| {card} | {columns} |" for card, columns in cards.items()]
     lines += ["", BESIDES]
+    lines += [
+        "",
+        "## Keywords and fields of Radioss",
+        "",
+        "Columns are 10 characters wide, or as many as stand behind a colon.",
+    ]
+    for keyword, cards in RADIOSS.items():
+        lines += ["", f"### /{keyword}", "", "| card | columns |", "|---|---|"]
+        lines += [f"| {card} | {columns} |" for card, columns in cards.items()]
+    lines += ["", RADIOSS_BESIDES]
     lines += ["", "## Airbags that are refused by name", "", "| keyword | because |", "|---|---|"]
     lines += [f"| *{name} | {why} |" for name, why in airbag.WHY_NOT.items()]
     lines += ["", "## Where fields go", "", "| field | key of the case |", "|---|---|"]
-    lines += [f"| {name} | `{key}` |" for name, key in sorted(TARGETS.items())]
+    lines += [f"| {name} | `{key}` |" for name, key in sorted((TARGETS | RADIOSS_TARGETS).items())]
     return "\n".join(lines) + "\n"
 
 

@@ -1,4 +1,4 @@
-"""Decks of LS-DYNA, damaged: each is imported or refused with its file and, where there is one, the line."""
+"""Decks of LS-DYNA and Radioss, damaged: each is imported or refused with its file and, if there is one, the line."""
 
 from __future__ import annotations
 
@@ -104,16 +104,154 @@ more.k
 *END
 """
 MORE = "*SET_SEGMENT\n         7\n         1         3         2         2\n"
+STARTER = """#RADIOSS STARTER
+/BEGIN
+four triangles
+      2022         0
+                  kg                  mm                  ms
+/PARAMETER/GLOBAL/REAL_EXPR/1
+size
+size      sqrt(9) * 100
+/UNIT/7
+SI
+                  kg                   m                   s
+/NODE
+         1                 0.0                 0.0                 0.0
+         2               &size                 0.0                 0.0
+         3                 0.0              300.D0                 0.0
+         4                 0.0                 0.0                 300
+#include more.inc
+/SH3N/3
+         1         1         3         2
+         2         1         2         4
+/SHELL/3
+         3         1         4         3         3
+/SH3N/4
+         4         2         3         4
+/PART/3
+bag
+         3         3         0
+/PART/4
+vent
+         3         4         0
+/PROP/TYPE9/3
+fabric
+         4         4         2
+                 0.0                 0.0                 0.0                 0.0                 0.0
+         1         0                 0.3                 0.0
+                 1.0                 0.0                 0.0                30.0
+/MAT/LAW58/3/7
+nylon
+               800.0
+               4.0E8                 0.0               3.5E8                 0.0                0.01
+               1.0E7                 0.0                 0.0                 0.0                   0
+                 0.0                 0.0                 0.0                 0.0                 0.0
+         1         1                 0.1                 0.1
+        23                           1.0
+/MAT/VOID/4
+nothing
+/SURF/PART/1
+bag
+         3         4
+/SURF/SURF/2
+vents
+         5
+/SURF/PART/5
+vent
+         4
+/MAT/GAS/MASS/11
+hot gas
+               0.028
+              1000.0                 0.1              1.0E-5              1.0E-8
+/MAT/GAS/PREDEF/12
+air
+AIR
+/FUNCT/21
+mass
+                 0.0                 0.0
+                10.0                0.01
+                40.0                0.02
+/FUNCT/22
+temperature
+                 0.0                 1.0
+               100.0                 1.0
+/FUNCT/23
+warp
+                 0.0                 0.0
+                 0.2               2.0E7
+/FUNCT/24
+one
+                 0.0                 1.0
+               100.0                 1.0
+/MOVE_FUNCT/22
+moved
+                 1.0               600.0
+/PROP/INJECT1/31
+inflator
+         1         0                 1.0
+        11        21        22                           1.0                 1.0
+/SENSOR/TIME/5
+fire
+                 2.0
+/MONVOL/AIRBAG1/1
+bag
+         1                           0.0
+                 1.0                 1.0                 1.0                 1.0                 1.0
+        12                           0.0              1.0E-4               293.0
+         1
+        31         5
+         2         1
+         0         1                20.0                 0.0                                    hole
+                 0.0                 0.0                 0.0                 0.0
+         0         0         0
+         0         0         0
+         2         1                 0.7                 0.1                                    vent
+                10.0                 0.0              2.0E-5                 0.0
+        24         0         0                           0.9
+         0         0         0
+         3         0         0
+                 0.0                 0.0                 0.0                 0.0
+                 0.5                10.0
+/GRNOD/NODE/5
+fixed
+         1         2
+/BCS/1
+held
+   111 111         0         5
+/RWALL/CYL/1
+pole
+         0         2
+                 0.0                 0.3               165.0
+               100.0               100.0               500.0
+               100.0               200.0               500.0
+/INTER/TYPE7/1
+fabric
+         5         1         4         0         1         0         1
+                 1.0                 1.0
+                 0.0                 0.0
+                 1.0                 0.2                 0.5
+/XREF/3
+flat
+         0
+         1                 0.0                 0.0                 0.0
+         2               310.0                 0.0                 0.0
+/GRAV/1
+down
+        24         Z         0         0         0                           1.0             -9.8E-3
+/END
+"""
+INCLUDED = "/SURF/SEG/9\nmore\n         1         1         3         2\n"
 FIELDS = [
     *("", "0", "-1", "1", "3", "7", "nan", "1e999", "1.5D+3", "1.2-5", "&size", "&none", "x", "1" * 300, "\x00", "é"),
 ]
 """What a column is replaced by."""
 LINES = [
     *("*END", "*NODE", "$", "", "*KEYWORD LONG=Y", "*INCLUDE\nbag.k", "*INCLUDE\n/etc/passwd", "1,2,3"),
+    *("/END", "/NODE", "#include more.inc", "/UNIT/1", "/MONVOL/AIRBAG1/1", "/PARAMETER/GLOBAL/REAL/9"),
     *("*SET_PART_ADD", "*AIRBAG_PARTICLE", "*PARAMETER_EXPRESSION\nR x       (" + "(" * 400, "*" + "A" * 5000),
 ]
 """What is put between lines."""
-UNNUMBERED = {"E-DCK-001", "E-DCK-009", "E-DCK-017"}
+UNNUMBERED = {"E-DCK-001", "E-DCK-009", "E-DCK-017", "E-DCK-160"}
 """Codes of errors that are of the whole deck, or say the line otherwise."""
 
 
@@ -145,13 +283,31 @@ def decks(attempt: Attempt, count: int, random: Random, bench: Bench) -> None:
         attempt(lambda options=options: _imported(path, options), data, "bag.k")
 
 
+def starters(attempt: Attempt, count: int, random: Random, bench: Bench) -> None:
+    """Starter decks of Radioss."""
+    place = bench.place / "starters"
+    place.mkdir()
+    (place / "more.inc").write_text(INCLUDED)
+    path = place / "bag_0000.rad"
+    for _ in range(count):
+        data = _damaged(STARTER, random)
+        path.write_bytes(data)
+        options = Options(
+            units=random.choice(["auto", "auto", "kg-mm-ms"]),
+            parts=random.choice([{}, {}, {3: "fabric"}, {4: "mouth"}, {4: "ignore"}]),
+            close=random.choice([{}, {0: "mouth"}, {0: "vent"}]),
+            measure=random.choice(["true", "engineering", "green"]),
+        )
+        attempt(lambda options=options: _imported(path, options), data, "bag_0000.rad")
+
+
 def _imported(path: Path, options: Options) -> None:
     out = path.parent / "case"
     try:
         import_deck(path, out, options)
     except InputError as error:
         of_a_line = error.code.startswith("E-DCK") and error.code not in UNNUMBERED
-        if of_a_line and not re.search(r"\.k:\d+", str(error)):
+        if of_a_line and not re.search(r"\.(k|rad|inc):\d+", str(error)):
             raise NoLineNamed(str(error)) from None
         raise
     finally:

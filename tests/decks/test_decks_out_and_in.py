@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import json
+import tomllib
+from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from billow.base.errors import InputError
 from billow.case.bag.build_bag import build_shape
 from billow.case.build import build_model
 from billow.case.schema import Case
@@ -17,6 +20,7 @@ from billow.decks.export_deck import deck_of, export_deck
 from billow.decks.fields import known
 from billow.decks.import_deck import Options, import_deck
 from billow.decks.keyword_file import Deck
+from billow.decks.tables import Model
 from billow.decks.units import SYSTEMS
 from billow.run.simulate import simulate
 
@@ -252,8 +256,6 @@ def test_lengths_are_written_exactly(value, name):
 
 
 def test_a_case_that_no_deck_can_be_is_refused_by_name(tmp_path):
-    from billow.base.errors import InputError
-
     several = Case.from_dict({"bag": {"shape": "rectangular", "chambers": 2, "element_size": 0.05}})
     with pytest.raises(InputError, match="E-DCK-020"):
         export_deck(several, tmp_path / "a.k")
@@ -283,3 +285,93 @@ def test_systems_of_units_are_what_they_are(name, pressure, force, density):
     assert units.factor("pressure") * units.factor("area") == pytest.approx(force, rel=1e-9)
     assert units.factor("density") == pytest.approx(density, rel=1e-9)
     assert units.of_si(units.si(0.1234567, "density"), "density") == pytest.approx(0.1234567, rel=1e-14)
+
+
+PAPER = Path(__file__).parents[2] / "examples" / "paper"
+STAGE = {"gas": {"gas_1": 1.0}, "jets": {"count": 0}}
+
+
+def of_the_paper(name: str, size: float, **settings) -> Case:
+    """An example of the paper as far as *AIRBAG_HYBRID can say it: coarse, one layer of fabric, a gas of one species
+    whose heat is a polynomial, no jets, self-contact on and not by itself."""
+    tables = tomllib.loads((PAPER / f"{name}_up.toml").read_text())
+    bag = {**tables["bag"], "element_size": size, "seam": {"layers": 1.0}}
+    inflators = tables["inflator"] if isinstance(tables["inflator"], list) else [tables["inflator"]]
+    stages = [{**one, **STAGE, "name": f"gas_{k}", "gas": {f"gas_{k}": 1.0}} for k, one in enumerate(inflators, 1)]
+    gas = {**tables["gas"], "species": {one["name"]: SMOKE for one in stages}, "initial": {"gas": {"gas_1": 1.0}}}
+    fabric = {**tables.get("fabric", {}), "self_contact": True}
+    return Case.from_dict({**tables, "bag": bag, "inflator": stages, "gas": gas, "fabric": fabric}).vary(settings)
+
+
+@pytest.mark.parametrize(
+    ("name", "size"), [("square_two_stage", 0.06), ("square_spinning_jet", 0.05), ("folded_driver", 0.03)]
+)
+def test_examples_of_the_paper_come_back_and_run_to_the_same_bits(name, size, tmp_path):
+    """Examples 5.1 and 5.2, and 6.2 from its folded start against its flat cut."""
+    made = of_the_paper(name, size)
+    export_deck(made, tmp_path / "bag.k")
+    report = import_deck(tmp_path / "bag.k", tmp_path / "case")
+    assert not report.of("refused")
+    back = Case.load(tmp_path / "case" / "case.toml")
+    before, after = build_shape(made.bag), build_shape(back.bag)
+    assert np.array_equal(before.surface.triangles, after.surface.triangles)
+    assert np.array_equal(before.positions + 0.0, after.positions + 0.0)
+    cloth = before.surface.triangles_of_kind("fabric")
+    assert np.array_equal(before.reference[cloth], after.reference[cloth])
+    assert getattr(back.bag, "birth_time", 0.0) == getattr(made.bag, "birth_time", 0.0)
+    short = {"run.end_time": 5e-4, "run.frames": 2, "run.histories_per_frame": 5, "run.dt_scale": 1.0,
+             "run.guard_crossings": False}  # fmt: skip
+    rows = []
+    for number, one in enumerate((made, back)):
+        shared = {**one.to_dict(), "bag": back.to_dict()["bag"], "obstacles": back.to_dict()["obstacles"][:1]}
+        shared["inflator"] = made.to_dict()["inflator"] if number == 0 else shared["inflator"]
+        case = Case.from_dict(shared).vary(short)
+        rows.append((simulate(case, tmp_path / str(number)).folder / "histories.csv").read_bytes())
+    assert rows[0] == rows[1]
+
+
+@pytest.mark.parametrize("name", ["square_two_stage", "square_spinning_jet"])
+def test_the_same_examples_with_particles_keep_jets_gas_and_vents(name, tmp_path):
+    tables = tomllib.loads((PAPER / f"{name}_particles.toml").read_text())
+    made = Case.from_dict(tables).vary({"bag.element_size": 0.05})
+    notes = export_deck(made, tmp_path / "bag.k")
+    assert any("spin" in note for note in notes) == ("spin" in name)
+    report = import_deck(tmp_path / "bag.k", tmp_path / "case")
+    back = Case.load(tmp_path / "case" / "case.toml")
+    assert not report.of("refused")
+    assert (back.gas.model, back.gas.particles) == ("corpuscular", made.gas.particles)
+    injected = [sum(np.trapezoid(i.mass_flow.value, i.mass_flow.time) for i in one.inflators) for one in (made, back)]
+    assert injected[1] == pytest.approx(injected[0], rel=1e-9)
+    assert [p.kind for p in back.bag.parts].count("vent") == ("spin" in name)
+
+
+def test_a_body_that_is_free_is_written_with_its_mass(tmp_path):
+    made = of_the_paper("folded_driver", 0.03)
+    export_deck(made, tmp_path / "bag.k")
+    import_deck(tmp_path / "bag.k", tmp_path / "case")
+    (body,) = [o for o in Case.load(tmp_path / "case" / "case.toml").obstacles if o.shape != "plate"]
+    assert body.mass == pytest.approx(15.0)
+    assert not body.locked
+
+
+def test_seams_that_vary_in_layers_are_written_shell_by_shell(tmp_path):
+    made = Case.from_dict({**CASE, "bag": {**CASE["bag"], "seam": {"layers": 2.0}}})
+    notes = export_deck(made, tmp_path / "bag.k")
+    assert any("each shell" in note for note in notes)
+    shells = Model(Deck(tmp_path / "bag.k")).shells
+    shape = build_shape(made.bag)
+    written = shells.thickness[np.argsort(shells.number)] * 1e-3
+    cloth = shape.surface.triangles_of_kind("fabric")
+    assert written[cloth] == pytest.approx(made.fabric.thickness * shape.layers[cloth], rel=1e-12)
+    assert np.ptp(written[cloth]) > 0.0
+
+
+@pytest.mark.parametrize(
+    ("key", "table"),
+    [("tear_seams", {"strength": 1e3, "begin": [0.1, -0.1], "end": [0.1, 0.1]}),
+     ("covers", {"strength": 1e3, "place": [0, 0, 0.05], "length": 0.3, "width": 0.2})],
+)  # fmt: skip
+def test_what_would_open_the_bag_otherwise_is_refused(key, table, tmp_path):
+    made = Case.from_dict({"bag": {"element_size": 0.06, key: [table]}})
+    with pytest.raises(InputError, match=rf"E-DCK-020(.|\n)*bag\.{key}"):
+        export_deck(made, tmp_path / "a.k")

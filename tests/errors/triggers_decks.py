@@ -44,6 +44,16 @@ def exported(here: Here):
     export_deck(several, here.write("case.toml", "").parent / "bag.k")
 
 
+def starter(text: str) -> Callable[[Here], object]:
+    """Import a starter deck of Radioss that is wrong."""
+
+    def trigger(here: Here):
+        path: Path = here.write("bag_0000.rad", "#RADIOSS STARTER\n" + text)
+        return import_deck(path, path.parent / "case", Options())
+
+    return trigger
+
+
 TRIGGERS: dict[str, Callable[[Here], object]] = {
     "E-DCK-001": deck("a text"),
     "E-DCK-002": changed("*NODE\n", "*INCLUDE\nnodes.k\n*NODE\n"),
@@ -83,3 +93,7 @@ def of_dyna(installed: bool) -> Callable[[Here], object]:
 
 
 TRIGGERS |= {"E-STU-033": of_dyna(installed=False), "E-STU-034": of_dyna(installed=True)}
+TRIGGERS |= {
+    "E-DCK-160": starter("/NODE\n"),
+    "E-DCK-161": starter("/BEGIN\nbag\n      2022\n" + "".join(f"{unit:>20}" for unit in ("lb", "mm", "ms")) + "\n"),
+}

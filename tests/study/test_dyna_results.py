@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 
 from billow.base.errors import InputError
+from billow.design.table import respond
 from billow.results.dataset import Dataset
 from billow.results.histories import read_histories
 from billow.study.import_runs import import_runs
+from billow.study.responses import StudyResponse
 
 N = 5
 
@@ -92,6 +94,54 @@ def test_histories_of_the_airbag_come_from_binout(tmp_path):
     assert np.allclose(found["time [s]"], [0.0, 0.01, 0.02])
     assert np.allclose(found["pressure [Pa]"], [1.0e5, 1.3e5, 1.2e5])
     assert np.allclose(found["volume [m^3]"], 0.05)
+
+
+def write_histories(folder, runs=4, times=(0.0, 10.0, 20.0)):
+    """A node, a rigid part that is braked to 0 and a contact with two sides, beside the airbag; kg, mm, ms."""
+    build = pytest.importorskip("dynars").build_series
+    t = np.array(times)
+    for run in range(runs):
+        speed = (1 + run) * (t - 20.0)[:, None]
+        editor = build("abstat", [1], {"pressure": np.full((len(t), 1), 1e-4 * (1 + run))}, times=t)
+        editor = build("nodout", [11, 12], {"z_displacement": np.column_stack([t, 2 * t])}, times=t, editor=editor)
+        editor = build("rbdout", [7], {f"global_v{x}": speed * (x == "z") for x in "xyz"}, times=t, editor=editor)
+        build("rcforc", [3, 3], {"z_force": np.column_stack([t, -t])}, times=t, editor=editor)
+        editor.write(str(folder / f"{run:04d}" / "binout0000"))
+
+
+def test_histories_of_nodes_bodies_and_contacts_come_from_binout(tmp_path):
+    write_runs(tmp_path / "runs")
+    write_histories(tmp_path / "runs")
+    import_runs(tmp_path / "runs", tmp_path / "study", units="kg-mm-ms")
+    found = read_histories(tmp_path / "study" / "runs" / "0001" / "histories.csv")
+    assert found["pressure [Pa]"] == pytest.approx([2e5] * 3)
+    assert found["node_12_displacement_z [m]"] == pytest.approx([0.0, 0.02, 0.04])
+    assert found["rigid_7_velocity_z [m/s]"] == pytest.approx([-40.0, -20.0, 0.0])
+    assert found["contact_3_force_z [N]"] == pytest.approx([0.0, 1e4, 2e4])
+
+
+def test_a_design_study_measures_what_was_imported(tmp_path):
+    write_runs(tmp_path / "runs")
+    write_histories(tmp_path / "runs")
+    import_runs(tmp_path / "runs", tmp_path / "study", units="kg-mm-ms")
+    slowest = StudyResponse(name="slowest", measure="least", of="rigid_7", quantity="velocity.z")
+    rows = respond(tmp_path / "study", [slowest]).csv().splitlines()
+    values = {row.split(",")[0]: float(row.split(",")[-1]) for row in rows[1:]}
+    assert values == pytest.approx({f"{run:04d}": -20.0 * (1 + run) for run in range(4)})
+
+
+def test_histories_at_other_times_or_as_text_are_refused(tmp_path):
+    write_runs(tmp_path / "runs")
+    write_histories(tmp_path / "runs")
+    build = pytest.importorskip("dynars").build_series
+    editor = build("abstat", [1], {"pressure": np.ones((3, 1))}, times=[0.0, 1.0, 2.0])
+    build("rbdout", [7], {"global_vz": np.ones((2, 1))}, times=[0.0, 2.0], editor=editor)
+    editor.write(str(tmp_path / "runs" / "0002" / "binout0000"))
+    with pytest.raises(InputError, match=r"E-STU-027(.|\n)*rbdout has other times"):
+        import_runs(tmp_path / "runs", tmp_path / "study", units="kg-mm-ms")
+    (tmp_path / "runs" / "0000" / "binout0000").rename(tmp_path / "runs" / "0000" / "abstat")
+    with pytest.raises(InputError, match=r"E-STU-027(.|\n)*abstat is ASCII"):
+        import_runs(tmp_path / "runs", tmp_path / "study", units="kg-mm-ms")
 
 
 def test_without_the_library_the_remedy_is_to_install_it(tmp_path, monkeypatch):

@@ -30,7 +30,7 @@ def known_units(command: str, units: str | None) -> str | None:
 
 
 def import_deck(
-    deck: Annotated[Path, typer.Argument(help="Keyword file of LS-DYNA, or a mesh (.stl, .obj, .ply, .vtp, .vtu).")],
+    deck: Annotated[Path, typer.Argument(help="Deck of LS-DYNA or Radioss, or a mesh (.stl, .obj, .ply, .vtp, .vtu).")],
     out: Annotated[Path, typer.Option(help="Folder for the case; must not exist yet.")],
     units: Annotated[
         str, typer.Option(metavar="SYSTEM", help="auto, kg-mm-ms, t-mm-s, kg-m-s, g-mm-ms or lbf-in-s.")
@@ -53,11 +53,12 @@ def import_deck(
         bool, typer.Option("--allow-outside", help="Include files that lie outside the deck's folder.")
     ] = False,
 ) -> None:
-    """Make a case from a deck of LS-DYNA, and say what became of every field.
+    """Make a case from a deck of LS-DYNA or Radioss, and say what became of every field.
 
     Writes case.toml, start.vtkhdf, reference.vtkhdf if the deck has one, curves, and the report as import.md and
     import.json. Exit code 1 if a field means something that a case cannot say.
     """
+    from billow.decks.block import shown
     from billow.decks.import_deck import Options
     from billow.decks.import_deck import import_deck as make_case
     from billow.decks.report import APPROXIMATED, IGNORED, MAPPED, REFUSED
@@ -74,7 +75,7 @@ def import_deck(
     for remark in report.remarks:
         print(remark)
     if report.keywords:
-        print("not read: " + ", ".join(f"*{name}" for name in report.keywords))
+        print("not read: " + ", ".join(map(shown, report.keywords)))
     for row in report.of(REFUSED):
         print(f"refused: {row.field} = {row.deck} ({row.place}): {row.note}")
     counts = ", ".join(f"{len(report.of(s))} {s}" for s in (MAPPED, APPROXIMATED, IGNORED, REFUSED))

@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from billow.base.errors import InputError
+from billow.decks.airbag_ale import ale
 from billow.decks.airbag_gas import Airbag
 from billow.decks.airbag_particle import particle
+from billow.decks.airbag_sealed import adiabatic, pressure_volume
 from billow.decks.airbag_uniform import hybrid, simple, wang_nefske
 from billow.decks.block import Block
 from billow.decks.context import Context
@@ -25,18 +27,17 @@ NOT_READ = InputError.declare(
     "*{keyword} cannot be imported",
     where="{place}",
     cause="an airbag of a kind that Billow does not have",
-    remedy="use *AIRBAG_HYBRID or *AIRBAG_PARTICLE; or take the mesh alone, with --base CASE.toml for the rest",
+    remedy="use *AIRBAG_HYBRID, _PARTICLE or _ALE; or take the mesh alone, with --base CASE.toml for the rest",
 )
 
 READ = (
-    "AIRBAG_HYBRID", "AIRBAG_PARTICLE", "AIRBAG_WANG_NEFSKE", "AIRBAG_SIMPLE_AIRBAG_MODEL",
+    "AIRBAG_HYBRID", "AIRBAG_PARTICLE", "AIRBAG_WANG_NEFSKE", "AIRBAG_SIMPLE_AIRBAG_MODEL", "AIRBAG_ALE",
+    "AIRBAG_ADIABATIC_GAS_MODEL", "AIRBAG_SIMPLE_PRESSURE_VOLUME",
 )  # fmt: skip
 WHY_NOT = {
     "AIRBAG_LINEAR_FLUID": "it is filled with a liquid",
-    "AIRBAG_ALE": "its gas is a mesh; Billow's gases are uniform pressure and particles",
-    "AIRBAG_ADVANCED_ALE": "its gas is a mesh; Billow's gases are uniform pressure and particles",
-    "AIRBAG_SIMPLE_PRESSURE_VOLUME": "pressure is a function of volume there, and no gas flows",
-    "AIRBAG_ADIABATIC_GAS_MODEL": "its gas is not injected, and a case has an inflator or no gas",
+    "AIRBAG_ADVANCED_ALE": "its cards name *DEFINE_ALEBAG_BAG, _HOLE and _INFLATOR, which are not read; *AIRBAG_ALE is",
+    "AIRBAG_FLUID_AND_GAS": "it is filled with a liquid",
     "AIRBAG_LOAD_CURVE": "pressure is given there, and no gas flows",
     "AIRBAG_HYBRID_CHEMKIN": "its gases are in a data base of its own",
 }
@@ -75,4 +76,7 @@ READERS: dict[str, Callable[[Context, Block], Airbag]] = {
     "AIRBAG_PARTICLE": particle,
     "AIRBAG_WANG_NEFSKE": wang_nefske,
     "AIRBAG_SIMPLE_AIRBAG_MODEL": simple,
+    "AIRBAG_ALE": ale,
+    "AIRBAG_ADIABATIC_GAS_MODEL": adiabatic,
+    "AIRBAG_SIMPLE_PRESSURE_VOLUME": pressure_volume,
 }

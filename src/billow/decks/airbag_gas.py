@@ -25,7 +25,8 @@ NITROGEN = 0.0280134
 @dataclass
 class Airbag:
     """What the mesh needs to know of the airbag's cards. parts: ids, or None for segments. vents: parts that are vents.
-    orifices: nodes, areas [m^2], vectors and cones of jets by inflator number. option: OPT, how fabric leaks."""
+    orifices: nodes, areas [m^2], vectors and cones of jets by inflator number. jet: fields of JETTING.
+    option: OPT, how fabric leaks."""
 
     block: Block
     parts: np.ndarray | None
@@ -33,15 +34,16 @@ class Airbag:
     place: str
     vents: set[int] = field(default_factory=set)
     orifices: dict[int, list[tuple[Field, int, float, int, float]]] = field(default_factory=dict)
+    jet: dict[str, Field] = field(default_factory=dict)
     option: int = 0
 
 
 def core(context: Context, cards: Cards) -> Airbag:
     f, report = context.card(cards, "core"), context.report
     for name, default in (("VSCA", 1.0), ("PSCA", 1.0), ("VINI", 0.0), ("MWD", 0.0), ("SPSF", 0.0)):
-        if f[name].number not in (0.0, default):
+        if name in f and f[name].number not in (0.0, default):
             report.refused(f[name], "a case has no such factor; set it to its default in the deck")
-    if f["RBID"].whole:
+    if "RBID" in f and f["RBID"].whole:
         raise f["RBID"].bad("sensors and user subroutines insert cards that are not read", "set RBID to 0")
     if f["SIDTYP"].whole == 0:
         report.mapped(f["SID"], "segment set")
@@ -141,6 +143,16 @@ def temperature_of(context: Context, one: Field, flow: Said) -> Said:
     else:
         context.report.mapped(one, f"curve {one.whole}")
     return said(curve, one)
+
+
+def put_jet(context: Context, cards: Cards, airbag: Airbag) -> None:
+    """The cards of JETTING, for `jets.put_jets`, and that of CM."""
+    airbag.jet = context.card(cards, "jet") | context.card(cards, "jet ends", optional=True)
+    for name in ("XSJFP", "YSJFP", "ZSJFP", "PSID", "ANGLE", "NODE1", "NODE2", "NODE3"):
+        if airbag.jet[name].number:
+            context.report.refused(airbag.jet[name], "one jet, out of the mouth, that hits all it sees")
+    if cards.block.name.endswith(("_CM", "_CM_ID")) and cards.left:
+        context.report.refused(context.card(cards, "reaction")["NREACT"], "the thrust on a body: give it to the body")
 
 
 def put_ambient(context: Context, pressure: Field, temperature: Field) -> None:

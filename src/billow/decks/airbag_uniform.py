@@ -14,6 +14,7 @@ from billow.decks.airbag_gas import (
     flow_of,
     put_ambient,
     put_inflator,
+    put_jet,
     put_species,
     temperature_of,
 )
@@ -63,11 +64,10 @@ def hybrid(context: Context, block: Block) -> Airbag:
             put_inflator(context, name, name, flow, temperature_of(context, f["LCIDT"], flow))
     if initial:
         _initial(context, initial)
-    if "JETTING" in block.name and cards.left:
-        for card in ("jet", "jet ends"):
-            for one in context.card(cards, card, optional=True).values():
-                if not one.is_blank:
-                    report.refused(one, "uniform pressure with a jet: set inflator.jets and gas.model = corpuscular")
+    if options["VNTOPT"].whole and exits["A23"].number < 0.0:
+        report.refused(options["VNTOPT"], "the area of a vent is that of its part: set bag.vents.area_factor")
+    if "JETTING" in block.name:
+        put_jet(context, cards, airbag)
     return airbag
 
 
@@ -174,7 +174,11 @@ def wang_nefske(context: Context, block: Block) -> Airbag:
     ambient = context.card(cards, "ambient")
     if f["CV"].number == 0.0:
         if cards.left >= 2:
-            context.card(cards, "inflator")
+            for one in context.card(cards, "inflator").values():
+                if one.number:
+                    report.refused(
+                        one, "an inflator's tank has no counterpart here: give its mass flow; see billow tank"
+                    )
         f |= context.card(cards, "molar", optional=True)
     for name in ("TVOL", "LCDT"):
         if f[name].number:
@@ -192,6 +196,25 @@ def wang_nefske(context: Context, block: Block) -> Airbag:
     airbag.option = ambient["OPT"].whole
     report.mapped(ambient["OPT"], ambient["OPT"].whole, "leakage.law", "counts where FVOPT of the fabric is 0")
     exits_of(context, exits | {"PPOP": ambient["PPOP"]}, airbag)
+    if ambient["POVER"].number:
+        over = context.si(ambient["POVER"], "pressure")
+        context.set("gas.initial.pressure", plain(context.tables["ambient"])["pressure"] + over, ambient["POVER"])
+        report.mapped(ambient["POVER"], over)
+    if ambient["KNKDN"].number:
+        report.refused(ambient["KNKDN"], "pressures of a case act in full")
     if "JETTING" in block.name:
-        report.remarks.append(f"{block.place}: the jet of *{block.name} is not read; uniform pressure has no jet")
+        put_jet(context, cards, airbag)
+    if "POP" in block.name:
+        _pop(context, context.card(cards, "pop", optional=True), ambient["PPOP"])
     return airbag
+
+
+def _pop(context: Context, f: dict[str, Field], pressure: Field) -> None:
+    """Conditions beside PPOP under which exits open."""
+    if f["TDP"].number and pressure.number:
+        context.report.refused(
+            f["TDP"], "vents open as soon as PPOP is reached: raise PPOP, or set bag.vents.burst_time"
+        )
+    for name in ("AXP", "AYP", "AZP", "AMAGP", "TDURP", "TDA", "RBIDP"):
+        if f[name].number:
+            context.report.refused(f[name], "an acceleration that opens vents: set bag.vents.burst_time")

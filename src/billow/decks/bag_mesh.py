@@ -8,11 +8,11 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from billow.base.errors import InputError
-from billow.decks.cards import Cards, Field
-from billow.decks.fields import known
+from billow.decks.block import Block
+from billow.decks.cards import Field
 from billow.decks.flat_reference import NO_SURFACE, reference_of
 from billow.decks.report import Report
-from billow.decks.tables import Model, shift
+from billow.decks.tables import Model
 from billow.decks.units import Units
 from billow.geometry.mesh_file import CellMesh
 from billow.geometry.mesh_repair import (
@@ -78,9 +78,10 @@ class Choices:
 
 def bag_mesh(
     model: Model, members: np.ndarray | None, segments: tuple[np.ndarray, str] | None, vents: set[int], place: str,
-    units: Units, choices: Choices, report: Report,
+    units: Units, choices: Choices, report: Report, references=reference_of,
 ) -> BagMesh:  # fmt: skip
     """The bag of these parts, or of these segments. vents: parts that are vents. place: of the airbag's set.
+    references: reads the flat cut, as `reference_of`.
 
     Raises InputError E-DCK-006 (an id), -010 (a part), -011 (open), -012 (no surface).
     """
@@ -129,7 +130,7 @@ def bag_mesh(
     new = np.full(len(ids), -1, dtype=np.int64)
     new[used] = np.arange(len(used))
     start = CellMesh(points[used], np.where(cells >= 0, new[cells], -1), _numbered(part), {})
-    reference, birth, source = reference_of(model, ids, points, own, rows, turned, units, report)
+    reference, birth, source = references(model, ids, points, own, rows, turned, units, report)
     if reference is not None:
         reference = CellMesh(*reference, start.part, {})
     tables = {
@@ -149,23 +150,9 @@ def _of_segments(shells, corners: np.ndarray) -> tuple[np.ndarray, np.ndarray, n
     return corners, rows, np.where(rows >= 0, shells.part[rows], -1) if len(shells.part) else np.full(len(rows), -1)
 
 
-def material_of(model: Model, part: int) -> tuple[str, object] | None:
+def material_of(model: Model, part: int) -> tuple[str, Block] | None:
     """Keyword, as `fields` knows it, and block of a part's material; None if the deck has none."""
-    if part not in model.parts or not model.parts[part].material:
-        return None
-    for block in model.all("MAT"):
-        cards = Cards(model.deck.parameters, block)
-        if block.name.endswith("_TITLE") and cards.left:
-            cards.text()
-        if cards.left and "ADD" not in block.name:
-            number = cards.card("id", "MID")["MID"]
-            try:
-                same = number.whole + shift(block, "material") == model.parts[part].material
-            except InputError:  # a material that is named by a text
-                continue
-            if same:
-                return known(block.name) or block.name, block
-    return None
+    return model.material_of(part)
 
 
 def _kinds(model: Model, parts: np.ndarray, vents: set[int], choices: Choices, place: str) -> dict[int, str]:
@@ -175,7 +162,7 @@ def _kinds(model: Model, parts: np.ndarray, vents: set[int], choices: Choices, p
         by_material = {"MAT_FABRIC": "fabric", "MAT_RIGID": "mouth"}.get(found[0] if found else "")
         kind = choices.parts.get(part) or ("vent" if part in vents else by_material)
         if kind is None:
-            why = f"its material is *{found[1].name}" if found else "it has no material"
+            why = f"its material is {found[1].shown}" if found else "it has no material"
             raise UNKNOWN_PART(part=part, place=model.parts[part].place if part in model.parts else place, why=why)
         kinds[part] = kind
     return kinds

@@ -11,6 +11,11 @@ SIGNS = {"+": LONG, "-": STANDARD, "%": I10}
 """Behind a keyword."""
 
 
+def shown(name: str) -> str:
+    """A keyword as it stands in a deck: *NAME of LS-DYNA, /NAME of Radioss."""
+    return name if name.startswith("/") else f"*{name}"
+
+
 @dataclass(frozen=True)
 class Transform:
     """What *INCLUDE_TRANSFORM does to an included file: offsets of ids by kind, and factors of units (mass, time,
@@ -37,6 +42,10 @@ class Block:
     @property
     def place(self) -> str:
         return f"{self.file}:{self.line}"
+
+    @property
+    def shown(self) -> str:
+        return shown(self.name)
 
     def lines(self) -> Iterator[tuple[int, bytes]]:
         """Number in the file and text of each line that is no comment; blank lines at the end are left out."""

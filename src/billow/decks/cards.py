@@ -19,11 +19,11 @@ BAD_FIELD = InputError.declare(
     "{field} = {text!r} cannot be used",
     where="{place}",
     cause="columns that are shifted, or a card too few above",
-    remedy="correct the field; columns are 10 characters wide, 20 with LONG=Y, or separated by commas",
+    remedy="correct the field; columns are 10 characters wide, 20 with LONG=Y or for reals of Radioss, or commas",
 )
 MISSING_CARD = InputError.declare(
     "E-DCK-005",
-    "*{keyword} ends before its card {card}",
+    "{keyword} ends before its card {card}",
     where="{place}",
     why="{count} cards follow the keyword",
     cause="a card that is optional elsewhere, a title line too few, or a deck that was cut short",
@@ -99,12 +99,12 @@ class Cards:
 
     def text(self) -> str:
         """A line that is a title or a name, never cut."""
-        line = self._line("title")
+        line = self.raw("title")
         return line.decode("latin-1").strip()
 
     def titled(self) -> str:
         """The title behind the id of a line that _ID adds; it is as long as it likes."""
-        text = self._line("id").decode("latin-1")
+        text = self.raw("id").decode("latin-1")
         if "," in text:
             return text.partition(",")[2].strip()
         return text[column_widths(self.block.form, (10,))[0] :].strip()
@@ -112,7 +112,7 @@ class Cards:
     def card(self, card: str, names: str, part: str = "", widths: tuple[int, ...] | None = None) -> dict[str, Field]:
         """Fields by name; names: of the columns, . for one that is not used. Raises InputError E-DCK-005."""
         place = self.place
-        line = self._line(card)
+        line = self.raw(card)
         columns = names.split()
         found = {}
         texts = split(self.parameters, self.block.form, line, place, widths or (10,) * len(columns))
@@ -122,10 +122,12 @@ class Cards:
         self.read += found.values()
         return found
 
-    def optional(self, card: str, names: str, part: str = "") -> dict[str, Field]:
+    def optional(
+        self, card: str, names: str, part: str = "", widths: tuple[int, ...] | None = None
+    ) -> dict[str, Field]:
         """The card, or one of blanks if there is none."""
         if self.left:
-            return self.card(card, names, part)
+            return self.card(card, names, part, widths)
         return {name: Field(self.block.name, name, "", self.place, part) for name in names.split() if name != "."}
 
     def plus(self) -> None:
@@ -133,9 +135,10 @@ class Cards:
         number, line = self._lines[self._next]
         self._lines[self._next] = number, b" " + line[1:]
 
-    def _line(self, card: str) -> bytes:
+    def raw(self, card: str) -> bytes:
+        """The next line as it is. Raises InputError E-DCK-005."""
         if not self.left:
-            raise MISSING_CARD(keyword=self.block.name, card=card, place=self.place, count=len(self._lines))
+            raise MISSING_CARD(keyword=self.block.shown, card=card, place=self.place, count=len(self._lines))
         self._next += 1
         return self._lines[self._next - 1][1]
 

@@ -51,7 +51,8 @@ def _gas_evidence(model: Model, block: Block) -> Iterator[Evidence]:
     cards = reader.cards(block)
     kind = known(block.name)
     names = {"AIRBAG_HYBRID": ("ambient",), "AIRBAG_WANG_NEFSKE": ("gas", "exits", "ambient"),
-             "AIRBAG_SIMPLE_AIRBAG_MODEL": ("gas",)}.get(kind, ())  # fmt: skip
+             "AIRBAG_SIMPLE_AIRBAG_MODEL": ("gas",), "AIRBAG_ALE": ("ambient",),
+             "AIRBAG_ADIABATIC_GAS_MODEL": ("gas",)}.get(kind, ())  # fmt: skip
     found: dict[str, Field] = {}
     if kind == "AIRBAG_PARTICLE":
         reader.card(cards, "bag")
@@ -62,7 +63,7 @@ def _gas_evidence(model: Model, block: Block) -> Iterator[Evidence]:
     reader.card(cards, "core")
     for card in names:
         found |= reader.card(cards, card)
-    if kind == "AIRBAG_HYBRID" and found["GC"].number:
+    if kind in ("AIRBAG_HYBRID", "AIRBAG_ALE") and found["GC"].number:
         yield Evidence("gas constant", found["GC"].number, found["GC"].place)
     for name in ("ATMOSP", "PE"):
         if name in found and found[name].number:

@@ -25,6 +25,10 @@ from billow.geometry.shapes.triangulated import triangulated
 
 LEAK_CODES = {"wang-nefske": 1, "graefe": 3, "porous-medium": 5, "velocity-curve": 7}
 FACTOR_UNITS = {"porous-medium": "per velocity", "velocity-curve": "velocity"}
+NOT_IN_A_DECK = {
+    "tear_seams": "seams that tear are not written; without them the bag would open otherwise",
+    "covers": "what holds the bag back at first is not written; without it the bag would open otherwise",
+}
 ROUGH = 2
 """Fineness of triangulated obstacles: 320 triangles."""
 
@@ -42,6 +46,13 @@ def export_deck(case: Case, path: str | Path, units: str = "kg-mm-ms") -> list[s
 
 def deck_of(case: Case, units: str) -> tuple[str, list[str]]:
     """The text of the deck, and the notes."""
+    for key, why in NOT_IN_A_DECK.items():
+        if getattr(case.bag, key, ()):
+            raise NOT_EXPORTED(thing=f"a bag with {key}", key=f"bag.{key}", why=why)
+    if getattr(case.bag, "relax", None):
+        raise NOT_EXPORTED(
+            thing="a bag that comes to rest first", key="bag.folds, relax", why="a deck would begin before that"
+        )
     shape = build_shape(case.bag)
     if shape.surface.chambers.count > 1:
         raise NOT_EXPORTED(thing="a bag of several chambers", key="bag.parts", why="*AIRBAG_INTERACTION is not written")
@@ -96,15 +107,26 @@ def _mesh(deck: DeckText, case: Case, shape: BagShape, notes: list[str]) -> dict
     cells, own = surface.triangles.astype(np.int64) + 1, node.reshape(-1, 3) + begin + 1
     fabric = np.isin(np.arange(len(cells)), surface.triangles_of_kind("fabric"))
     hole = ~fabric & (np.ptp(shape.reference, axis=1).min(axis=1) > 0.0)
+    varied = {
+        name
+        for name, kind in zip(surface.part_names, surface.part_kinds, strict=True)
+        if kind == "fabric" and np.ptp(shape.layers[surface.triangles_of(name)]) > 1e-9
+    }
+    own_thickness = np.isin(np.array(surface.part_names)[surface.part], list(varied))
     for keyword, nodes, which in (
-        ("ELEMENT_SHELL", cells, np.ones(len(cells), bool)),
+        ("ELEMENT_SHELL", cells, ~own_thickness),
+        ("ELEMENT_SHELL_THICKNESS", cells, own_thickness),
         ("AIRBAG_SHELL_REFERENCE_GEOMETRY", own, fabric | hole),
     ):
+        if not which.any():
+            continue
         deck.keyword(keyword)
         for k in np.flatnonzero(which):
             a, b, c = nodes[k].tolist()
             deck.card(int(k) + 1, int(part[k]), a, b, c, c)
-    for number, (name, kind) in enumerate(zip(surface.part_names, surface.part_kinds, strict=True), 1):
+            if keyword.endswith("THICKNESS"):
+                deck.card(*[deck.of(case.fabric.thickness * float(shape.layers[k]), "length")] * 4, 0.0)
+    for number, name in enumerate(surface.part_names, 1):
         if number not in part:
             continue
         deck.keyword("PART")
@@ -113,8 +135,8 @@ def _mesh(deck: DeckText, case: Case, shape: BagShape, notes: list[str]) -> dict
         deck.keyword("SECTION_SHELL")
         deck.card(number, 9, 1.0, 3, 1.0, 0, 0, 1)
         mine = shape.layers[surface.triangles_of(name)]
-        if kind == "fabric" and np.ptp(mine) > 1e-9 * mine.mean():
-            notes.append(f"part {name}: layers vary from {mine.min():.3g} to {mine.max():.3g}; their mean is written")
+        if name in varied:
+            notes.append(f"part {name}: a thickness of its own for each shell; a case that is imported has their mean")
         thickness = case.fabric.of(name).thickness * float(mine.mean())
         deck.card(*[deck.of(thickness, "length")] * 4)
     deck.keyword("SET_PART_LIST")
@@ -282,8 +304,8 @@ def _wall_motion(deck: DeckText, motion, name: str) -> None:
 
 def _body(deck: DeckText, obstacle: SuperEllipsoid, part: int, shell: int, notes: list[str]) -> int:
     """A sphere that is locked as a rigid wall, anything else as a rigid part of triangles; the last shell's number."""
-    body, _, start = obstacle.build()
-    (carried,), motion = body, obstacle.motion
+    (carried,), _, start = obstacle.build()
+    motion = obstacle.motion
     radii = np.array([obstacle.radii] * 3 if isinstance(obstacle.radii, float) else obstacle.radii)
     if obstacle.locked and motion.kind != "guided" and obstacle.degree == 2.0 and np.ptp(radii) == 0.0:
         moves = motion.kind != "none"

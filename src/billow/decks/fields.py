@@ -10,6 +10,7 @@ from __future__ import annotations
 CORE = {"core": "SID SIDTYP RBID VSCA PSCA VINI MWD SPSF"}
 """First card of all airbags but PARTICLE and the meshed gases."""
 EXITS = "C23 LCC23 A23 LCA23 CP23 LCCP23 AP23 LCAP23"
+JET, JET_ENDS = "XJFP YJFP ZJFP XJVH YJVH ZJVH CA BETA", "XSJFP YSJFP ZSJFP PSID ANGLE NODE1 NODE2 NODE3"
 
 CARDS: dict[str, dict[str, str]] = {
     "AIRBAG_SIMPLE_PRESSURE_VOLUME": {**CORE, "gas": "CN BETA LCID LCIDDR"},
@@ -22,6 +23,9 @@ CARDS: dict[str, dict[str, str]] = {
         "ambient": "PE RO GC LCEFR POVER PPOP OPT KNKDN",
         "inflator": "IOC IOA IVOL IRO IT LCBF",
         "molar": "TEXT A B MW GASC HCONV",
+        "jet": JET,
+        "jet ends": JET_ENDS,
+        "reaction": "NREACT",
         "pop": "TDP AXP AYP AZP AMAGP TDURP TDA RBIDP",
     },
     "AIRBAG_HYBRID": {
@@ -31,8 +35,8 @@ CARDS: dict[str, dict[str, str]] = {
         "options": "OPT PVENT NGAS LCEFR LCIDM0 VNTOPT",
         "gas": "LCIDM LCIDT . MW INITM A B C",
         "aspirated": "FMASS",
-        "jet": "XJFP YJFP ZJFP XJVH YJVH ZJVH CA BETA",
-        "jet ends": "XSJFP YSJFP ZSJFP PSID ANGLE NODE1 NODE2 NODE3",
+        "jet": JET,
+        "jet ends": JET_ENDS,
         "reaction": "NREACT",
     },
     "AIRBAG_PARTICLE": {
@@ -48,6 +52,19 @@ CARDS: dict[str, dict[str, str]] = {
         "air": "PAIR TAIR XMAIR AAIR BAIR CAIR NPAIR NPRLX",
         "gas": "LCM LCT XM A B C INFG",
         "orifice": "NID AN VD CA INFO IMOM IANG CHM_ID",
+    },
+    "AIRBAG_ALE": {
+        "core": "SID SIDTYP . . . . MWD SPSF",
+        "ambient": "ATMOST ATMOSP . GC CC TNKVOL TNKFINP",
+        "coupling": "NQUAD CTYPE PFAC FRIC FRCMIN NORMTYP ILEAK PLEAK",
+        "vents": "IVSETID IVTYPE IBLOCK VNTCOF",
+        "lattice": "NX/IDA NY/IDG NZ MOVERN ZOOM",
+        "origin": "X0 Y0 Z0 X1 Y1 Z1",
+        "corners": "X2 Y2 Z2 X3 Y3 Z3",
+        "flow": "SWTIME . HG NAIR NGAS NORIF LCVEL LCT",
+        "air": ". . . MWAIR INITM AIRA AIRB AIRC",
+        "gas": "LCMF . . MWGAS . GASA GASB GASC",
+        "orifice": "NODEID VECID ORIFARE",
     },
     "MAT_FABRIC": {
         "elastic": "MID RO EA EB . PRBA PRAB .",
@@ -141,14 +158,20 @@ TARGETS = {
     "CA": "inflator.jets.cone", "INFG": "inflator.jets", "INFO": "inflator.jets", "SID3": "bag.parts",
     "STYPE3": "bag.parts", "LCTC23": "bag.vents.discharge", "PPOP": "bag.vents.opening_pressure",
     "FS": "friction", "ENDTIM": "run.end_time", "DT": "run.frames", "FRIC": "obstacles.friction",
-    "BLOCK": "bag.vents.blockage",
+    "BLOCK": "bag.vents.blockage", "IBLOCK": "bag.vents.blockage", "IVSETID": "bag.parts", "IVTYPE": "bag.parts",
+    "VNTCOF": "bag.vents.discharge", "NZ": "gas.cell", "SWTIME": "gas.switch_time", "LCMF": "inflator.mass_flow",
+    "MWAIR": "gas.species.molar_mass", "AIRA": "gas.species.a", "AIRB": "gas.species.b", "AIRC": "gas.species.c",
+    "MWGAS": "gas.species.molar_mass", "GASA": "gas.species.a", "GASB": "gas.species.b", "GASC": "gas.species.c",
+    "NODEID": "inflator.jets", "VECID": "inflator.jets.angle", "ORIFARE": "inflator.jets.hole_diameter",
+    "GAMMA": "gas.species.a", "P0": "gas.initial.pressure", "CN": "gas.initial.pressure",
+    "POVER": "gas.initial.pressure",
 }  # fmt: skip
 """Field -> key of a case, as the page of decks lists it; reports say it for each deck."""
 
 DEFAULTS = {
     "VSCA": 1.0, "PSCA": 1.0, "CC": 1.0, "SFS": 1.0, "SFM": 1.0, "SFST": 1.0, "SFMT": 1.0, "FSF": 1.0, "VSF": 1.0,
     "BT": 0.0, "DT": 1e20, "VISFLG": 1.0, "TEND": 1e10, "TSW": 1e10, "TSTOP": 1e11, "TSMTH": 1.0, "OCCUP": 0.1,
-    "SFFDC": 1.0, "SFIAIR4": 1.0, "TSRFAC": 0.0, "DEATH": 1e20, "RL": 0.0, "CA": 30.0, "SDFBLK": 1.0,
+    "SFFDC": 1.0, "SFIAIR4": 1.0, "TSRFAC": 0.0, "DEATH": 1e20, "RL": 0.0, "CA": 30.0, "SDFBLK": 1.0, "PSF": 1.0,
 }  # fmt: skip
 """Values that mean the same as a blank field."""
 

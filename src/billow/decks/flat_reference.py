@@ -61,7 +61,7 @@ def reference_of(model: Model, ids, points, own, rows, turned, units: Units, rep
     for block in by_element:
         skip = "ID" in block.name.removeprefix("AIRBAG_SHELL_REFERENCE_GEOMETRY").split("_")
         cells = table(model.deck.parameters, rest(block, int(skip)), SHELL)
-        moved, out = _by_element(model, block, cells, moved, out, rows, turned, units, report)
+        moved, out = of_elements(model, block, cells, moved, out, rows, turned, units, report)
     source = (by_element or by_node)[0].place
     return (moved, out), birth, source
 
@@ -83,7 +83,7 @@ def _node_rows(model: Model, block: Block, report: Report) -> Table:
     raise problem
 
 
-def _by_element(model: Model, block, cells, points, own, rows, turned, units: Units, report: Report):
+def of_elements(model: Model, block, cells, points, own, rows, turned, units: Units, report: Report):
     """The reference of the shells that *AIRBAG_SHELL_REFERENCE_GEOMETRY names, on nodes of their own."""
     place = block.place
     corners = corners_of(cells)

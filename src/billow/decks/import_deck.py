@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -18,16 +17,19 @@ from billow.decks.block import Block
 from billow.decks.cards import Field
 from billow.decks.contacts import put_contact
 from billow.decks.context import Context
-from billow.decks.draft import Said, case_text, plain, said, source_of
+from billow.decks.draft import case_text, plain, said, source_of
 from billow.decks.evidence import evidence_of
-from billow.decks.fabric import added_leakage, birth_time, fabric_cards, leakage, put_fabric, same_fabric
+from billow.decks.fabric import added_leakage, fabric_cards, leakage, put_fabric, same_fabric
 from billow.decks.fixed import put_fixed
 from billow.decks.jets import put_jets
 from billow.decks.keyword_file import Deck
 from billow.decks.mesh_model import mesh_model
 from billow.decks.motions import motions_of
 from billow.decks.obstacles import put_obstacles
+from billow.decks.radioss.starter_file import is_starter
+from billow.decks.radioss.translate import translated as of_starter
 from billow.decks.report import Report
+from billow.decks.shared_tables import NO_AIRBAG, Options, put_bag_tables, rest_of_base
 from billow.decks.tables import Model
 from billow.decks.units import SYSTEMS, Units, find_units
 from billow.decks.unread import name_the_rest
@@ -36,13 +38,6 @@ from billow.geometry.mesh_file import SUFFIXES
 from billow.geometry.mesh_writing import write_mesh
 from billow.results.atomic import new_folder, new_place
 
-NO_AIRBAG = InputError.declare(
-    "E-DCK-017",
-    "the deck does not say {what}",
-    where="{place}",
-    cause="a deck of a mesh alone, or a file that is not included",
-    remedy="take what is missing from a case: --base CASE.toml",
-)
 NO_SUCH_CASE = InputError.declare(
     "E-DCK-018",
     "{key} cannot be what the deck says",
@@ -50,23 +45,6 @@ NO_SUCH_CASE = InputError.declare(
     cause="a number in another unit, or a model beyond what Billow is made for",
     remedy="check the field and --units; the case it would have made was not written",
 )
-
-BASE_TABLES = ("fabric", "gas", "leakage", "inflator", "ambient")
-
-
-@dataclass
-class Options:
-    """What the command says beside the deck. parts: number -> kind; close: number of an open edge -> kind; merge: [m];
-    base: case that gives what the deck lacks; measure: what curves of fabric measure."""
-
-    units: str = "auto"
-    airbag: int | None = None
-    parts: dict[int, str] = field(default_factory=dict)
-    close: dict[int, str] = field(default_factory=dict)
-    merge: float | None = None
-    base: Path | None = None
-    measure: str = "true"
-    allow_outside: bool = False
 
 
 def import_deck(path: str | Path, out: str | Path, options: Options | None = None) -> Report:
@@ -94,6 +72,8 @@ def import_deck(path: str | Path, out: str | Path, options: Options | None = Non
 
 def translated(path: Path, options: Options) -> tuple[Context, BagMesh]:
     """The draft of a case and its meshes."""
+    if is_starter(path):
+        return of_starter(path, options)
     is_mesh = path.suffix.lower() in SUFFIXES
     model = mesh_model(path) if is_mesh else Model(Deck(path, options.allow_outside))
     report = Report()
@@ -104,11 +84,11 @@ def translated(path: Path, options: Options) -> tuple[Context, BagMesh]:
     context.tables |= {"title": _title(model), "bag": {}, "fabric": {}, "gas": {}}
     bag, place = _bag(context, block, options)
     _fabric(context, bag, place, options, base)
-    _rest_of_base(context, base, block is None, path)
+    rest_of_base(context, base, block is None, path)
     _run(context, base)
     motions = motions_of(context)
     attached = put_fixed(context, bag, motions)
-    _bag_tables(context, bag)
+    put_bag_tables(context, bag)
     put_obstacles(context, set(bag.parts) | attached, options.parts, motions, bag.start.points)
     motions.rest(context)
     put_contact(context, set(bag.parts))
@@ -242,34 +222,6 @@ def _thickness(context: Context, bag: BagMesh, number: int) -> float | None:
     context.report.take([section[2]])
     context.report.mapped(section[2], section[0] * context.units.length, "fabric.thickness")
     return section[0] * context.units.length or None
-
-
-def _rest_of_base(context: Context, base: dict[str, Any], needs_gas: bool, path: Path) -> None:
-    """What the deck lacks, from the other case."""
-    if needs_gas and not ("inflator" in base or base.get("gas", {}).get("model") == "none"):
-        raise NO_AIRBAG(what="what gas fills the bag", place=path, why="it has no *AIRBAG that is read")
-    for name in BASE_TABLES:
-        table, mine = base.get(name), context.tables.get(name)
-        if isinstance(table, dict) and not isinstance(mine, list):
-            if name in ("gas", "inflator", "ambient") and not needs_gas:
-                continue
-            context.tables[name] = {**table, **(mine or {})}
-            context.report.remarks.append(f"[{name}] from the case given with --base, where the deck says nothing")
-        elif table is not None and mine is None and needs_gas:
-            context.tables[name] = table
-
-
-def _bag_tables(context: Context, bag: BagMesh) -> None:
-    if bag.birth is not None and bag.birth.number and "birth_time" not in context.tables["bag"]:
-        birth_time(context, bag.birth)  # unless the material has one, which counts
-    own = context.tables["bag"]
-    has_vent = any(part["kind"] == "vent" for part in bag.parts.values())
-    if not has_vent:
-        own.pop("vents", None)
-    table: dict[str, Any] = {"shape": "mesh", "start": "start.vtkhdf"}
-    if bag.reference is not None:
-        table["reference"] = Said("reference.vtkhdf", bag.reference_source)
-    context.tables["bag"] = {**table, **own, "parts": list(bag.parts.values())}
 
 
 def _run(context: Context, base: dict[str, Any]) -> None:

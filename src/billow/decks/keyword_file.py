@@ -55,7 +55,7 @@ class Deck:
         self._allow_outside = allow_outside
         try:
             data = read_bytes(self.path, LARGEST_DATA)
-            _require_text(data)
+            require_text(data)
             if not _KEYWORD.search(data):
                 raise ValueError("no line begins with *")
         except (OSError, ValueError) as error:
@@ -121,7 +121,7 @@ class Deck:
                 raise BAD_INCLUDE(name=name, place=place, why=why, remedy="remove the include that names its own file")
             try:
                 data = read_bytes(found, LARGEST_DATA - self._bytes)
-                _require_text(data)
+                require_text(data)
             except (OSError, ValueError) as error:
                 raise BAD_INCLUDE(name=name, place=place, why=error) from None
             self._take(found, data, form, transforms, depth + 1)
@@ -158,7 +158,8 @@ class Deck:
         return Transform(kinds, factors, block.place)
 
 
-def _require_text(data: bytes) -> None:
+def require_text(data: bytes) -> None:
+    """ValueError, with a sentence, for bytes that are no text."""
     odd = _NO_TEXT.search(data)
     if odd is not None:
         line = data.count(b"\n", 0, odd.start()) + 1

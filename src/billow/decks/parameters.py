@@ -41,7 +41,7 @@ _OLD_EXPONENT = re.compile(r"(?<=[\d.])[dD](?=[+-]?\d)")
 def number(text: str) -> float:
     """Of a field, 0 if it is blank; Fortran's exponents `1.5D+3` and `1.234-5` too. ValueError if it is no finite
     number."""
-    text = text.strip()
+    text = text.strip(" \t\r\n\v\f")
     if not text:
         return 0.0
     found = _FORTRAN.fullmatch(text)
@@ -63,7 +63,7 @@ class Parameters:
         """The definitions of a *PARAMETER block. Raises InputError E-DCK-003."""
         if "EXPRESSION" in block.name:
             for place, kind, name, text in _expressions(block):
-                self._set(kind, name, text if kind == "C" else self.evaluated(text, name, place), place)
+                self.define(kind, name, text if kind == "C" else self.evaluated(text, name, place), place)
             return
         width = 20 if block.form == "long" else 10
         for line, text in _lines(block):
@@ -71,7 +71,7 @@ class Parameters:
             for name, value in zip(cells[::2], cells[1::2], strict=False):
                 if name.strip():
                     kind, name = name.strip()[0].upper(), name.strip()[1:].strip()
-                    self._set(kind, name, value.strip(), f"{block.file}:{line}")
+                    self.define(kind, name, value.strip(), f"{block.file}:{line}")
 
     def filled(self, text: str, place: str) -> str:
         """A field with `&name` or `-&name` replaced by what it stands for. Raises InputError E-DCK-003."""
@@ -117,7 +117,8 @@ class Parameters:
                 return FUNCTIONS[name.lower()](*map(self._value, node.args))
         raise ValueError(f"{ast.unparse(node)[:60]!r} is beyond arithmetic")
 
-    def _set(self, kind: str, name: str, value: float | str, place: str) -> None:
+    def define(self, kind: str, name: str, value: float | str, place: str) -> None:
+        """A value by name; kind: R, I or C. Raises InputError E-DCK-003."""
         if kind not in ("R", "I", "C") or not re.fullmatch(r"\w{1,20}", name, re.ASCII):
             raise BAD_PARAMETER(name=f"{kind}{name}"[:40], place=place, why="it begins with none of R, I and C")
         try:

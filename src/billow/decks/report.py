@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
+from billow.decks.block import shown
 from billow.decks.cards import Field
 from billow.decks.fields import DEFAULTS, TARGETS
 
@@ -103,7 +104,8 @@ class Report:
                 lines.append("")
         if self.keywords:
             lines += ["## Keywords that Billow does not read", ""]
-            lines += [f"- *{name}" + (f", {count} times" if count > 1 else "") for name, count in self.keywords.items()]
+            for name, count in self.keywords.items():
+                lines.append(f"- {shown(name)}" + (f", {count} times" if count > 1 else ""))
         (folder / "import.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 

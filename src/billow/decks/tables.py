@@ -15,6 +15,7 @@ from billow.base.errors import InputError
 from billow.decks.block import Block
 from billow.decks.cards import Cards, Field, Table, split, table
 from billow.decks.exact_lengths import metres
+from billow.decks.fields import known
 from billow.decks.keyword_file import Deck
 from billow.decks.parameters import Parameters
 from billow.decks.units import Units
@@ -144,8 +145,7 @@ class Model:
 
     @cached_property
     def nodes(self) -> Nodes:
-        blocks = [block for block in self.all("NODE") if block.name == "NODE"]
-        tables = [table(self.deck.parameters, block, NODE, keep=("x", "y", "z")) for block in blocks]
+        tables = self._node_tables()
         ids = [t["nid"] + shift(t.block, "node") for t in tables]
         if not ids:
             empty = np.empty((0, 3))
@@ -155,7 +155,7 @@ class Model:
         scale = np.concatenate([np.full(len(t), length_factor(t.block)) for t in tables])
         points = np.concatenate([np.column_stack([t[c] for c in "xyz"]) for t in tables]) * scale[:, None]
         texts = np.concatenate([np.column_stack([t.texts[c] for c in "xyz"]) for t in tables])
-        held = np.concatenate([t["tc"] == 7 for t in tables])
+        held = np.concatenate([self._held(t) for t in tables])
         sorted_ids = numbers[order]
         twice = np.flatnonzero(sorted_ids[1:] == sorted_ids[:-1])
         if len(twice):
@@ -168,9 +168,22 @@ class Model:
             order = order[np.concatenate([[True], sorted_ids[1:] != sorted_ids[:-1]])]
         return Nodes(numbers[order], points[order], texts[order], scale[order], held[order])
 
+    def _node_tables(self) -> list[Table]:
+        """Tables of nodes: nid, x, y, z, the texts of the last three, and what `_held` reads."""
+        blocks = [block for block in self.all("NODE") if block.name == "NODE"]
+        return [table(self.deck.parameters, block, NODE, keep=("x", "y", "z")) for block in blocks]
+
+    def _held(self, nodes: Table) -> np.ndarray:
+        """Which nodes stand still, (n,) bool."""
+        return nodes["tc"] == 7
+
+    def _shell_tables(self) -> list[tuple[np.ndarray, ...]]:
+        """Fields of `Shells` for each table of shells."""
+        return [self._shell_block(block) for block in self.all("ELEMENT_SHELL") if "REFERENCE" not in block.name]
+
     @cached_property
     def shells(self) -> Shells:
-        found = [self._shell_block(block) for block in self.all("ELEMENT_SHELL") if "REFERENCE" not in block.name]
+        found = self._shell_tables()
         if not found:
             no = np.empty(0, np.int64)
             return Shells(no, no, no.reshape(0, 4), np.empty(0), np.empty(0), np.empty(0, object), no)
@@ -261,6 +274,24 @@ class Model:
             found[curve_id] = DeckCurve(curve_id, np.array(points).reshape(-1, 2), title, place)
         return found
 
+    def material_of(self, part: int) -> tuple[str, Block] | None:
+        """Keyword, as `fields` knows it, and block of a part's material; None if the deck has none."""
+        if part not in self.parts or not self.parts[part].material:
+            return None
+        for block in self.all("MAT"):
+            cards = Cards(self.deck.parameters, block)
+            if block.name.endswith("_TITLE") and cards.left:
+                cards.text()
+            if cards.left and "ADD" not in block.name:
+                number = cards.card("id", "MID")["MID"]
+                try:
+                    same = number.whole + shift(block, "material") == self.parts[part].material
+                except InputError:  # a material that is named by a text
+                    continue
+                if same:
+                    return known(block.name) or block.name, block
+        return None
+
     def curve(self, named: Field) -> DeckCurve:
         """The curve that a field names, whatever its sign. Raises InputError E-DCK-006."""
         wanted = abs(named.whole)
@@ -320,7 +351,7 @@ class Model:
 
 def _cells(parameters: Parameters, cards: Cards, widths: tuple[int, ...]) -> list[str]:
     place, form = cards.place, cards.block.form
-    return split(parameters, form, cards._line("ids"), place, widths) or [""]
+    return split(parameters, form, cards.raw("ids"), place, widths) or [""]
 
 
 def has_title(block: Block) -> bool:

@@ -17,7 +17,8 @@ SPREAD = 2.0
 
 
 def put_warp(context: Context, bag: BagMesh, fabrics: dict[int, dict[str, Field]]) -> None:
-    """`warp_angle` and `seen_from` of each part of fabric: the mean over its cells, weighted by area."""
+    """`warp_angle` and `seen_from` of each part of fabric: the mean over its cells, weighted by area. fabrics: fields
+    by part; without AOPT the warp is the direction A1, A2, A3."""
     flat = bag.reference or bag.start
     for number, f in fabrics.items():
         mine = np.flatnonzero((flat.part == number) & (bag.shell >= 0))
@@ -45,9 +46,10 @@ def put_warp(context: Context, bag: BagMesh, fabrics: dict[int, dict[str, Field]
         degrees = round(math.degrees(mean), 9) + 0.0
         if signed_areas(drawn).sum() < 0.0:
             bag.parts[number]["seen_from"] = "inside"
-        bag.parts[number]["warp_angle"] = Said(degrees, f"{f['AOPT'].place} {f['AOPT'].shown}")
+        source = f.get("AOPT", f["BETA"])
+        bag.parts[number]["warp_angle"] = Said(degrees, f"{source.place} {source.shown}")
         report = context.report
-        for name in ("AOPT", "BETA"):
+        for name in ("AOPT", "BETA") if "AOPT" in f else ("BETA",):
             if off.max() > SPREAD:
                 how = f"part {number}: directions differ by up to {off.max():.3g} deg from their mean, which is used"
                 report.approximated(f[name], how, degrees)
@@ -68,7 +70,7 @@ def _directions(context: Context, bag: BagMesh, f: dict[str, Field], mine: np.nd
     normal = np.cross(p[second] - p[cells[:, 0]], p[third] - p[cells[:, 0]])
     size = np.linalg.norm(normal, axis=1, keepdims=True)
     normal = normal / np.where(size > 0.0, size, 1.0)
-    aopt = f["AOPT"].whole
+    aopt = f["AOPT"].whole if "AOPT" in f else 2
     if aopt in (0, 1):
         axis = p[second] - p[cells[:, 0]]
     elif aopt == 2:

@@ -41,6 +41,17 @@ ABSTAT = {
     "gas_temp": ("temperature", "K", (0, 0, 0)),
 }
 """Variable of abstat -> quantity, unit, and powers of mass, length and time."""
+LENGTH, SPEED, FORCE = ("m", (0, 1, 0)), ("m/s", (0, 1, -1)), ("N", (1, 1, -2))
+BY_ID = {
+    "nodout": ("node", {f"{x}_{q}": (f"{q}_{x}", *unit) for x in "xyz" for q, unit in (
+        ("displacement", LENGTH), ("velocity", SPEED))}),
+    "rbdout": ("rigid", {f"global_{letter}{x}": (f"{q}_{x}", *unit) for x in "xyz" for letter, q, unit in (
+        ("d", "displacement", LENGTH), ("v", "velocity", SPEED))}),
+    "rcforc": ("contact", {f"{x}_force": (f"force_{x}", *FORCE) for x in "xyz"}),
+}  # fmt: skip
+"""Branch of binout -> what its ids are called, and variable -> quantity, unit, and powers."""
+MOST_IDS = 200
+"""Of a branch: histories are a table with columns for each."""
 
 
 @dataclass(frozen=True)
@@ -101,7 +112,7 @@ def read_dyna(folder: Path, choices: DynaChoices) -> DynaRun:
         raise ValueError("d3plot: its first state is not the start shape; states may be missing, or deleted")
     used = np.unique(triangles)
     return DynaRun(
-        moving[:, used] * units.length, np.searchsorted(used, triangles), times, _abstat(dynars, folder, units)
+        moving[:, used] * units.length, np.searchsorted(used, triangles), times, _histories(dynars, folder, units)
     )
 
 
@@ -125,28 +136,49 @@ def _triangles(
     return halves.reshape(-1, 3)[whole] - 1
 
 
-def _abstat(dynars, folder: Path, units: Units) -> dict[str, np.ndarray]:
-    """Histories of the first airbag in binout, in SI."""
+def _histories(dynars, folder: Path, units: Units) -> dict[str, np.ndarray]:
+    """Histories in binout, in SI: of the first airbag, and of each node, rigid body and contact that was written."""
     if not any(folder.glob("binout*")):
+        written = [name for name in ("abstat", *BY_ID) if (folder / name).is_file()]
+        if written:
+            raise ValueError(
+                f"{written[0]} is ASCII, which is not read: write binout (BINARY = 2 of *DATABASE), or remove the file"
+            )
         return {}
     try:
         binout = dynars.Binout(str(folder / "binout*"))
-        if "abstat" not in binout.read():
-            return {}
-        held = binout.read("abstat")
-        found = {}
-        for name, (quantity, unit, (m, length, t)) in ABSTAT.items():
-            if name not in held:
+        branches = binout.read()
+        found: dict[str, np.ndarray] = {}
+        if "abstat" in branches:
+            for name, (quantity, unit, powers) in ABSTAT.items():
+                if name in binout.read("abstat"):
+                    _take(found, binout.read_states("abstat", name), {0: f"{quantity} [{unit}]"}, powers, units, name)
+        for branch, (called, variables) in BY_ID.items():
+            if branch not in branches:
                 continue
-            read = binout.read_states("abstat", name)
-            values = np.array(read["values"], dtype=float).reshape(len(read["time"]), -1)[:, 0]
-            time = np.array(read["time"], dtype=float) * units.time
-            if "time [s]" in found and len(time) != len(found["time [s]"]):
-                raise ValueError(f"{name} has other times than the rest")
-            found["time [s]"] = time
-            found[f"{quantity} [{unit}]"] = values * units.mass**m * units.length**length * units.time**t
+            ids = np.asarray(binout.ids(branch)).tolist()
+            if len(ids) > MOST_IDS:
+                raise ValueError(f"{branch} has {len(ids)} ids; at most {MOST_IDS} become histories: write fewer")
+            # Of the two sides of a contact the first counts.
+            first = {number: column for column, number in reversed(list(enumerate(ids)))}
+            for name, (quantity, unit, powers) in variables.items():
+                if name in binout.read(branch):
+                    columns = {column: f"{called}_{number}_{quantity} [{unit}]" for number, column in first.items()}
+                    _take(found, binout.read_states(branch, name), columns, powers, units, branch)
     except OSError:
         raise
     except Exception as error:  # as above
         raise ValueError(f"binout: {str(error)[:200] or type(error).__name__}") from None
     return found
+
+
+def _take(found: dict[str, np.ndarray], read: dict, columns: dict[int, str], powers, units: Units, name: str) -> None:
+    """Columns of a variable into the histories. ValueError, with a sentence, if its times are others."""
+    values = np.array(read["values"], dtype=float).reshape(len(read["time"]), -1)
+    time = np.array(read["time"], dtype=float) * units.time
+    known = found.setdefault("time [s]", time)
+    if len(time) != len(known) or not np.allclose(time, known, rtol=1e-6, atol=1e-9):
+        raise ValueError(f"{name} has other times than the rest: write all at one interval")
+    m, length, t = powers
+    for column, title in columns.items():
+        found[title] = values[:, column] * units.mass**m * units.length**length * units.time**t

@@ -1,0 +1,141 @@
+"""A starter deck of Radioss as the draft of a case and its meshes; the report has a row for each of its fields."""
+
+from __future__ import annotations
+
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+
+from billow.base.toml_file import read_toml
+from billow.decks.airbag import NO_CHOICE
+from billow.decks.bag_mesh import BagMesh, Choices, bag_mesh
+from billow.decks.block import Block
+from billow.decks.cards import Cards, Field
+from billow.decks.context import Context
+from billow.decks.radioss.cloth import put_cloth
+from billow.decks.radioss.columns import card
+from billow.decks.radioss.flat_cut import reference_of
+from billow.decks.radioss.starter_file import StarterDeck, kind_of, words
+from billow.decks.radioss.starter_model import StarterModel
+from billow.decks.radioss.surroundings import put_interfaces, put_run, put_walls
+from billow.decks.radioss.volume import airbag1
+from billow.decks.report import Report
+from billow.decks.shared_tables import NO_AIRBAG, Options, put_bag_tables, rest_of_base
+from billow.decks.units import SYSTEMS
+
+ALWAYS = {"BEGIN", "END", "TITLE", "UNIT"}
+BY_FIELD = ("MONVOL", "MAT", "INTER")
+"""Keywords of which every line is named."""
+NOTHING = {("MAT", "VOID"), ("MAT", "LAW0")}
+READ = ("AIRBAG1",)
+
+
+def translated(path: Path, options: Options) -> tuple[Context, BagMesh]:
+    """Raises InputError E-DCK-160, -161 and those of `import_deck`."""
+    model = StarterModel(StarterDeck(path, options.allow_outside))
+    report = Report()
+    if options.units != "auto":
+        model.deck.units = SYSTEMS[options.units]
+        report.remarks.append(f"units {options.units}, as said")
+    else:
+        report.remarks.append(f"units {model.deck.units.name}, as /BEGIN says")
+    context = Context(model, model.deck.units, report)
+    base = read_toml(options.base) if options.base is not None else {}
+    context.tables |= {"title": _title(model), "bag": {}, "fabric": {}, "gas": {}}
+    block = _choose(model, options.airbag)
+    bag, place = _bag(context, block, options)
+    put_cloth(context, bag, place, options, base)
+    rest_of_base(context, base, block is None, path)
+    if bag.held:
+        context.set("bag.fixed_nodes", list(bag.held), "/BCS")
+    _fixed(context, bag)
+    put_bag_tables(context, bag)
+    put_walls(context, bag)
+    put_interfaces(context, bag)
+    put_run(context, base)
+    report.keywords = _rest(context)
+    report.finish()
+    return context, bag
+
+
+def _title(model: StarterModel) -> str:
+    for block in model.find("TITLE") + model.find("BEGIN"):
+        cards = Cards(model.deck.parameters, block)
+        text = cards.text() if cards.left else ""
+        if text and text.isprintable():
+            return text
+    return model.deck.path.stem
+
+
+def _choose(model: StarterModel, wanted: int | None) -> Block | None:
+    """The monitored volume to import. Raises InputError E-DCK-015."""
+    bags = [b for b in model.find("MONVOL") if kind_of(b) in READ]
+    if not bags:
+        return None
+    listed = "; ".join(f"{k}: {b.name} at {b.place}" for k, b in enumerate(bags, 1))
+    if (wanted is None and len(bags) > 1) or (wanted is not None and not 1 <= wanted <= len(bags)):
+        raise NO_CHOICE(count=len(bags), listed=listed, place=bags[0].place)
+    return bags[(wanted or 1) - 1]
+
+
+def _bag(context: Context, block: Block | None, options: Options) -> tuple[BagMesh, str]:
+    choices = Choices(options.parts, options.close, options.merge)
+    model: StarterModel = context.model
+    vents: set[int] = set()
+    segments = None
+    if block is None:
+        members = np.array([n for n, kind in options.parts.items() if kind in ("fabric", "mouth", "vent")], np.int64)
+        place = f"{model.deck.path.name}:1"
+        if not len(members):
+            parts = "; ".join(f"{p.number} {p.title}" for p in model.parts.values()) or "none"
+            volumes = ", ".join(b.name for b in model.find("MONVOL")) or "none"
+            raise NO_AIRBAG(
+                what="which parts are the bag", place=place,
+                why=f"it has no /MONVOL/AIRBAG1; its volumes are {volumes}, its parts {parts}",
+                remedy="name them: --part 3=fabric, with the gas from --base CASE.toml",
+            )  # fmt: skip
+    else:
+        airbag = airbag1(context, block)
+        members, segments, place, vents = airbag.parts, airbag.segments, airbag.place, airbag.vents
+        context.airbag = airbag
+    return bag_mesh(model, members, segments, vents, place, context.units, choices, context.report, reference_of), place
+
+
+def _fixed(context: Context, bag: BagMesh) -> None:
+    """Rows of /BCS."""
+    model, report = context.model, context.report
+    for block in model.find("BCS"):
+        if len(words(block)) != 2:
+            model.used.discard(block.name)
+            continue
+        f = card(context, model.cards(block), "BCS", "bcs")
+        ways = f["Trarot"].text.replace(" ", "")[:3]
+        mine = np.isin(model.group(f["grnd_ID"].whole, f["grnd_ID"]), bag.nodes).sum()
+        if ways == "111":
+            report.mapped(f["Trarot"], "fixed", "bag.fixed_nodes")
+            report.mapped(f["grnd_ID"], f"{mine} nodes of the bag", "bag.fixed_nodes")
+        elif mine and "1" in ways:
+            report.refused(f["Trarot"], "a node of a case is fixed in all directions, or free")
+
+
+def _rest(context: Context) -> dict[str, int]:
+    """Rows for lines of volumes, materials and interfaces that nobody read; and the keywords that were not read."""
+    model, report, missed = context.model, context.report, []
+    places = {field.place for field in report.fields}
+    for block in model.deck.blocks:
+        word = words(block)[0]
+        if word in ALWAYS:
+            continue
+        seen = any(f"{block.file}:{line}" in places for line, _ in block.lines())
+        if word in BY_FIELD and not seen:
+            for line, text in block.lines():
+                shown = text.decode("latin-1").strip()
+                one = Field(block.name, f"line_{line - block.line}", shown, f"{block.file}:{line}")
+                report.take([one])
+                report.ignored(one, "no part, volume or interface that is imported needs it")
+        if words(block)[:2] in NOTHING:
+            continue
+        if block.name not in model.used or (word in BY_FIELD and not seen):
+            missed.append("/" + "/".join(w for w in words(block) if not w.isdecimal()))
+    return dict(Counter(missed))
