@@ -26,6 +26,7 @@ from billow.cli import (
     converge,
     couple,
     coupon,
+    dataset,
     decks,
     design,
     explore,
@@ -373,7 +374,7 @@ for command in (
     app.command()(command)
 app.command("import-deck")(decks.import_deck)
 app.command("export-deck")(decks.export_deck)
-for group in (tank.app, couple.app, design.app):
+for group in (tank.app, couple.app, design.app, dataset.app):
     app.add_typer(group)
 
 if __name__ == "__main__":
