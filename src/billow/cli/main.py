@@ -367,7 +367,7 @@ def demo(
 
 
 for command in (
-    surrogates.train, surrogates.evaluate, surrogates.predict, surrogates.suggest, surrogates.export,
+    surrogates.train, surrogates.floor, surrogates.evaluate, surrogates.predict, surrogates.suggest, surrogates.export,
     converge.converge, coupon.coupon, fold.fold, paper.paper, schema.schema, plot.plot, compare.compare,
     render.render, explore.explore, view.view, view.report, design.respond,
 ):  # fmt: skip
