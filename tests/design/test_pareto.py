@@ -14,15 +14,14 @@ pytest.importorskip("pymoo", reason="several goals need the extra billow[design]
 
 @pytest.fixture(scope="module")
 def surfaces():
-    """f = a^2 + b^2 and g = (a - 1)^2 + b^2 (Binh's first problem, one length): best for b = 0, where the root of f and
-    that of g add up to 1."""
+    """f = a^2 + b^2 and g = (a - 1)^2 + b^2: best for b = 0, where the roots of f and g add up to 1."""
     designs = np.random.default_rng(0).uniform([0.0, -0.5], [1.0, 0.5], (60, 2))
     values = np.column_stack([(designs**2).sum(axis=1), ((designs - [1.0, 0.0]) ** 2).sum(axis=1)])
     parameters = Parameter("a", "a", "m", 0.0, 1.0), Parameter("b", "b", "m", -0.5, 0.5)
     tables = ({"name": name, "measure": "final", "quantity": "volume", "scale": "identity"} for name in "fg")
     runs = tuple(f"{k:04d}" for k in range(60))
-    table = ResponseTable("Two goals", parameters, tuple(map(StudyResponse.model_validate, tables)), ("-", "-"), runs, 0,
-                          designs, values, {})  # fmt: skip
+    responses = tuple(map(StudyResponse.model_validate, tables))
+    table = ResponseTable("Two goals", parameters, responses, ("-", "-"), runs, 0, designs, values, {})
     return ResponseSurfaces.learn(table)
 
 

@@ -38,7 +38,7 @@ def test_the_section_of_a_sphere_is_a_disc(normal, height):
 
 def test_two_separate_lines_of_a_cut_add_up():
     points, triangles = sphere(60, 60)
-    both = np.concatenate([points, points + [4.0, 0.0, 0.0]])
+    both = np.concatenate([points, points + np.array([4.0, 0.0, 0.0])])
     twice = np.concatenate([triangles, triangles + len(points)])
     one = section_area(points, triangles, np.array([0.0, 0.0, 0.1]), np.array([0.0, 0.0, 1.0]))
     assert section_area(both, twice, np.array([0.0, 0.0, 0.1]), np.array([0.0, 0.0, 1.0])) == pytest.approx(2.0 * one)
@@ -49,9 +49,10 @@ def run_of_a_square():
     points = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]])
     force = np.zeros((2, 4, 3))
     force[0, 1, 2] = force[1, 1:3, 2] = 5.0
+    fabric = SimpleNamespace(part_names=["front", "rear"], part=np.array([0, 1]))
     return SimpleNamespace(times=np.array([0.01, 0.02]), reference=points.astype(np.float32), contact_force=force,
                            displacement=np.stack([0.0 * points, points]), triangles=np.array([[0, 1, 2], [0, 2, 3]]),
-                           folder=Path(), fabric=SimpleNamespace(part_names=["front", "rear"], part=np.array([0, 1])))  # fmt: skip
+                           folder=Path(), fabric=fabric)  # fmt: skip
 
 
 @pytest.mark.parametrize(

@@ -72,9 +72,9 @@ def grow(
 ) -> list[Stage]:
     """Add batches of runs to a study whose runs are made, until the error of `aim` is reached; the stages passed.
 
-    It also ends after `hours`, with `MOST_RUNS` training runs, or when the error is level (`out_of_reach`). say: called with a line for each
-    stage; running: as `Study.run`. InputError E-DES-050: the
-    study has no such response, or it is in another unit.
+    It also ends after `hours`, with `MOST_RUNS` training runs, or when the error is level (`out_of_reach`).
+    say: called with a line for each stage; running: as `Study.run`. InputError E-DES-050: the study has no such
+    response, or it is in another unit.
     """
     begun, stages = time.monotonic(), []
     while True:
@@ -97,8 +97,8 @@ def grow(
 
 
 def out_of_reach(stages: list[Stage], aim: Aim) -> str:
-    """Why the aim cannot be reached, empty while it may be: a power law through the last `LEVEL_STAGES` stages needs more
-    than `MOST_RUNS` runs, or does not fall."""
+    """Why the aim cannot be reached, empty while it may be: a power law through the last `LEVEL_STAGES` stages needs
+    more than `MOST_RUNS` runs, or does not fall."""
     last = stages[-LEVEL_STAGES:]
     curve = fit_learning_curve([stage.runs for stage in last], [stage.error for stage in last])
     if len(last) < LEVEL_STAGES or curve is None:

@@ -50,9 +50,9 @@ class StudyResponse(StrictTable):
     level: float | None = None
     """For measure time_to: the value that is reached, in `unit`; the response itself is in s."""
     point: Point | None = None
-    """[m] For measure distance: of the nearest node from it, or the point of the plane; for section_area of the plane."""
+    """[m] For measure distance: of the nearest node from it, or of the plane; for section_area: of the plane."""
     normal: Point | None = None
-    """For measures distance and section_area: normal of a plane through `point`; distances on its side count positive."""
+    """For distance and section_area: normal of a plane through `point`; distances on its side count positive."""
     reference: Text | None = None
     """For measure rating: CSV of two columns, time [s] and the curve in `unit`; relative to the study file."""
     scale: Literal["auto", "identity", "log", "root"] = "auto"
