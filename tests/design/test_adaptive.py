@@ -57,5 +57,20 @@ def test_it_ends_when_the_error_is_reached(growing):
     assert b"<svg" in draw(learning_curve, stages, Aim("hic15", 3.0, ""))
 
 
+def test_it_ends_when_the_error_is_level(growing, monkeypatch):
+    choose = lambda known: np.arange(BATCH)[:, None] + len(known)  # noqa: E731
+    monkeypatch.setattr(adaptive, "_judged", lambda folder, aim: (10.0 + 1.0 / len(growing), choose))
+    told = []
+    stages = grow("study", Aim("hic15", 3.0, ""), say=told.append)
+    assert len(stages) == adaptive.LEVEL_STAGES
+    assert "level" in told[-1]
+
+
+def test_what_falls_slowly_but_arrives_is_no_level():
+    stages = [adaptive.Stage(runs, 30.0 / runs**0.5) for runs in (16, 24, 32, 40, 48)]
+    assert adaptive.out_of_reach(stages, Aim("hic15", 2.0, "")) == ""  # 225 runs
+    assert "about 9e+02 runs" in adaptive.out_of_reach(stages, Aim("hic15", 1.0, ""))
+
+
 def test_it_ends_when_the_time_is_over(growing):
     assert len(grow("study", Aim("hic15", 1e-9, ""), hours=0.0)) == 1

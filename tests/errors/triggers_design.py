@@ -16,6 +16,7 @@ from billow.design import verify
 from billow.design.adaptive import Aim
 from billow.design.measures import measure
 from billow.design.optimum import Goal, pareto
+from billow.design.publish import publish
 from billow.design.report import rounds_of
 from billow.design.surfaces import ResponseSurfaces
 from billow.design.table import _require_one_interval, respond
@@ -82,5 +83,6 @@ TRIGGERS: dict[str, Callable[[Here], object]] = {
     "E-DES-034": lambda here: rounds_of(here.place),
     "E-DES-040": lambda here: SMALL().exceed("hard", 400.0, POINT, {"vant": 1.0}),
     "E-DES-050": lambda here: Aim.read("rmse below 3"),
+    "E-DES-170": lambda here: publish(here.bench.study.folder, here.place / "open", precision=0.05),
     "E-DES-041": lambda here: SMALL().exceed("hard", 400.0, POINT, {"vent": 30.0}),
 }

@@ -11,11 +11,13 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 from here import Here, dotted
 
 from billow.case.schema import Case
 from billow.results import ownership, run_file
 from billow.results.dataset import Dataset
+from billow.results.floor_file import read_floor
 from billow.results.histories import read_histories
 from billow.results.ownership import owned
 from billow.results.result import Result
@@ -171,6 +173,7 @@ TRIGGERS: dict[str, Callable[[Here], object]] = {
     "E-NUM-020": spoilt(node_far_away, gas={"model": "mesh", "cell": 0.1}),
     "E-NUM-021": spoilt(gas_without_energy, gas={"model": "mesh", "cell": 0.1}),
     "E-NUM-009": spoilt(bag_turned_inside_out),
+    "E-RES-170": lambda here: read_floor(here.write("floor.json", "{}").parent, np.ones(2)),
     "E-RES-001": lambda here: Result.open(here.place / "none"),
     "E-RES-002": lambda here: Result.open(here.place),
     "E-RES-003": changed_file("run.json", Result.open),

@@ -15,6 +15,7 @@ from here import Here, Told
 from billow.results import run_file
 from billow.run.check import Outline
 from billow.study import drive, study
+from billow.study.floor import measure_floor
 from billow.study.import_runs import import_runs
 from billow.study.study import Study
 
@@ -194,5 +195,6 @@ TRIGGERS: dict[str, Callable[[Here], object]] = {
     "E-STU-026": lambda here: foreign(here, "run,a\nr0,0\nr1,1\nr2,2\n"),
     "E-STU-027": lambda here: foreign(here, r1=np.full((3, 4, 3), np.nan)),
     "E-STU-028": lambda here: foreign(here, r1=np.ones((3, 5, 3)) * np.arange(5.0)[:, None]),
+    "E-STU-170": lambda here: measure_floor(here.study().folder, 0),
     "E-STU-029": lambda here: foreign(here, triangles=np.array([[0, 1, 9]])),
 }

@@ -13,6 +13,7 @@ from synthetic import SyntheticDataset
 from billow.base.errors import ResourceError
 from billow.cli.demo import run_demo
 from billow.pictures.section import cut
+from billow.results.floor_file import Floor
 from billow.results.obstacles import outline
 from billow.rom.judge import figures
 from billow.rom.judge.effects import effects
@@ -20,7 +21,7 @@ from billow.rom.judge.errors import fit_learning_curve
 from billow.rom.judge.evaluate import evaluate
 from billow.rom.judge.figures import MIDDLE
 from billow.rom.judge.findings import acceptance, verdict, weaknesses
-from billow.rom.judge.report import page, write_report
+from billow.rom.judge.report import metrics, page, write_report
 from billow.rom.judge.unseen import UnseenRuns
 from billow.rom.learn.train import Recipe, train
 
@@ -114,6 +115,16 @@ def test_what_more_runs_would_bring_is_said_when_the_runs_show_it(evaluation, mo
     curve = fit_learning_curve(runs, errors)
     monkeypatch.setattr(type(evaluation), "learning_curve", lambda self, component: curve)
     assert any(said in sentence for sentence in weaknesses(evaluation))
+
+
+def test_the_error_is_said_in_floors(evaluation):
+    times = evaluation.surrogate.times
+    floor = Floor({"run.dt_scale": "0.99"}, ("0003",), times, np.full((1, len(times), 3), 1e-4))
+    z = evaluation.summary("surrogate", 2).mean
+    found = dataclasses.replace(evaluation, floor=floor)
+    assert any(f"The error is {z / 1e-4:.1f} floors" in sentence for sentence in verdict(found))
+    assert metrics(found)["floor"]["error_over_floor"]["z"] == pytest.approx(z / 1e-4)
+    assert metrics(evaluation)["floor"] is None
 
 
 def test_the_demo_asks_for_pytorch_before_it_simulates(monkeypatch, tmp_path):

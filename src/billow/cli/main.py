@@ -26,6 +26,7 @@ from billow.cli import (
     converge,
     couple,
     coupon,
+    dataset,
     decks,
     design,
     explore,
@@ -366,14 +367,14 @@ def demo(
 
 
 for command in (
-    surrogates.train, surrogates.evaluate, surrogates.predict, surrogates.suggest, surrogates.export,
+    surrogates.train, surrogates.floor, surrogates.evaluate, surrogates.predict, surrogates.suggest, surrogates.export,
     converge.converge, coupon.coupon, fold.fold, paper.paper, schema.schema, plot.plot, compare.compare,
     render.render, explore.explore, view.view, view.report, design.respond,
 ):  # fmt: skip
     app.command()(command)
 app.command("import-deck")(decks.import_deck)
 app.command("export-deck")(decks.export_deck)
-for group in (tank.app, couple.app, design.app):
+for group in (tank.app, couple.app, design.app, dataset.app):
     app.add_typer(group)
 
 if __name__ == "__main__":

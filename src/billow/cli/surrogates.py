@@ -7,14 +7,17 @@ from typing import Annotated
 
 import typer
 
+from billow.cli.endings import interruptible
 from billow.cli.options import (
     DesignValues,
     DespiteVerdict,
     Extrapolate,
     Memory,
+    Settings,
     StudyFolder,
     SurrogateFile,
     SurrogateOption,
+    Threads,
     make_console,
     memory_bytes,
     parse_settings,
@@ -60,6 +63,37 @@ def train(
     seconds = surrogate.training["pod_seconds"] + surrogate.training["network_seconds"]
     console.print(f"{path}: trained on {len(surrogate.training['runs'])} runs in {seconds:.1f} s")
     console.print(describe_judgement(surrogate.judgement, "billow evaluate STUDY"))
+    _say_floors(console, surrogate.judgement, dataset.floor)
+
+
+def floor(
+    folder: StudyFolder,
+    designs: Annotated[int, typer.Option(min=1, help="Designs to run again.")] = 5,
+    settings: Settings = None,
+    threads: Threads = None,
+) -> None:
+    """Measure how far runs of a study are off when they are made again with a change that means nothing.
+
+    By default with a step 1 % shorter, and of particles with another seed; --set KEY=VALUE for another change. Writes
+    STUDY/floor.json and floor.csv; `billow train` and `billow evaluate` then also say the error in floors.
+    """
+    from billow.study.floor import measure_floor
+
+    console = make_console()
+    with interruptible("finished runs are kept; the same command continues", folder):
+        found = measure_floor(folder, designs, parse_settings(settings), console.print, threads)
+    told = ", ".join(f"{axis} {1e3 * mean:.3g}" for axis, mean in zip("xyz", found.means, strict=True))
+    nodes = f"{1e3 * found.distance:.3g} mm over nodes"
+    console.print(
+        f"{folder / 'floor.json'}: no model can be closer than {told} mm, {nodes}, by {len(found.runs)} designs"
+    )
+
+
+def _say_floors(console, judgement, floor) -> None:
+    """The error of a surrogate in floors, where both are known."""
+    if judgement is not None and floor is not None and floor.distance > 0.0:
+        own = 1e-3 * judgement.comparisons[0].own
+        console.print(f"error / floor: {own / floor.distance:.1f}; no model can be below 1")
 
 
 def evaluate(
@@ -94,6 +128,7 @@ def evaluate(
             judged.save(path)
         report = write_report(dataset, evaluation, out, explorer_in_report(judged, path))
     console.print(describe_judgement(evaluation.judgement, "billow evaluate STUDY"))
+    _say_floors(console, evaluation.judgement, evaluation.floor)
     console.print(f"report: {report}; {path} keeps the verdict")
 
 

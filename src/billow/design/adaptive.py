@@ -15,6 +15,7 @@ from billow.base.errors import InputError
 from billow.base.units import CONVERSIONS
 from billow.design.surfaces import ResponseSurfaces
 from billow.results.dataset import Dataset
+from billow.rom.judge.errors import fit_learning_curve
 from billow.rom.surrogate.design_space import from_unit, to_unit
 from billow.study.study import Study
 
@@ -28,6 +29,8 @@ NO_AIM = InputError.declare(
 FIELD = "rmse"
 """Name of the error of the moving bag."""
 BATCH, MOST_RUNS = 8, 400
+LEVEL_STAGES = 5
+"""Last stages that show whether the error still falls."""
 CANDIDATES = 1_024
 _AIM = re.compile(r"\s*([A-Za-z][A-Za-z0-9_]*)\s*<\s*([0-9.]+(?:[eE][-+]?[0-9]+)?)\s*(\S.*)?")
 
@@ -69,9 +72,9 @@ def grow(
 ) -> list[Stage]:
     """Add batches of runs to a study whose runs are made, until the error of `aim` is reached; the stages passed.
 
-    It also ends after `hours`, or with `MOST_RUNS` training runs. say: called with a line for each
-    stage; running: as `Study.run`. InputError E-DES-050: the
-    study has no such response, or it is in another unit.
+    It also ends after `hours`, with `MOST_RUNS` training runs, or when the error is level (`out_of_reach`).
+    say: called with a line for each stage; running: as `Study.run`. InputError E-DES-050: the study has no such
+    response, or it is in another unit.
     """
     begun, stages = time.monotonic(), []
     while True:
@@ -83,10 +86,28 @@ def grow(
         spent = time.monotonic() - begun
         if error < aim.limit or spent > 3600.0 * hours or len(study.train) + BATCH > MOST_RUNS:
             return stages
+        if why := out_of_reach(stages, aim):
+            if say is not None:
+                say(why)
+            return stages
         for row in choose(np.array(list(study.runs.values()))):
             values = tuple(v.stepped(value) for v, value in zip(study.definition.variables, row, strict=True))
             study, _ = study.with_run(values)
         study.run(**running)
+
+
+def out_of_reach(stages: list[Stage], aim: Aim) -> str:
+    """Why the aim cannot be reached, empty while it may be: a power law through the last `LEVEL_STAGES` stages needs
+    more than `MOST_RUNS` runs, or does not fall."""
+    last = stages[-LEVEL_STAGES:]
+    curve = fit_learning_curve([stage.runs for stage in last], [stage.error for stage in last])
+    if len(last) < LEVEL_STAGES or curve is None:
+        return ""
+    needed = (curve.scale / aim.limit) ** (1.0 / curve.rate) if curve.rate > 0.0 else np.inf
+    if needed <= MOST_RUNS:
+        return ""
+    told = f"about {needed:.2g} runs would be needed" if needed < 1e9 else "it does not fall"
+    return f"the error is level: by the last {LEVEL_STAGES} stages {told}; narrow the ranges, or loosen the aim"
 
 
 def _judged(folder: Path, aim: Aim):

@@ -78,7 +78,7 @@ def factor(response: StudyResponse, natural: str) -> float:
 _FIXED = {
     "time_of_peak": "s", "time_to": "s", "hic15": "-", "hic36": "-", "clip3ms": "m/s^2", "penetration": "m",
     "first_contact": "s", "contact_duration": "s", "energy_share": "-", "vented_mass": "kg", "fill_time": "s",
-    "height": "m", "width": "m", "distance": "m", "rating": "-",
+    "height": "m", "width": "m", "distance": "m", "section_area": "m^2", "contact_area": "m^2", "rating": "-",
 }  # fmt: skip
 """Units of measures that do not depend on the curve."""
 
@@ -89,7 +89,7 @@ def _measured(result: Result, response: StudyResponse, folder: Path) -> tuple[fl
     if kind in OF_HISTORY:
         return _of_curve(result, response)
     if kind in OF_FRAMES:
-        return _of_shape(result, response), "m"
+        return _of_shape(result, response), _FIXED[kind]
     if kind == "rating":
         times, values, natural = _curve(result, response)
         return _rating(
@@ -256,12 +256,17 @@ def _of_shape(result: Result, response: StudyResponse) -> float:
     frame = len(times) - 1 if response.time is None else int(np.abs(times - response.time).argmin())
     if response.time is not None and abs(times[frame] - response.time) > np.ptp(times) / max(len(times) - 1, 1):
         raise _lacks(result, response, f"its frames are from {times[0]:g} to {times[-1]:g} s")
-    points = result.reference.astype(float) + result.displacement[frame]
+    points, triangles = result.reference.astype(float) + result.displacement[frame], result.triangles
     if response.of:
         if response.of not in result.fabric.part_names:
             raise _lacks(result, response, f"its mesh has no part {response.of!r}")
         part = result.fabric.part == list(result.fabric.part_names).index(response.of)
-        points = points[np.unique(result.triangles[part])]
+        triangles = triangles[part]
+    if response.measure == "section_area":
+        return section_area(points, triangles, np.array(response.point), np.array(response.normal))
+    if response.measure == "contact_area":
+        return _contact_area(result, triangles, None if response.time is None else frame)
+    points = points[np.unique(triangles)] if response.of else points
     if response.measure == "height":
         return float(np.ptp(points[:, 2]))
     if response.measure == "width":
@@ -271,6 +276,40 @@ def _of_shape(result: Result, response: StudyResponse) -> float:
         return float(np.linalg.norm(away, axis=1).min())
     normal = np.array(response.normal, float)
     return float((away @ (normal / np.linalg.norm(normal))).min())
+
+
+def section_area(points: np.ndarray, triangles: np.ndarray, point: np.ndarray, normal: np.ndarray) -> float:
+    """Area [m^2] that a closed surface encloses in a plane, by Green's theorem over the lines of the cut.
+
+    points: [m], (nodes, 3); triangles: (triangles, 3), counted round from outside; point: [m], of the plane
+    """
+    normal = normal / np.linalg.norm(normal)
+    heights = (points - point) @ normal
+    above = heights[triangles] > 0.0
+    cut = triangles[above.any(axis=1) & ~above.all(axis=1)]
+    corners, height = points[cut], heights[cut]
+    # The corner that is alone on its side first: both edges from it are cut.
+    above = height > 0.0
+    alone = np.where(above.sum(axis=1) == 1, above.argmax(axis=1), above.argmin(axis=1))
+    order, rows = (alone[:, None] + np.arange(3)) % 3, np.arange(len(cut))[:, None]
+    corners, height = corners[rows, order] - point, height[rows, order]
+    share = height[:, :1] / (height[:, :1] - height[:, 1:])
+    first, second = (corners[:, 0] + share[:, k, None] * (corners[:, k + 1] - corners[:, 0]) for k in range(2))
+    turned = np.where(height[:, 0] > 0.0, 1.0, -1.0)  # seen from above the plane, the bag lies on the left
+    return abs(float(0.5 * (turned * (np.cross(first, second) @ normal)).sum()))
+
+
+def _contact_area(result: Result, triangles: np.ndarray, frame: int | None) -> float:
+    """Area [m^2] of the fabric whose nodes obstacles press on, in a frame or the largest of all."""
+    frames = range(len(result.times)) if frame is None else (frame,)
+    found = []
+    for k in frames:
+        points = result.reference.astype(float) + result.displacement[k]
+        a, b, c = (points[triangles[:, corner]] for corner in range(3))
+        areas = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
+        pressed = np.any(result.contact_force[k] != 0.0, axis=1)
+        found.append(float((areas * pressed[triangles].mean(axis=1)).sum()))
+    return max(found)
 
 
 def _rating(response: StudyResponse, times: np.ndarray, values: np.ndarray, folder: Path) -> tuple[float, str]:

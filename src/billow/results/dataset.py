@@ -24,6 +24,7 @@ from billow.results.dataset_files import (
     read_split,
     same_times,
 )
+from billow.results.floor_file import Floor, read_floor
 from billow.results.result import Result
 from billow.results.run_file import read_run_file
 
@@ -137,6 +138,11 @@ class Dataset:
     def own_starts(self) -> bool:
         """Whether each run has a start shape of its own; `reference` is then that of the first."""
         return self._shared.own_starts
+
+    @property
+    def floor(self) -> Floor | None:
+        """How far runs are off when they are made again, if `billow floor` measured it. IntegrityError E-RES-170."""
+        return read_floor(self.folder, self.times)
 
     def starts(self, runs: Sequence[str]) -> np.ndarray:
         """Start shapes of several runs: [m], (runs, nodes, 3) float32. Errors as `snapshots`."""

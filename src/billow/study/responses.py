@@ -13,7 +13,7 @@ OF_HISTORY = ("peak", "least", "final", "mean", "at", "time_of_peak", "time_to",
 """Measures of a curve over time, which need a quantity."""
 OF_OBSTACLE = ("hic15", "hic36", "clip3ms", "penetration", "first_contact", "contact_duration")
 OF_BOOKS = ("energy_share", "vented_mass", "fill_time")
-OF_FRAMES = ("height", "width", "distance")
+OF_FRAMES = ("height", "width", "distance", "section_area", "contact_area")
 OF_REFERENCE = ("rating",)
 MEASURES = (*OF_HISTORY, *OF_OBSTACLE, *OF_BOOKS, *OF_FRAMES, *OF_REFERENCE)
 
@@ -46,13 +46,13 @@ class StudyResponse(StrictTable):
     unit: Unit | None = None
     """Unit of the response, level and limit, such as "kPa"; default: that of the curve, SI."""
     time: Annotated[float, Field(ge=0)] | None = None
-    """[s] For measure at; of the frame for measures of the shape, default: the last."""
+    """[s] For measure at; of the frame for measures of the shape, default: the last, for contact_area the largest."""
     level: float | None = None
     """For measure time_to: the value that is reached, in `unit`; the response itself is in s."""
     point: Point | None = None
-    """[m] For measure distance: of the nearest node from it, or the point of the plane."""
+    """[m] For measure distance: of the nearest node from it, or of the plane; for section_area: of the plane."""
     normal: Point | None = None
-    """For measure distance: normal of a plane through `point`; distances on its side count positive."""
+    """For distance and section_area: normal of a plane through `point`; distances on its side count positive."""
     reference: Text | None = None
     """For measure rating: CSV of two columns, time [s] and the curve in `unit`; relative to the study file."""
     scale: Literal["auto", "identity", "log", "root"] = "auto"
@@ -67,7 +67,8 @@ class StudyResponse(StrictTable):
             "of": self.measure in OF_OBSTACLE,
             "time": self.measure == "at",
             "level": self.measure == "time_to",
-            "point": self.measure == "distance",
+            "point": self.measure in ("distance", "section_area"),
+            "normal": self.measure == "section_area",
             "reference": self.measure == "rating",
         }
         for key, needed in needs.items():

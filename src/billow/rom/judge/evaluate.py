@@ -9,6 +9,7 @@ import numpy as np
 
 from billow.base.errors import InputError
 from billow.results.dataset_files import fingerprint, same_times
+from billow.results.floor_file import Floor
 from billow.rom.judge import errors
 from billow.rom.judge.timing import Timing, measure, training_seconds
 from billow.rom.judge.unseen import UnseenRuns, unseen_runs
@@ -82,6 +83,7 @@ class Evaluation:
     sweep: against training runs and modes
     missing: runs of the design that are not there -> why; left_out: training runs that were not learned from
     ledgers: run -> balance errors from its record, of all runs that kept one
+    floor: how far runs are off when they are made again, which no model can beat; None if nobody measured it
     """
 
     surrogate: Surrogate
@@ -97,6 +99,12 @@ class Evaluation:
     coverage: Coverage
     timing: Timing
     ledgers: dict[str, dict[str, float]]
+    floor: Floor | None = None
+
+    def over_floor(self, component: int) -> float | None:
+        """Mean RMSE of a component over that of the floor: [-]; None without a floor, or one of zero."""
+        floor = 0.0 if self.floor is None else float(self.floor.means[component])
+        return self.summary("surrogate", component).mean / floor if floor else None
 
     def summary(self, name: str, component: int) -> errors.Summary:
         """Distribution of one kind of error over unseen runs and times."""
@@ -185,6 +193,7 @@ def evaluate(
         coverage=_coverage(surrogate.parameters, np.asarray(dataset.design(surrogate.runs), float), unseen),
         timing=measure(dataset, surrogate),
         ledgers=_ledgers(dataset, (*surrogate.runs, *test)),
+        floor=getattr(dataset, "floor", None),
     )
 
 

@@ -58,6 +58,7 @@ def verdict(evaluation: Evaluation) -> list[str]:
         f"square over nodes; 10 % of snapshots are below {_mm(error.p10)}, 10 % above {_mm(error.p90)}, the worst is "
         f"at {_mm(error.maximum)}). That is {against} ({_mm(evaluation.summary(best, Z).mean)}).",
         faster if timing.simulation else f"{answer}; how long the runs took is not known.",
+        *_floor(evaluation),
     ]
     if not timing.simulation:
         return sentences
@@ -67,6 +68,17 @@ def verdict(evaluation: Evaluation) -> list[str]:
         making = f"{_runs(len(evaluation.surrogate.runs), 'training')} and {timing.training:.2g} s of learning"
         sentences.append(f"Counting its {making}, it pays from {timing.break_even} deployments on.")
     return sentences
+
+
+def _floor(evaluation):
+    if (times := evaluation.over_floor(Z)) is not None:
+        floor = evaluation.floor
+        changes = ", ".join(f"{key} = {value}" for key, value in floor.changes.items())
+        yield (
+            f"No model could miss z by less than {_mm(floor.means[Z])}: so far are "
+            f"{_runs(len(floor.runs), 'repeated')} from their mean when made again with {changes}. "
+            f"The error is {times:.1f} floors."
+        )
 
 
 def weaknesses(evaluation: Evaluation) -> list[str]:

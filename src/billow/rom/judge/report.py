@@ -156,6 +156,14 @@ def metrics(evaluation: Evaluation) -> dict:
         "train": list(surrogate.runs),
         "test": list(evaluation.test),
         "judgement": evaluation.judgement.record(),
+        "floor": None
+        if evaluation.floor is None
+        else {
+            "changes": evaluation.floor.changes,
+            "runs": list(evaluation.floor.runs),
+            "rmse_m": by_axis(evaluation.floor.means),
+            "error_over_floor": dict(zip(COMPONENTS, map(evaluation.over_floor, range(3)), strict=True)),
+        },
         "test_left_out": evaluation.unseen.left_out,
         "test_reviewed": evaluation.unseen.reviewed,
         "missing": evaluation.missing,
