@@ -64,11 +64,16 @@ def nearest_jet(triangles, positions):
     return np.round(np.arctan2(middle[:, 1], middle[:, 0]) / (2.0 * np.pi / COUNT)).astype(int) % COUNT
 
 
+def push(pattern, thrust, triangles, positions, velocities, node_force):
+    arrays = triangles, positions, velocities, MOUTH, pattern.force, node_force
+    return add_jet_force(pattern.triangles, pattern.share, thrust, *arrays)
+
+
 def forces(pattern, triangles, positions, velocities=None, thrust=100.0):
     """Forces on the corners of all triangles [N], which are those on the nodes, and their power [W]."""
     node_force = np.zeros_like(positions)
     velocities = np.zeros_like(positions) if velocities is None else velocities
-    _, power = add_jet_force(pattern, thrust, triangles, positions, velocities, MOUTH, node_force)
+    _, power = push(pattern, thrust, triangles, positions, velocities, node_force)
     corner_force = on_corners(pattern, triangles)
     gathered = np.zeros_like(positions)
     np.add.at(gathered, np.asarray(triangles, np.int64), corner_force)
@@ -250,10 +255,10 @@ def test_jets_turn_with_their_mouth(angle, time):
 def test_the_last_force_is_weighed_with_the_velocities_of_now():
     """Work is the mean of two powers, so the force of the step before meets the velocities of this one."""
     pattern, outwards = aim(JETS, TRIANGLES, POSITIONS), 3.0 * POSITIONS
-    args = TRIANGLES, POSITIONS, outwards, MOUTH, np.zeros_like(POSITIONS)
-    assert add_jet_force(pattern, 100.0, *args)[0] == 0.0
+    args = TRIANGLES, POSITIONS, outwards, np.zeros_like(POSITIONS)
+    assert push(pattern, 100.0, *args)[0] == 0.0
     before = power_of_last_force(pattern.triangles, pattern.force, TRIANGLES, outwards, MOUTH)
-    last, power = add_jet_force(pattern, 250.0, *args)
+    last, power = push(pattern, 250.0, *args)
     assert last == pytest.approx(before, rel=1e-14)
     assert last > 0.0
     assert power == pytest.approx(2.5 * last, rel=1e-12)
@@ -292,7 +297,7 @@ def test_a_wall_whose_normal_points_into_the_chamber_is_pushed_out_of_it():
     pattern = aim(jets, triangles, POSITIONS)
     force, same = np.zeros_like(POSITIONS), np.zeros_like(POSITIONS)
     still = np.zeros_like(POSITIONS)
-    add_jet_force(pattern, 100.0, triangles, POSITIONS, still, MOUTH, force)
-    add_jet_force(aim(JETS, TRIANGLES, POSITIONS), 100.0, TRIANGLES, POSITIONS, still, MOUTH, same)
+    push(pattern, 100.0, triangles, POSITIONS, still, force)
+    push(aim(JETS, TRIANGLES, POSITIONS), 100.0, TRIANGLES, POSITIONS, still, same)
     assert pattern.seen == COUNT
     assert force == pytest.approx(same, rel=1e-12, abs=1e-12)

@@ -39,13 +39,14 @@ class Corners(NamedTuple):
 @dataclass(frozen=True)
 class Assembly:
     """corners: of each list of triangles. start: (nodes + 1,) int64 and entry: (entries,) uint32, the entries of each
-    node in ascending order. behind, ahead: chambers on either side of all triangles of an entry, (entries,) int32."""
+    node in ascending order. sides: chambers behind and ahead of triangles, every pair that there is, (pairs, 2) int32;
+    pair: that of all triangles of an entry, (entries,) uint32."""
 
     corners: tuple[Corners, ...]
     start: np.ndarray
     entry: np.ndarray
-    behind: np.ndarray
-    ahead: np.ndarray
+    sides: np.ndarray
+    pair: np.ndarray
 
     @classmethod
     def build(cls, lists: Sequence[np.ndarray], triangles: np.ndarray, chambers: Chambers, node_count: int) -> Assembly:
@@ -68,8 +69,7 @@ class Assembly:
         start = np.zeros(node_count + 1, np.int64)
         np.cumsum(np.bincount(node, minlength=node_count), out=start[1:])
         entry = np.argsort(node, kind="stable").astype(np.uint32)
-        behind, ahead = (np.ascontiguousarray(column, np.int32) for column in pairs[side].T)
-        return cls(tuple(corners), start, entry, behind, ahead)
+        return cls(tuple(corners), start, entry, pairs.astype(np.int32).reshape(-1, 2), side.astype(np.uint32))
 
 
 def in_neighbourhoods(points: np.ndarray) -> np.ndarray:

@@ -126,9 +126,13 @@ class Loads:
         self._triangles = surface.triangle_count
 
     def open(self) -> None:
-        """Begin a step: no force but what is set."""
+        """No force but what is set."""
         self.gauge.fill(0.0)
         self.node_force.fill(0.0)
+        self.corner_force = self._none
+
+    def taken(self) -> None:
+        """The nodes have received all of it, and `node_force` is zero again."""
         self.corner_force = self._none
 
     def at_corners(self) -> np.ndarray:

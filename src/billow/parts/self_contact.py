@@ -128,30 +128,29 @@ class SelfContact(Part):
         positions [m], velocities [m/s]: (nodes, 3). Looks for new pairs when nodes have moved far enough.
         """
         n = len(positions)
-        moved, largest = np.empty(n), np.empty(-(-n // CHUNK))
-        _measure_motion(n, pairs.searched_at, positions, moved, largest)
-        if not largest.max() <= MOTION_IN_GAPS * self.gap:
+        moved = np.empty(n)
+        largest = _measure_motion(n, pairs.searched_at, positions, moved)
+        if not largest <= MOTION_IN_GAPS * self.gap:
             if not np.abs(positions).max() < FARTHEST:
                 return [Booking(SELF_CONTACT, math.nan)]  # the guards say what became of the bag
             self.search(pairs, positions)
-            moved[...], largest[...] = 0.0, 0.0
+            moved[...], largest = 0.0, 0.0
         if not len(pairs.triangle):
             return []
-        sums, struck = np.empty((len(largest), 2)), np.zeros(len(self.triangles), np.bool_)
+        struck = np.zeros(len(self.triangles), np.bool_)
         carried, back = np.empty(len(self.triangles)), np.empty((len(self.triangles), 3, 3))
         _measure_carried(len(carried), self.triangles, moved, carried)
-        _push(
-            n, moved, carried, largest.max(), pairs.first_rest, pairs.rest, pairs.start, pairs.triangle, pairs.side,
+        stored, heat = _push(
+            n, moved, carried, largest, pairs.first_rest, pairs.rest, pairs.start, pairs.triangle, pairs.side,
             pairs.gap, pairs.near, self.triangles, self.gap, self.stiffness, self.damping, positions, velocities, dt,
-            loads.node_force, pairs.push, struck, sums,
+            loads.node_force, pairs.push, struck,
         )  # fmt: skip
         _push_back(
             len(self.triangles), struck, pairs.struck_start, pairs.by_triangle, pairs.side, pairs.push, self.triangles,
             positions, back,
         )  # fmt: skip
         _add_struck(struck, back, self.triangles, loads.node_force)
-        stored, heat = sums.sum(axis=0)
-        return [Booking(SELF_CONTACT, float(stored)), Booking(FRICTION, float(heat))]
+        return [Booking(SELF_CONTACT, stored), Booking(FRICTION, heat)]
 
     def books(self, pairs: Pairs, moment: Moment, history) -> dict[str, float]:
         return {"self_contact_energy_joule": float(history.energy("self_contact").max())}
@@ -186,15 +185,20 @@ class SelfContact(Part):
 
 
 @kernel
-def _measure_motion(n, before, after, moved_out, largest_out):
-    """Motion of each node [m], (nodes,), and the largest of each chunk, (chunks,)."""
-    for chunk in prange((n + CHUNK - 1) // CHUNK):
+def _measure_motion(n, before, after, moved_out):
+    """Motion of each node [m], (nodes,); returns the largest."""
+    largest_of = np.empty((n + CHUNK - 1) // CHUNK)
+    for chunk in prange(len(largest_of)):
         largest = 0.0
         for p in range(chunk * CHUNK, min(n, (chunk + 1) * CHUNK)):
             dx, dy, dz = after[p, 0] - before[p, 0], after[p, 1] - before[p, 1], after[p, 2] - before[p, 2]
             moved_out[p] = math.sqrt(dx * dx + dy * dy + dz * dz)
             largest = max(largest, moved_out[p])
-        largest_out[chunk] = largest
+        largest_of[chunk] = largest
+    largest = 0.0
+    for chunk in range(len(largest_of)):
+        largest = max(largest, largest_of[chunk])
+    return largest
 
 
 @kernel
@@ -315,8 +319,10 @@ def _come_over(k, first, last, triangle, side, near, push, triangles):
 @kernel
 def _push(
     n, moved, carried, largest, first_rest, rest, start, triangle, side, gap, near, triangles, full_gap, stiffness,
-    damping, positions, velocities, dt, node_force, push, struck, sums_out,
+    damping, positions, velocities, dt, node_force, push, struck,
 ):  # fmt: skip
+    """Returns the energy in the springs, and what was turned to heat in this step [J]."""
+    sums = np.empty(((n + CHUNK - 1) // CHUNK, 2))
     for chunk in prange((n + CHUNK - 1) // CHUNK):
         stored, heat = 0.0, 0.0
         for p in range(chunk * CHUNK, min(n, (chunk + 1) * CHUNK)):
@@ -385,7 +391,11 @@ def _push(
             node_force[p, 0] += fx
             node_force[p, 1] += fy
             node_force[p, 2] += fz
-        sums_out[chunk, 0], sums_out[chunk, 1] = stored, heat
+        sums[chunk, 0], sums[chunk, 1] = stored, heat
+    stored, heat = 0.0, 0.0
+    for chunk in range(len(sums)):
+        stored, heat = stored + sums[chunk, 0], heat + sums[chunk, 1]
+    return stored, heat
 
 
 @kernel

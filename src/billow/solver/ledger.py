@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 from billow.base.quality import SMALLER_STEPS, Criterion, criterion
 from billow.parts.part import LOST, MOTION, RECEIVED, STORED, Account, Booking, Quantity
@@ -48,9 +49,17 @@ class Ledger:
 
     def open(self) -> None:
         """Begin a step: accounts that say how much there is now begin anew."""
-        for account in self.accounts:
-            if account.renewed:
-                self.energies[account.name] = 0.0
+        self.energies.update(self._anew)
+
+    @cached_property
+    def _anew(self) -> dict[str, float]:
+        return {account.name: 0.0 for account in self.accounts if account.renewed}
+
+    @cached_property
+    def _names(self) -> tuple[tuple[str, ...], ...]:
+        """Of the accounts of each side."""
+        sides = MOTION, STORED, LOST, RECEIVED
+        return tuple(tuple(account.name for account in self.accounts if account.side == side) for side in sides)
 
     def book(self, bookings: Iterable[Booking]) -> None:
         for account, energy in bookings:
@@ -59,17 +68,16 @@ class Ledger:
     def close(self) -> None:
         """Balance the books of a step."""
         motion, stored, lost, received, largest = 0.0, 0.0, 0.0, 0.0, self.largest_energy
-        for name, side, _ in self.accounts:
-            energy = self.energies[name]
-            if side == MOTION:
-                motion += energy
-            elif side == STORED:
-                stored += energy
-            elif side == LOST:
-                lost += energy
-            else:
-                received += energy
-                largest = max(largest, abs(energy))
+        energies, (in_motion, in_store, in_heat, from_outside) = self.energies, self._names
+        for name in in_motion:
+            motion += energies[name]
+        for name in in_store:
+            stored += energies[name]
+        for name in in_heat:
+            lost += energies[name]
+        for name in from_outside:
+            received += energies[name]
+            largest = max(largest, abs(energies[name]))
         if self.start is None:
             self.start = motion + stored
         residual, largest = motion + stored + lost - self.start - received, max(largest, motion, stored, self.start)

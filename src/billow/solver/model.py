@@ -87,7 +87,7 @@ class Model:
     def work(self) -> Work:
         surface = self.surface
         assembly = self.fabric.assembly
-        gathering = (assembly.start, assembly.entry, assembly.behind, assembly.ahead)
+        gathering = (assembly.start, assembly.entry, assembly.sides, assembly.pair)
         corners = surface.corner_start, surface.corners
         looks_back = self.gas.model.looks_back or self.layers is not None
         before = np.zeros_like(self.start) if looks_back else np.empty((0, 3))

@@ -24,16 +24,19 @@ def gather_and_kick(
     contact_force, half_dt, velocities, force_out,
 ):  # fmt: skip
     """force_out = loads + node_force + corner_force + mass (gravity - drag v); then the half kick that ends a step, by
-    this and by the second half of the contact impulses. Returns twice the kinetic energy after it [J].
+    this and by the second half of the contact impulses. Returns twice the kinetic energy after it [J]. node_force is
+    zero again afterwards.
 
-    assembly: start, entry, behind and ahead of an `Assembly`; loads to corner_force: of `Loads`. corners: corner_start
+    assembly: start, entry, sides and pair of an `Assembly`; loads to corner_force: of `Loads`. corners: corner_start
     and corners of a `Surface`. drag: 2 alpha [1/s]. touching: (obstacles, n) bool; contact_force: [N], (obstacles, n,
     3).
     """
-    start, entries, behind, ahead = assembly
+    start, entries, sides, pair = assembly
     corner_start, corner = corners
     on_corners = len(corner_force) > 0
-    partial = np.empty((n + CHUNK - 1) // CHUNK)
+    partial, pressure = np.empty((n + CHUNK - 1) // CHUNK), np.empty(len(sides))
+    for k in range(len(sides)):
+        pressure[k] = gauge[sides[k, 0]] - gauge[sides[k, 1]]  # OUTSIDE, -1, is the last
     for chunk in prange(len(partial)):
         total = 0.0
         for item in range(chunk * CHUNK, min(n, (chunk + 1) * CHUNK)):
@@ -44,9 +47,10 @@ def gather_and_kick(
             if drag > 0.0:
                 fx, fy, fz = fx - drag * m * vx, fy - drag * m * vy, fz - drag * m * vz
             fx, fy, fz = fx + node_force[i, 0], fy + node_force[i, 1], fz + node_force[i, 2]
+            node_force[i, 0], node_force[i, 1], node_force[i, 2] = 0.0, 0.0, 0.0
             for k in range(start[i], start[i + np.uint64(1)]):
                 e = np.uint64(entries[k])
-                p = gauge[behind[e]] - gauge[ahead[e]]  # OUTSIDE, -1, is the last
+                p = pressure[np.uint64(pair[e])]
                 fx += loads[e, 0] + p * loads[e, 3]
                 fy += loads[e, 1] + p * loads[e, 4]
                 fz += loads[e, 2] + p * loads[e, 5]

@@ -57,6 +57,7 @@ def run(model: Model, schedule: Schedule, recorder: Recorder = SILENT, state: St
 
 def _go_on(model: Model, schedule: Schedule, recorder: Recorder, state: State, team: Team) -> None:
     """From a state between two steps to the end."""
+    model.work.loads.open()  # a run before this one may have ended within a step
     intervals = schedule.frames * schedule.histories_per_frame
     while state.interval < intervals:
         target = schedule.end * (state.interval + 1) / intervals

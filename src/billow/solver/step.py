@@ -51,7 +51,6 @@ def evaluate_forces(model: Model, state: State, dt: float) -> None:
     of its middle, and then of its end."""
     positions, velocities, ledger = state.positions, state.velocities, state.ledger
     work, loads = model.work, model.work.loads
-    loads.open()
     ledger.book(model.fabric.add_forces(state.fabric, positions, velocities, state.time, dt, loads))
     touched = state.bodies.contact.touching
     if model.layers is not None:
@@ -71,11 +70,13 @@ def evaluate_forces(model: Model, state: State, dt: float) -> None:
         loads.corner_force.reshape(-1, 3), model.mass, model.inverse_mass, model.gravity, 2.0 * model.mass_damping,
         contact.touching, contact.force, 0.5 * dt, velocities, state.nodal_force,
     )  # fmt: skip
+    loads.taken()
     ledger.book([Booking(KINETIC, 0.5 * twice)])
 
 
 def first_forces(model: Model, state: State) -> None:
     """Forces and energies at time zero."""
+    model.work.loads.open()
     model.work.before[...] = state.positions[: len(model.work.before)]
     state.ledger.open()
     evaluate_forces(model, state, 0.0)

@@ -203,8 +203,8 @@ class Bodies(Part):
             return []
         if len(self.owner) > len(self.bodies):
             reaction = np.add.reduceat(reaction, self._first_shape)
-        for motion, received in zip(state.motion, reaction, strict=True):
-            motion.force, motion.torque = received[:3], received[3:]
+        for motion, force, torque in zip(state.motion, reaction[:, :3], reaction[:, 3:], strict=True):
+            motion.force, motion.torque = force, torque
         stored, lost = sum(contact.stored.tolist()), sum(contact.dissipated.tolist())
         return [Booking(CONTACT, stored), Booking(FRICTION, lost)]
 

@@ -51,9 +51,10 @@ class ContactState:
 
 BLOCK = 32
 """Nodes that are kicked, and asked whether they come close to a shape, together."""
-PX, PY, PZ, VX, VY, VZ, CLOSE = (BLOCK * row for row in range(7))
-"""Rows of a block: positions [m], velocities [m/s], how far a node comes into a shape's reach (in no unit)."""
-ROWS = 7
+PX, PY, PZ, VX, VY, VZ, WAY, CLOSE = (BLOCK * row for row in range(8))
+"""Rows of a block: positions [m], velocities [m/s], a bound of the way [m], how far a node comes into a shape's reach
+(in no unit)."""
+ROWS = 8
 
 SWEEPS, SETTLED = 100, 1e-10
 """Most sweeps over the shapes that pinch a node, and the relative change of force at which they end."""
@@ -145,30 +146,43 @@ def _kick(block, first, count, dt, nodes):
 
 
 @inlined
-def _ask(block, dt, bound, motion):
-    """Fill the row CLOSE: above zero for nodes that come into the sphere around a shape, or below a plane, if they go
-    on as they are. Most do not, so this is a loop without branches."""
+def _ask(block, first, count, dt, bound, motion, touching):
+    """Fill the row CLOSE: above zero for nodes that touch a shape, and for all that may come into the sphere around
+    one, or below a plane, if they go on as they are. Most do not, so these are loops without branches, in which ways
+    are bounded and not measured. Returns the largest of the row."""
     body, centre, pose, _ = motion
     for j in range(BLOCK):
         block[CLOSE + j] = 0.0
+        block[WAY + j] = dt * (abs(block[VX + j]) + abs(block[VY + j]) + abs(block[VZ + j]))
     for o in range(len(bound)):
+        mx, my, mz, radius = centre[o, 0], centre[o, 1], centre[o, 2], bound[o]
         cx, cy, cz, ux, uy, uz = body[o, 0], body[o, 1], body[o, 2], body[o, 3], body[o, 4], body[o, 5]
-        wx, wy, wz, mx, my, mz = body[o, 6], body[o, 7], body[o, 8], centre[o, 0], centre[o, 1], centre[o, 2]
-        nx, ny, nz, radius = pose[o, 2], pose[o, 5], pose[o, 8], bound[o]
-        is_bounded = radius < math.inf
-        for j in range(BLOCK):
-            rx, ry, rz = block[PX + j] - cx, block[PY + j] - cy, block[PZ + j] - cz
-            tx = dt * (block[VX + j] - ux - (wy * rz - wz * ry))
-            ty = dt * (block[VY + j] - uy - (wz * rx - wx * rz))
-            tz = dt * (block[VZ + j] - uz - (wx * ry - wy * rx))
-            sx, sy, sz = rx - mx, ry - my, rz - mz
-            reach = radius + math.sqrt(tx * tx + ty * ty + tz * tz)
-            within = reach * reach - (sx * sx + sy * sy + sz * sz)
-            z = nx * sx + ny * sy + nz * sz
-            lower = z + (nx * tx + ny * ty + nz * tz)
-            below = -(lower if lower < z else z)
-            close = within if is_bounded else below
-            block[CLOSE + j] = close if close > block[CLOSE + j] else block[CLOSE + j]
+        turn = dt * (abs(body[o, 6]) + abs(body[o, 7]) + abs(body[o, 8]))
+        if radius < math.inf:
+            # A place at s from the middle of the shape goes with the body by at most dt |u| + turn (|s| + |m|).
+            own = radius + dt * (abs(ux) + abs(uy) + abs(uz)) + turn * (abs(mx) + abs(my) + abs(mz))
+            more = 1.0 / (1.0 - turn) if turn < 0.5 else math.inf
+            cx, cy, cz = cx + mx, cy + my, cz + mz
+            for j in range(BLOCK):
+                sx, sy, sz = block[PX + j] - cx, block[PY + j] - cy, block[PZ + j] - cz
+                reach = more * (own + block[WAY + j])
+                close = reach * reach - (sx * sx + sy * sy + sz * sz)
+                block[CLOSE + j] = close if close > block[CLOSE + j] else block[CLOSE + j]
+        else:
+            nx, ny, nz = pose[o, 2], pose[o, 5], pose[o, 8]
+            height, rise = nx * (cx + mx) + ny * (cy + my) + nz * (cz + mz), nx * ux + ny * uy + nz * uz
+            farther = 0.0 if turn == 0.0 else math.inf
+            for j in range(BLOCK):
+                z = nx * block[PX + j] + ny * block[PY + j] + nz * block[PZ + j] - height
+                way = dt * (nx * block[VX + j] + ny * block[VY + j] + nz * block[VZ + j] - rise)
+                close = farther - (z + way if way < 0.0 else z)
+                block[CLOSE + j] = close if close > block[CLOSE + j] else block[CLOSE + j]
+        for j in range(count):
+            block[CLOSE + j] = 1.0 if touching[o, first + j] else block[CLOSE + j]
+    closest = 0.0
+    for j in range(count):
+        closest = block[CLOSE + j] if block[CLOSE + j] > closest else closest
+    return closest
 
 
 @kernel
@@ -190,18 +204,23 @@ def _kick_touch_drift(
         answer = np.empty((shapes, 9))  # force, new offset in space, stored, dissipated, depth after
         end = min(n, (chunk + 1) * CHUNK)
         for first in range(chunk * CHUNK, end, BLOCK):
-            _kick(block, first, min(BLOCK, end - first), dt, nodes)
-            _ask(block, dt, bound, motion)
-            for i in range(first, min(end, first + BLOCK)):
+            count = min(BLOCK, end - first)
+            _kick(block, first, count, dt, nodes)
+            if _ask(block, first, count, dt, bound, motion, touching) == 0.0:
+                for j in range(count):
+                    at = np.uint64(first + j)
+                    vx, vy, vz = block[VX + j], block[VY + j], block[VZ + j]
+                    velocities[at, 0], velocities[at, 1], velocities[at, 2] = vx, vy, vz
+                    positions[at, 0] = block[PX + j] + dt * vx
+                    positions[at, 1] = block[PY + j] + dt * vy
+                    positions[at, 2] = block[PZ + j] + dt * vz
+                continue
+            for i in range(first, first + count):
                 j = i - first
                 px, py, pz = block[PX + j], block[PY + j], block[PZ + j]
                 velocities[i, 0], velocities[i, 1], velocities[i, 2] = block[VX + j], block[VY + j], block[VZ + j]
-                asks = block[CLOSE + j] > 0.0
-                for o in range(shapes):
-                    asks = asks or touching[o, i]
-                count = 0
-                half = 0.5 * dt * inverse_mass[i]
-                for o in range(shapes if asks else 0):
+                half, pushers = 0.5 * dt * inverse_mass[i], 0
+                for o in range(shapes if block[CLOSE + j] > 0.0 else 0):
                     rx, ry, rz = px - body[o, 0], py - body[o, 1], pz - body[o, 2]
                     tx = dt * (velocities[i, 0] - body[o, 3] - (body[o, 7] * rz - body[o, 8] * ry))
                     ty = dt * (velocities[i, 1] - body[o, 4] - (body[o, 8] * rx - body[o, 6] * rz))
@@ -226,22 +245,22 @@ def _kick_touch_drift(
                         if touches:
                             geometry[o, 0], geometry[o, 1], geometry[o, 2], geometry[o, 3] = depth, nx, ny, nz
                     if touches and area[i] > 0.0:
-                        near[count] = o
+                        near[pushers] = o
                         answer[o, 0] = answer[o, 1] = answer[o, 2] = 0.0
-                        count += 1
+                        pushers += 1
                         touching[o, i] = True
                     elif touching[o, i]:
                         touching[o, i] = False
                         for k in range(3):
                             force[o, i, k] = 0.0
                             offset[o, i, k] = 0.0
-                if count == 0:
+                if pushers == 0:
                     for k in range(3):
                         positions[i, k] += dt * velocities[i, k]
                     continue
-                for _ in range(SWEEPS if count > 1 else 1):
+                for _ in range(SWEEPS if pushers > 1 else 1):
                     change, size = 0.0, 0.0
-                    for m in range(count):
+                    for m in range(pushers):
                         o = near[m]
                         rx, ry, rz = px - body[o, 0], py - body[o, 1], pz - body[o, 2]
                         # Without its own push, but with those of the others.
@@ -266,7 +285,7 @@ def _kick_touch_drift(
                         answer[o, 6], answer[o, 7], answer[o, 8] = stored, lost, after
                     if change <= SETTLED * size:
                         break
-                for m in range(count):
+                for m in range(pushers):
                     o = near[m]
                     rx, ry, rz = px - body[o, 0], py - body[o, 1], pz - body[o, 2]
                     fx, fy, fz = answer[o, 0], answer[o, 1], answer[o, 2]

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from operator import truediv
 
 import numpy as np
 
@@ -182,7 +183,7 @@ class GasPart(Part):
         """
         now = gas.vitals
         if now.energy:  # without gas a chamber may have any volume
-            shares = [volume / start for volume, start in zip(now.volumes, self.start_volumes, strict=True)]
+            shares = list(map(truediv, now.volumes, self.start_volumes))
             # Before what a lack of volume does to pressure and temperature.
             if min(shares) < (SQUEEZED if now.temperature >= HOTTEST else SMALLEST_VOLUME):
                 worst, totals = shares.index(min(shares)), self.totals(gas)

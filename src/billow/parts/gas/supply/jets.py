@@ -97,6 +97,11 @@ class JetPattern:
     seen: int
     force: np.ndarray
 
+    @property
+    def for_kernels(self) -> tuple[np.ndarray, ...]:
+        """What `blow` takes."""
+        return self.triangles, self.share, self.force
+
     @classmethod
     def nothing(cls) -> JetPattern:
         """No jet blows."""
@@ -125,23 +130,31 @@ def jet_thrust(table, mass_fractions, flow_time, mass_flow, temperature_time, te
     return flow / count * jet_speed(table, mass_fractions, interpolate(temperature_time, temperature, time))
 
 
-def add_jet_force(
-    pattern: JetPattern, thrust: float, triangles: np.ndarray, positions: np.ndarray, velocities: np.ndarray,
-    mouth_nodes: np.ndarray, node_force: np.ndarray,
-) -> tuple[float, float]:  # fmt: skip
-    """Add the force of jets of `thrust` [N] each to node_force [N] (nodes, 3); returns the power [W] of the
-    last force on this pattern, zero at first, and of the new one.
+@scalar
+def blow(inflator, count, time, due, pattern, triangles, positions, velocities, mouth_nodes, node_force):
+    """Thrust of each of `count` jets at a time [s], as `jet_thrust`; if there is any and no aim is due, its force as
+    `add_jet_force`. Returns thrust [N], and the power [W] of the last force on the pattern and of the new one.
 
-    Power refers to the motion of the fabric relative to the mouth, so it does not depend on the observer.
+    inflator: what `jet_thrust` takes before `count`. pattern: triangles, share and force of a JetPattern.
     """
-    return _add_jet_force(
-        pattern.triangles, pattern.share, thrust, triangles, positions, velocities, mouth_nodes, pattern.force,
-        node_force,
-    )  # fmt: skip
+    table, mass_fractions, flow_time, mass_flow, temperature_time, temperature = inflator
+    lit, share, force = pattern
+    thrust = jet_thrust(table, mass_fractions, flow_time, mass_flow, temperature_time, temperature, count, time)
+    if thrust > 0.0 and not due:
+        last, power = add_jet_force(
+            lit, share, thrust, triangles, positions, velocities, mouth_nodes, force, node_force
+        )  # fmt: skip
+        return thrust, last, power
+    return thrust, power_of_last_force(lit, force, triangles, velocities, mouth_nodes), 0.0
 
 
 @scalar
-def _add_jet_force(lit, share, thrust, triangles, positions, velocities, mouth_nodes, force_out, node_force):
+def add_jet_force(lit, share, thrust, triangles, positions, velocities, mouth_nodes, force_out, node_force):
+    """Add the force of jets of `thrust` [N] each on a JetPattern to node_force [N] (nodes, 3); returns the power [W] of
+    the last force on this pattern, zero at first, and of the new one.
+
+    Power refers to the motion of the fabric relative to the mouth, so it does not depend on the observer.
+    """
     last, power, mouth = 0.0, 0.0, _mean(mouth_nodes, velocities)
     for m in range(len(lit)):
         i = lit[m]

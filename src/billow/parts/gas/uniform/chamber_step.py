@@ -94,8 +94,9 @@ def plain(group: tuple) -> tuple:
 
 
 @scalar
-def advance_chambers(supply, contents, accounts, is_open, jet_work, areas_before, areas, volume, time, dt):
-    """From `time` to `time + dt` [s]. Changes the contents, the accounts and is_open (passages,) bool.
+def advance_chambers(supply, contents, accounts, is_open, jet_work, areas_before, areas, volume, gauge_out, time, dt):
+    """From `time` to `time + dt` [s]. Changes the contents, the accounts and is_open (passages,) bool; gauge_out: the
+    pressures above ambient [Pa] after it, of `Loads`.
 
     supply, contents, accounts: `plain` tuples of SupplyTable, Contents and Books. jet_work [J] and volume [m^3] at the
     end of the step: (chambers,). areas_before, areas: at the start and at the end of the step, (chunks, 2) of
@@ -147,7 +148,7 @@ def advance_chambers(supply, contents, accounts, is_open, jet_work, areas_before
             t = mixture_temperature(table, masses[c], heated - work, t)
             p = gas_constant * t / volume[c]
         energy[c] = heated - work
-        temperature[c], pressure[c], volume_old[c] = t, p, volume[c]
+        temperature[c], pressure[c], volume_old[c], gauge_out[c] = t, p, volume[c], p - ambient.pressure
         each[c, WORK] += work
         each[c, JET_WORK] += jet_work[c]
     sum_up(gas, plan, books, blocked)

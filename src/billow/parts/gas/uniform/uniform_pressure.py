@@ -13,10 +13,8 @@ from billow.parts.gas.supply.inflator import InflowTable
 from billow.parts.gas.supply.jets import (
     UPDATE_INTERVAL,
     JetPattern,
-    add_jet_force,
     aim,
-    jet_thrust,
-    power_of_last_force,
+    blow,
 )  # fmt: skip
 from billow.parts.gas.supply.mixture import mixture_enthalpy, mixture_gas_constant
 from billow.parts.gas.supply.supply import Source, Supply
@@ -131,10 +129,10 @@ class UniformPressure(GasModel):
         jet_work = self._blow(gas, bag, time, dt, loads.node_force)
         areas, volumes = self._areas(bag), bag.volumes
         advance_chambers(
-            self._table, gas.contents, gas.accounts, gas.is_open, jet_work, gas.areas, areas, volumes, time, dt
-        )
+            self._table, gas.contents, gas.accounts, gas.is_open, jet_work, gas.areas, areas, volumes, loads.gauge,
+            time, dt,
+        )  # fmt: skip
         gas.areas = areas
-        self.press(gas, loads)
 
     def _areas(self, bag: Bag) -> np.ndarray:
         return self.supply.passages.measure(bag.surface.triangles, bag.positions, bag.touched)
@@ -154,30 +152,29 @@ class UniformPressure(GasModel):
     def _blow_one(
         self, gas: UniformState, k: int, source: Source, bag: Bag, time: float, dt: float, node_force: np.ndarray
     ) -> float:
-        inflator, jets, table = source.inflator, source.jets, self.supply.table
-        curves = inflator.flow_time, inflator.mass_flow, inflator.temperature_time, inflator.temperature
-        after, count, before = time + dt, jets.ring.count, 0.0
-        thrust = jet_thrust(table, inflator.mass_fractions, *curves, count, after)
-        pattern = gas.pattern[k]
-        if not thrust and not len(pattern.force):
-            return 0.0
-        triangles = bag.surface.triangles
-        if not thrust or after >= gas.next_aim[k]:  # what they fell on so far is about to be forgotten
-            before = power_of_last_force(
-                pattern.triangles, pattern.force, triangles, bag.velocities, jets.mouth_nodes
-            )  # fmt: skip
+        jets, pattern, triangles, after = source.jets, gas.pattern[k], bag.surface.triangles, time + dt
+        count, due = jets.ring.count, bool(after >= gas.next_aim[k])
+        where = triangles, bag.positions, bag.velocities, jets.mouth_nodes, node_force
+        thrust, last, power = blow(self._blown[k], count, after, due, pattern.for_kernels, *where)
         if not thrust:
-            vars(pattern).update(vars(JetPattern.nothing()))
-            return 0.5 * before * dt
-        if after >= gas.next_aim[k]:
+            if len(pattern.force):
+                vars(pattern).update(vars(JetPattern.nothing()))
+            return 0.5 * last * dt
+        if due:
             vars(pattern).update(vars(aim(jets, triangles, bag.positions, after)))
             gas.next_aim[k] = after + UPDATE_INTERVAL
-        last, power = add_jet_force(
-            pattern, thrust, triangles, bag.positions, bag.velocities, jets.mouth_nodes, node_force
-        )  # fmt: skip
+            _, _, power = blow(self._blown[k], count, after, False, pattern.for_kernels, *where)
         gas.jet_impulse_in += count * thrust * dt
         gas.jet_impulse_out += pattern.seen * thrust * dt
-        return 0.5 * (before + last + power) * dt
+        return 0.5 * (last + power) * dt
+
+    @cached_property
+    def _blown(self) -> list[tuple[np.ndarray, ...]]:
+        """Of each inflator, what says how much and how hot."""
+        return [
+            (self.supply.table, i.mass_fractions, i.flow_time, i.mass_flow, i.temperature_time, i.temperature)
+            for i in self.supply.inflators
+        ]
 
     def vitals(self, gas: UniformState) -> Vitals:
         sums = gas.sums.tolist()
