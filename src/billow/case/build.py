@@ -17,8 +17,9 @@ from billow.case.obstacles.obstacles import build_body
 from billow.case.relaxed_start import relaxed_start, tense_case
 from billow.geometry.assembly import in_neighbourhoods
 from billow.geometry.bag_shapes import BagShape
-from billow.geometry.crossings import edges_of
+from billow.geometry.crossings import CrossingCount, edges_of
 from billow.geometry.flat_cut import flat_area
+from billow.geometry.reference_check import place
 from billow.geometry.surface import check_closed, encloses, nodal_share
 from billow.parts.bodies.bodies import TOUCHES, Bodies
 from billow.parts.fabric.birth import Birth
@@ -62,6 +63,18 @@ INSIDE = InputError.declare(
     cause="a small obstacle within a start shape that is high",
     remedy="raise its clearance, or move it aside with offset",
 )
+CROSSED = InputError.declare(
+    "E-GEO-110",
+    "layers of the bag pass through each other at the start, at {count} places",
+    where="{places}; bag",
+    why="contact keeps every layer on the side where it lies, and would hold those that have crossed for ever; which "
+    "of them to move, and where to, only who folded the bag can tell",
+    cause="a mesh folded by another tool without a check, a vent on a fold line, or folds without a row of nodes along "
+    "them",
+    remedy="move the start shape apart there, or run with fabric.self_contact = false to see it open all the same",
+)
+MOST_PLACES = 3
+"""Where layers cross, in a message."""
 
 
 def build_model(case: schema.Case) -> Model:
@@ -154,7 +167,13 @@ def nodal_mass(shape: BagShape, membranes: Sequence[Membrane], straps: Straps) -
 
 def require_start_clear(model: Model) -> None:
     """Raises InputError if an obstacle touches the bag at the start, E-GEO-020, lies inside it, E-GEO-021, or overlaps
-    another of which one can move, E-GEO-022."""
+    another of which one can move, E-GEO-022; or if layers that contact keeps apart have crossed, E-GEO-110."""
+    if model.layers is not None:
+        crossed = CrossingCount(model.surface).per_triangle(model.start)
+        if crossed.any():
+            worst = np.argsort(-crossed, kind="stable")[: min(MOST_PLACES, np.count_nonzero(crossed))]
+            places = "; ".join(place(model.surface, model.start, int(triangle)) for triangle in worst)
+            raise CROSSED(count=int(crossed.sum()), places=places)
     for one, other, depth in model.bodies.meetings.overlaps([body.start for body in model.bodies.bodies]):
         if depth > TOUCHES:
             raise OVERLAP(one=one.name, other=other.name, depth=1e3 * depth)

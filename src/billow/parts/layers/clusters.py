@@ -21,16 +21,16 @@ def _root(parent, i):
 
 
 @kernel
-def join_short(n, awake, edges_from, nodes, normal, distance, gap, floor_of, positions, velocities, dt, parent):
+def join_short(n, awake, edges_from, nodes, normal, distance, gap, floor_of, ways, positions, velocities, dt, parent):
     """Join the clusters of the nodes of pairs that are short; returns how many were. parent: (nodes,) int64, the tree
-    of clusters, each node its own at first."""
-    _, share, highest, least = floor_of
+    of clusters, each node its own at first; ways: over the step, from `look_ahead`."""
+    share, highest, least = floor_of
     short = 0
     for i in range(n):
         k = awake[i]
         floor = max(least, min(highest, share * gap[k]))
         wanted = LEFT * min(distance[k], 0.5 * floor)
-        if least_apart(k, edges_from, nodes, normal, positions, velocities, dt) >= wanted:
+        if least_apart(k, edges_from, nodes, normal, ways) >= wanted:
             continue
         if nearest_after(k, edges_from, nodes, normal, positions, velocities, dt) >= wanted:
             continue

@@ -7,53 +7,55 @@ import numpy as np
 
 from billow.base.compiled import inlined, kernel
 
-STIFFNESS = 0.01
-"""Of a pair, in the mass of its lightest node over the square of the fabric's stable step. A node has tens of pairs: a
-tenth makes the step unstable (docs/theory.md, Layers)."""
+STIFFNESS = 0.05, 0.01
+"""Of a node and a triangle, and of two edges, in the mass of the lightest node over the square of the fabric's stable
+step. A node of layers that lie node on node is in two dozen pairs with triangles, and in three times as many of edges:
+a tenth in all of them makes the step unstable (docs/theory.md, Layers)."""
 
 
 @inlined
-def stiffness_of(k, nodes, mass, inverse_mass, per_square_dt):
+def stiffness_of(k, edges_from, nodes, mass, inverse_mass, spring):
     """Of the spring of pair k [N/m]."""
     lightest = np.inf
     for i in range(4):
         if inverse_mass[nodes[k, i]] > 0.0:
             lightest = min(lightest, mass[nodes[k, i]])
-    return per_square_dt * lightest
+    return (spring[1] if k >= edges_from else spring[0]) * lightest
 
 
 @kernel
 def press(
-    n, awake, nodes, weight, normal, distance, full_gap, growth, mass, inverse_mass, per_square_dt, dt, gap_out,
-    force_out, sums_out,
+    n, awake, edges_from, nodes, weight, normal, distance, near, full_gap, growth, mass, inverse_mass, spring, dt,
+    gap_out, force_out, sums_out,
 ):  # fmt: skip
     """Add the forces of springs k (g - d)^2/2 to force_out [N], (nodes, 3).
 
-    The own gap g of a pair is the distance at which it was first seen, and grows to the full one as the pair parts.
-    growth: speed [m/s] at which it grows by itself, which takes work. per_square_dt: STIFFNESS over dt^2 [1/s^2].
+    The own gap of a pair is the distance at which it was first seen, and grows as the pair parts, to the full one once
+    it is no longer near: distances of a node and a triangle, and of two edges [m]. g is this gap, while it is near.
+    growth: speed [m/s] at which it grows by itself, which takes work. spring: STIFFNESS over dt^2 [1/s^2].
     sums_out: energy in the springs, and work that growing gaps did on them in this step of dt [s], [J].
     """
     stored, work = 0.0, 0.0
     for i in range(n):
         k = awake[i]
-        g, d = gap_out[k], distance[k]
-        if g < full_gap and d > g:
-            g = min(full_gap, d)
-            gap_out[k] = g
-        near = g - d
-        grows = growth > 0.0 and g < full_gap
-        if near <= 0.0 and not grows:
+        most, d = near[1] if k >= edges_from else near[0], distance[k]
+        g, grows = min(most, gap_out[k]), growth > 0.0 and gap_out[k] < full_gap
+        if d > g and gap_out[k] < full_gap:
+            g = min(most, d)
+            gap_out[k] = g if g < most else full_gap
+        pressed = g - d
+        if pressed <= 0.0 and not grows:
             continue
-        stiffness = stiffness_of(k, nodes, mass, inverse_mass, per_square_dt)
+        stiffness = stiffness_of(k, edges_from, nodes, mass, inverse_mass, spring)
         if grows:
-            g = min(full_gap, g + growth * dt)
-            gap_out[k] = g
-            work += 0.5 * stiffness * (max(0.0, g - d) ** 2 - max(0.0, near) ** 2)
-            near = g - d
-            if near <= 0.0:
+            g = min(most, g + growth * dt)
+            gap_out[k] = g if g < most else full_gap
+            work += 0.5 * stiffness * (max(0.0, g - d) ** 2 - max(0.0, pressed) ** 2)
+            pressed = g - d
+            if pressed <= 0.0:
                 continue
-        force = stiffness * near
-        stored += 0.5 * force * near
+        force = stiffness * pressed
+        stored += 0.5 * force * pressed
         for corner in range(4):
             j = nodes[k, corner]
             share = force * weight[k, corner]

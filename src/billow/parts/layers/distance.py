@@ -48,17 +48,27 @@ def between(is_node, a, b, c, d):
     return first - second
 
 
+@kernel
+def look_ahead(n, positions, velocities, ahead, ways_out):
+    """Where nodes are, and where they will be `ahead` [s] from now [m], side by side: (nodes, 6)."""
+    for i in range(n):
+        for k in range(3):
+            ways_out[i, k] = positions[i, k]
+            ways_out[i, 3 + k] = positions[i, k] + ahead * velocities[i, k]
+
+
 @inlined
-def least_apart(k, edges_from, nodes, normal, positions, velocities, ahead):
-    """A lower bound of the distance of pair k [m], until `ahead` [s] from now."""
+def least_apart(k, edges_from, nodes, normal, ways):
+    """A lower bound of the distance of pair k [m] on the ways of its nodes, from `look_ahead`."""
     x, y, z = normal[k, 0], normal[k, 1], normal[k, 2]
     a, b, c, d = np.uint64(nodes[k, 0]), np.uint64(nodes[k, 1]), np.uint64(nodes[k, 2]), np.uint64(nodes[k, 3])
-    at_a, at_b = along(positions, a, x, y, z), along(positions, b, x, y, z)
-    at_c, at_d = along(positions, c, x, y, z), along(positions, d, x, y, z)
-    now = between(k < edges_from, at_a, at_b, at_c, at_d)
-    at_a, at_b = at_a + ahead * along(velocities, a, x, y, z), at_b + ahead * along(velocities, b, x, y, z)
-    at_c, at_d = at_c + ahead * along(velocities, c, x, y, z), at_d + ahead * along(velocities, d, x, y, z)
-    then = between(k < edges_from, at_a, at_b, at_c, at_d)
+    now = between(k < edges_from, along(ways, a, x, y, z), along(ways, b, x, y, z), along(ways, c, x, y, z),
+                  along(ways, d, x, y, z))  # fmt: skip
+    then = between(
+        k < edges_from, x * ways[a, 3] + y * ways[a, 4] + z * ways[a, 5],
+        x * ways[b, 3] + y * ways[b, 4] + z * ways[b, 5], x * ways[c, 3] + y * ways[c, 4] + z * ways[c, 5],
+        x * ways[d, 3] + y * ways[d, 4] + z * ways[d, 5],
+    )  # fmt: skip
     return now if now < then else then
 
 
@@ -116,38 +126,49 @@ def comes_near(k, edges_from, nodes, normal, now, positions, velocities, ahead, 
 
 
 @kernel
-def wake(n, edges_from, nodes, normal, positions, velocities, reach, ahead, full_gap, gap_out, impulse_out, awake_out,
-         count_out):  # fmt: skip
-    """Indices of the pairs that can matter, by chunks, each from its own place on. reach: distance [m] at which a pair
-    does; ahead: time [s] for which its nodes go straight on. What sleeps is farther apart than the full gap, so that it
-    has that gap and no impulse."""
+def wake(n, edges_from, nodes, normal, ways, reach, full_gap, gap_out, impulse_out, found_out, count_out):
+    """Indices of the pairs that can matter, (2, pairs), and how many there are, (2, chunks), by chunks, each from its
+    own place on: of all that do, and of those among them that may need an impulse. reach: distances [m] at which a node
+    and a triangle matter, and two edges, and at which any pair may need an impulse. What sleeps is farther apart than
+    that, so that it has the full gap and no impulse."""
     for chunk in prange((n + CHUNK - 1) // CHUNK):
-        count = chunk * CHUNK
-        for k in range(chunk * CHUNK, min(n, (chunk + 1) * CHUNK)):
-            if least_apart(k, edges_from, nodes, normal, positions, velocities, ahead) > reach:
+        first = chunk * CHUNK
+        awake, able = first, first
+        for k in range(first, min(n, first + CHUNK)):
+            apart = least_apart(k, edges_from, nodes, normal, ways)
+            if apart > (reach[1] if k >= edges_from else reach[0]):
                 gap_out[k], impulse_out[k] = full_gap, 0.0
-            else:
-                awake_out[count] = k
-                count += 1
-        count_out[chunk] = count - chunk * CHUNK
+                continue
+            found_out[0, awake] = k
+            awake += 1
+            if apart <= reach[2] or impulse_out[k] > 0.0:
+                found_out[1, able] = k
+                able += 1
+        count_out[0, chunk], count_out[1, chunk] = awake - first, able - first
 
 
 @kernel
-def wake_struck(n, edges_from, nodes, normal, positions, velocities, struck, is_awake, reach, ahead, awake_out,
-                count_out):  # fmt: skip
-    """Likewise, pairs that sleep although one of their nodes was struck: nodes whose velocity an impulse changed by
-    more than sleepers are ready for. struck: (nodes,) bool; is_awake: (pairs,) bool."""
+def wake_struck(n, edges_from, nodes, normal, ways, struck, is_found, reach, found_out, count_out):
+    """Likewise, those that were not found before, although one of their nodes was struck: nodes whose velocity an
+    impulse changed by more than others are ready for. struck: (nodes,) bool; is_found: (2, pairs) bool."""
     for chunk in prange((n + CHUNK - 1) // CHUNK):
-        count = chunk * CHUNK
-        for k in range(chunk * CHUNK, min(n, (chunk + 1) * CHUNK)):
-            if (
-                not is_awake[k]
-                and (struck[nodes[k, 0]] or struck[nodes[k, 1]] or struck[nodes[k, 2]] or struck[nodes[k, 3]])
-                and least_apart(k, edges_from, nodes, normal, positions, velocities, ahead) <= reach
+        first = chunk * CHUNK
+        awake, able = first, first
+        for k in range(first, min(n, first + CHUNK)):
+            if is_found[1, k] or not (
+                struck[nodes[k, 0]] or struck[nodes[k, 1]] or struck[nodes[k, 2]] or struck[nodes[k, 3]]
             ):
-                awake_out[count] = k
-                count += 1
-        count_out[chunk] = count - chunk * CHUNK
+                continue
+            apart = least_apart(k, edges_from, nodes, normal, ways)
+            if apart > (reach[1] if k >= edges_from else reach[0]):
+                continue
+            if not is_found[0, k]:
+                found_out[0, awake] = k
+                awake += 1
+            if apart <= reach[2]:
+                found_out[1, able] = k
+                able += 1
+        count_out[0, chunk], count_out[1, chunk] = awake - first, able - first
 
 
 @kernel

@@ -20,18 +20,19 @@ SWEEPS = 4
 
 @kernel
 def rub(
-    n, awake, nodes, weight, normal, distance, gap, full_gap, impulse, friction, mass, inverse_mass, per_square_dt, dt,
-    velocities,
+    n, awake, edges_from, nodes, weight, normal, distance, gap, near, impulse, friction, mass, inverse_mass,
+    spring, dt, velocities,
 ):  # fmt: skip
     """Change velocities [m/s] (nodes, 3) by friction; returns the number of pairs that press. friction: coefficient."""
     pressed, cone, per = np.empty(n, np.int64), np.empty(n), np.empty(n)
     m = 0
     for i in range(n):
         k = awake[i]
-        near = gap[k] - distance[k]
-        normal_impulse = impulse[k] if distance[k] < full_gap else 0.0
-        if near > 0.0:
-            normal_impulse += stiffness_of(k, nodes, mass, inverse_mass, per_square_dt) * near * dt
+        reach = near[1] if k >= edges_from else near[0]
+        normal_impulse = impulse[k] if distance[k] < reach else 0.0
+        pressed_by = min(gap[k], reach) - distance[k]
+        if pressed_by > 0.0:
+            normal_impulse += stiffness_of(k, edges_from, nodes, mass, inverse_mass, spring) * pressed_by * dt
         if normal_impulse <= 0.0:
             continue
         inverse = inverse_inertia(k, nodes, weight, inverse_mass)

@@ -33,6 +33,10 @@ GAP_WORK = Account("gap_work", RECEIVED, renewed=False)
 FLOOR, FLOOR_OF_OWN = 1.0 / 3.0, 0.33
 """Distance that the filter keeps: in full gaps at most, and the part of a pair's own gap that it is."""
 
+EDGES_NEAR = 0.4
+"""Distance at which two edges begin to matter, in gaps: a little more than their floor. What lies on each other is kept
+apart by its nodes; edges only have to be kept from passing through each other between them."""
+
 LEAST_FLOOR = 1e-8
 """Of pairs that start in one place [m]."""
 
@@ -43,9 +47,9 @@ SKIN, MOST_SKIN, WIDER = 0.5, 0.2, 1.4
 """How far a node may stray from its path before the list is spent: in gaps at least, in mean edges at most; and the
 factor by which it changes from list to list. More where impulses throw nodes off."""
 
-WORK_OF_PAIR, WORK_IN_STEP = 1.0, 0.2
-"""Of each pair in a search and in a step, in looks at two triangles whose boxes meet. The skin is widened as long as
-pairs are the smaller part of the work."""
+WORK_OF_PAIR, WORK_IN_STEP = 0.5, 0.12
+"""Of each pair in a search and in a step, in looks at two triangles whose boxes meet. The skin goes on being widened,
+or narrowed, as long as this takes less work for each step that a list serves."""
 
 USUAL, UNUSUAL = 1.5, 4.0
 """Stray of a node, in means of all, from which on its skin is wider, and the most times by which it is."""
@@ -56,9 +60,8 @@ CALMING = 0.7
 READY = 0.1
 """Change of a node's way in a step, by impulses, that sleeping pairs are ready for, in gaps."""
 
-PATIENCE, LEAST_PATIENCE, MOST_PATIENCE, EAGER = 10.0, 2.0, 100.0, 1.3
-"""Steps for which a list is made: at first, at least, at most, and the factor by which it grows after a list that
-served its time."""
+MOST_STEPS = 40.0
+"""For which a list is made, at most: more than lists serve, since boxes around longer paths are hardly larger."""
 
 FARTHEST_WAY, MOST_WAY = 0.2, 0.8
 """Way at the usual speed, beyond the mean, for which a list is made at most, in mean edges: with the narrowest skin,
@@ -104,13 +107,12 @@ class Layers(Part):
 
     @cached_property
     def _limits(self) -> Limits:
-        floor = self.gap, FLOOR_OF_OWN, FLOOR * self.gap, LEAST_FLOOR
-        return Limits(
-            self.friction, STIFFNESS / self.stable_dt**2, self.gap, floor, TOLERANCE * self.gap, READY * self.gap
-        )
+        near, floor = (self.gap, EDGES_NEAR * self.gap), (FLOOR_OF_OWN, FLOOR * self.gap, LEAST_FLOOR)
+        spring = STIFFNESS[0] / self.stable_dt**2, STIFFNESS[1] / self.stable_dt**2
+        return Limits(self.friction, spring, self.gap, near, floor, TOLERANCE * self.gap, READY * self.gap)
 
     def start(self, bag) -> Pairs:
-        return Pairs.none(self.surface.node_count, len(self._mesh.triangles), PATIENCE, SKIN * self.gap)
+        return Pairs.none(self.surface.node_count, len(self._mesh.triangles), SKIN * self.gap, WIDER)
 
     # --- in a step -------------------------------------------------------------------------------------------------
 
@@ -181,9 +183,9 @@ class Layers(Part):
         measure_awake(pairs, positions)
         force, sums = np.zeros_like(positions), np.empty(2)
         press.serial(
-            len(pairs.awake), pairs.awake, pairs.nodes, pairs.weight, pairs.normal, pairs.distance, self.gap,
-            GROWTH if time < self.ramp else 0.0, self.mass, self.inverse_mass, self._limits.spring, dt,
-            pairs.gap, force, sums,
+            len(pairs.awake), pairs.awake, pairs.edges_from, pairs.nodes, pairs.weight, pairs.normal, pairs.distance,
+            self._limits.near, self.gap, GROWTH if time < self.ramp else 0.0, self.mass, self.inverse_mass,
+            self._limits.spring, dt, pairs.gap, force, sums,
         )  # fmt: skip
         loads.node_force[...] += force
         work = [Booking(GAP_WORK, float(sums[1]))] if self.ramp else []
@@ -195,23 +197,22 @@ class Layers(Part):
     ) -> None:  # fmt: skip
         """A new list for the coming steps of about dt [s]. way: that each node used of its skin in the last list
         [m]; thrown: how far impulses may throw nodes off their paths in the first step [m]; both (nodes,)."""
-        served = max(1.0, pairs.age / dt)
-        if pairs.age + dt / APPROACH > pairs.horizon:
-            pairs.patience = min(MOST_PATIENCE, EAGER * pairs.patience)
-        elif 2.0 * served < pairs.patience:
-            pairs.patience = max(LEAST_PATIENCE, EAGER * served)
-        of_pairs = (WORK_OF_PAIR + WORK_IN_STEP * served) * len(pairs)
-        wider = WIDER * pairs.width if of_pairs < pairs.looked_at else pairs.width / WIDER
-        pairs.width = max(SKIN * self.gap, min(MOST_SKIN * self.edge, wider))
+        if thrown is None:
+            served = max(1.0, pairs.age / dt)
+            work = (pairs.looked_at + WORK_OF_PAIR * len(pairs)) / served + WORK_IN_STEP * len(pairs)
+            if work > pairs.work:
+                pairs.wider = 1.0 / pairs.wider
+            pairs.work = work
+            pairs.width = max(SKIN * self.gap, min(MOST_SKIN * self.edge, pairs.wider * pairs.width))
         speed = math.sqrt(3.0 * float(velocities.var(axis=0).mean()))
         farthest = min(MOST_WAY, FARTHEST_WAY * pairs.width / (SKIN * self.gap)) * self.edge
-        time = max(1.01 * dt, min(pairs.patience * dt, farthest / max(speed, 1e-9))) + dt / APPROACH
+        time = max(1.01 * dt, min(MOST_STEPS * dt, farthest / max(speed, 1e-9))) + dt / APPROACH
         # Who strayed far will do so again: with a wider skin it does not spend the list for all others.
         skin = pairs.width * np.clip(way / max(USUAL * float(way.mean()), 1e-12), 1.0, UNUSUAL)
         np.maximum(skin, CALMING * pairs.skin, out=skin)
         if thrown is not None:
             np.maximum(skin, thrown, out=skin)
-        paths = Paths(positions, velocities, skin, self.gap, time)
+        paths = Paths(positions, velocities, skin, self._limits.near, time)
         found, pairs.room = find_pairs(self._mesh, paths, pairs.room)
         gap, impulse = np.full(len(found.key), NEW), np.zeros(len(found.key))
         carry_over(
@@ -226,7 +227,9 @@ class Layers(Part):
         pairs.make_room()
         pairs.awake = np.flatnonzero(gap == NEW)
         measure_awake(pairs, positions)
-        gap[pairs.awake] = np.minimum(self.gap, pairs.distance[pairs.awake])
+        apart = pairs.distance[pairs.awake]
+        near = np.where(pairs.awake < pairs.edges_from, *self._limits.near)
+        gap[pairs.awake] = np.where(apart < near, apart, self.gap)
 
     # --- what a run says of it -------------------------------------------------------------------------------------
 

@@ -46,9 +46,10 @@ class Pairs:
     (pairs,).
 
     path_start [m], path_velocity [m/s]: (nodes, 3), of all nodes when the list was made; skin: how far each may stray
-    from this path [m], (nodes,). age: of the list; horizon: age at which it is spent [s]; patience: steps that a list
-    is made for; width: of the skin where nothing is thrown off [m]. looked_at: of the search, as in
-    `search.Found`. last_resorts: steps so far in which nodes had to move together.
+    from this path [m], (nodes,). age: of the list; horizon: age at which it is spent [s]; width: of the skin where
+    nothing is thrown off [m]; wider: factor by which it changes from list to list; work: in each step that the list
+    before served, in looks; looked_at: of the search, as in `search.Found`. last_resorts: steps so far in which nodes
+    had to move together.
 
     What follows is known of the present positions only, and measured again where it is missing. awake: indices of
     pairs that can matter in a step, ascending. weight: of their nodes, (pairs, 4); distance: [m], (pairs,); measured:
@@ -68,8 +69,9 @@ class Pairs:
     skin: np.ndarray
     age: float
     horizon: float
-    patience: float
     width: float
+    wider: float
+    work: float
     looked_at: int
     last_resorts: int
     awake: np.ndarray = field(metadata={"constant": True})
@@ -82,12 +84,12 @@ class Pairs:
     room: Room | None = field(default=None, metadata={"constant": True})
 
     @classmethod
-    def none(cls, nodes: int, triangles: int, patience: float, width: float) -> Pairs:
+    def none(cls, nodes: int, triangles: int, width: float, wider: float) -> Pairs:
         """No pairs yet, and a list that is spent."""
         return cls(
             np.zeros(0, np.int64), np.zeros(2 * triangles + 1, np.int64), np.zeros((0, 4), np.int32), np.zeros((0, 3)),
-            np.zeros(0), np.zeros(0), np.zeros((nodes, 3)), np.zeros((nodes, 3)), np.zeros(nodes), 0.0, -1.0, patience,
-            width, 0, 0,
+            np.zeros(0), np.zeros(0), np.zeros((nodes, 3)), np.zeros((nodes, 3)), np.zeros(nodes), 0.0, -1.0, width,
+            wider, 0.0, 0, 0,
             np.zeros(0, np.int64), np.zeros((0, 4)), np.zeros(0), np.zeros(0, np.int64), np.zeros(0, np.int32),
             np.zeros(nodes, np.bool_),
         )  # fmt: skip

@@ -8,7 +8,7 @@ import numpy as np
 
 from billow.base.compiled import CHUNK
 from billow.parts.layers.clusters import join_short, move_together
-from billow.parts.layers.distance import gather, measure, touch, wake, wake_struck
+from billow.parts.layers.distance import gather, look_ahead, measure, touch, wake, wake_struck
 from billow.parts.layers.friction import rub
 from billow.parts.layers.pairs import Pairs
 from billow.parts.layers.velocity_filter import (
@@ -32,14 +32,17 @@ CONVERGED = 0.5
 
 
 class Limits(NamedTuple):
-    """friction: coefficient. spring: stiffness of the cushion for each mass [1/s^2]. gap: the full one [m]. floor: the
-    full gap [m], the part of a pair's own gap that is its floor, the highest and the least floor [m]. tolerance: error
-    of position that may be left [m]. ready: change of a node's way in a step that sleepers are ready for [m]."""
+    """friction: coefficient. spring: stiffness of the cushion for each mass, of a node
+    and a triangle and of two edges [1/s^2]. gap: the full one [m]. near: up to
+    which distance a node and a triangle touch, and two edges [m]. floor: the part of a pair's own gap that is its
+    floor, the highest and the least floor [m]. tolerance: error of position that may be left [m]. ready: change of a
+    node's way in a step that sleepers are ready for [m]."""
 
     friction: float
-    spring: float
+    spring: tuple[float, float]
     gap: float
-    floor: tuple[float, float, float, float]
+    near: tuple[float, float]
+    floor: tuple[float, float, float]
     tolerance: float
     ready: float
 
@@ -80,14 +83,16 @@ class Parting:
         self.pairs, self.step, self.rows, self.limits = pairs, step, rows, limits
         m, n = len(pairs), len(step.positions)
         self.ahead = step.dt / APPROACH
-        self.reach = limits.gap + 2.0 * limits.ready
-        self.found, self.counts = np.empty(m, np.int64), np.empty(-(-m // CHUNK), np.int64)
+        self.reach = tuple(apart + 2.0 * limits.ready for apart in (*limits.near, limits.floor[1]))
+        self.ways = np.empty((n, 6))
+        self.found, self.counts = np.empty((2, m), np.int64), np.empty((2, -(-m // CHUNK)), np.int64)
+        look_ahead.serial(n, step.positions, step.velocities, self.ahead, self.ways)
         wake(
-            m, pairs.edges_from, pairs.nodes, pairs.normal, step.positions, step.velocities, self.reach, self.ahead,
-            limits.gap, pairs.gap, pairs.impulse, self.found, self.counts,
+            m, pairs.edges_from, pairs.nodes, pairs.normal, self.ways, self.reach, limits.gap, pairs.gap, pairs.impulse,
+            self.found, self.counts,
         )  # fmt: skip
-        pairs.awake = self._gathered()
-        self.struck, self.is_awake = np.zeros(n, np.bool_), None
+        pairs.awake, self.able = self._gathered()
+        self.struck, self.is_found = np.zeros(n, np.bool_), None
         self.rubbed = None
 
     def run(self) -> bool:
@@ -103,33 +108,34 @@ class Parting:
         )
         if limits.friction:
             rub.serial(
-                len(pairs.awake), pairs.awake, pairs.nodes, pairs.weight, pairs.normal, pairs.distance, pairs.gap,
-                limits.gap, pairs.impulse, limits.friction, step.mass, step.inverse_mass, limits.spring, step.dt,
-                step.velocities,
+                len(pairs.awake), pairs.awake, pairs.edges_from, pairs.nodes, pairs.weight, pairs.normal,
+                pairs.distance, pairs.gap, limits.near, pairs.impulse, limits.friction, step.mass, step.inverse_mass,
+                limits.spring, step.dt, step.velocities,
             )  # fmt: skip
             self.rubbed = step.velocities.copy()
         slot = pairs.slot
         index, (aim, per, total) = np.empty(len(pairs), np.int64), np.empty((3, len(pairs)))
         constraints = index, aim, per, total
         m = warm_start.serial(
-            len(pairs.awake), pairs.awake, pairs.nodes, pairs.weight, pairs.normal, pairs.distance, pairs.gap,
-            limits.floor, pairs.impulse, step.inverse_mass, step.dt, step.velocities, slot, *constraints,
+            len(self.able), self.able, pairs.edges_from, pairs.nodes, pairs.weight, pairs.normal, pairs.distance,
+            pairs.gap, limits.near, limits.floor, pairs.impulse, step.inverse_mass, step.dt, step.velocities, slot,
+            *constraints,
         )  # fmt: skip
         short = 0.0
         for looks in range(SCANS):
             if not self._allow():
                 return False
-            goal, chunks = np.empty(len(pairs.awake)), np.empty((-(-len(pairs.awake) // CHUNK), 3))
+            goal, chunks = np.empty(len(self.able)), np.zeros((-(-len(self.able) // CHUNK) or 1, 3))
             scan(
-                len(pairs.awake), pairs.awake, pairs.edges_from, pairs.nodes, pairs.weight, pairs.normal,
-                pairs.distance, pairs.gap, limits.floor, limits.tolerance, step.positions, step.velocities, step.dt,
-                self.changed, slot, aim, goal, chunks,
+                len(self.able), self.able, pairs.edges_from, pairs.nodes, pairs.weight, pairs.normal,
+                pairs.distance, pairs.gap, limits.near, limits.floor, limits.tolerance, step.positions,
+                step.velocities, step.dt, self.changed, slot, aim, goal, chunks,
             )  # fmt: skip
             short = chunks[:, 2].sum()
             if chunks[:, 1].max() == 0.0 and short == 0.0 and (looks > 0 or (m == 0 and self.rubbed is None)):
                 break
             m = admit.serial(
-                len(pairs.awake), pairs.awake, goal, chunks, pairs.nodes, pairs.weight, step.inverse_mass, m, slot,
+                len(self.able), self.able, goal, chunks, pairs.nodes, pairs.weight, step.inverse_mass, m, slot,
                 *constraints,
             )  # fmt: skip
             for _ in range(SWEEPS):
@@ -160,17 +166,21 @@ class Parting:
         if most > 1.0:
             return False
         if any_struck:
-            if self.is_awake is None:
-                self.is_awake = np.zeros(len(pairs), np.bool_)
-                self.is_awake[pairs.awake] = True
+            if self.is_found is None:
+                self.is_found = np.zeros((2, len(pairs)), np.bool_)
+                self.is_found[0, pairs.awake] = self.is_found[1, self.able] = True
+            look_ahead.serial(len(step.positions), step.positions, step.velocities, self.ahead, self.ways)
             wake_struck(
-                len(pairs), pairs.edges_from, pairs.nodes, pairs.normal, step.positions, step.velocities, self.struck,
-                self.is_awake, self.reach, self.ahead, self.found, self.counts,
+                len(pairs), pairs.edges_from, pairs.nodes, pairs.normal, self.ways, self.struck, self.is_found,
+                self.reach, self.found, self.counts,
             )  # fmt: skip
-            more = self._gathered()
-            if len(more):
-                self.is_awake[more] = True
-                pairs.awake = np.flatnonzero(self.is_awake)
+            awake, able = self._gathered()
+            if len(able):
+                self.is_found[1, able] = True
+                self.able = np.flatnonzero(self.is_found[1])
+            if len(awake):
+                self.is_found[0, awake] = True
+                pairs.awake = np.flatnonzero(self.is_found[0])
                 self._measure()
         return True
 
@@ -180,9 +190,10 @@ class Parting:
         pairs.last_resorts += 1
         parent, before = np.arange(len(step.positions)), step.velocities.copy()
         for _ in range(MOST_PASSES):
+            look_ahead.serial(len(step.positions), step.positions, step.velocities, step.dt, self.ways)
             short = join_short.serial(
-                len(pairs.awake), pairs.awake, pairs.edges_from, pairs.nodes, pairs.normal, pairs.distance, pairs.gap,
-                self.limits.floor, step.positions, step.velocities, step.dt, parent,
+                len(self.able), self.able, pairs.edges_from, pairs.nodes, pairs.normal, pairs.distance, pairs.gap,
+                self.limits.floor, self.ways, step.positions, step.velocities, step.dt, parent,
             )  # fmt: skip
             if not short:
                 break
@@ -191,11 +202,13 @@ class Parting:
                 return False
         return True
 
-    def _gathered(self) -> np.ndarray:
-        """Indices that chunks found."""
-        indices = np.empty(int(self.counts.sum()), np.int64)
-        gather.serial(len(self.counts), self.found, self.counts, indices)
-        return indices
+    def _gathered(self) -> list[np.ndarray]:
+        """Indices that chunks found, of both kinds."""
+        both = []
+        for found, counts in zip(self.found, self.counts, strict=True):
+            both.append(np.empty(int(counts.sum()), np.int64))
+            gather.serial(len(counts), found, counts, both[-1])
+        return both
 
     def _measure(self) -> None:
         measure_awake(self.pairs, self.step.positions)

@@ -44,12 +44,13 @@ PARALLEL_FROM = 1000
 
 class Paths(NamedTuple):
     """Nodes on their way: positions [m] and velocities [m/s], (nodes, 3); skin: how far each may stray [m], (nodes,).
-    near: distance that matters [m]; time: how long the pairs have to serve [s]."""
+    near: distances that matter, of a node and a triangle, and of two edges, which is no more [m]; time: how long the
+    pairs have to serve [s]."""
 
     positions: np.ndarray
     velocities: np.ndarray
     skin: np.ndarray
-    near: float
+    near: tuple[float, float]
     time: float
 
 
@@ -109,7 +110,7 @@ def _boxes(n, m, mesh, paths, drift, box_out, edge_box_out, node_box):
     triangles, edges = mesh[0], mesh[1]
     positions, velocities, skin, near, time = paths
     for i in prange(len(positions)):
-        reach = 0.5 * near + skin[i]
+        reach = 0.5 * near[0] + skin[i]
         for k in range(3):
             way = time * (velocities[i, k] - drift[k])
             node_box[i, k] = positions[i, k] + min(0.0, way) - reach
@@ -122,8 +123,8 @@ def _boxes(n, m, mesh, paths, drift, box_out, edge_box_out, node_box):
     for e in prange(m):
         a, b = edges[e, 0], edges[e, 1]
         for k in range(3):
-            edge_box_out[e, k] = min(node_box[a, k], node_box[b, k])
-            edge_box_out[e, 3 + k] = max(node_box[a, 3 + k], node_box[b, 3 + k])
+            edge_box_out[e, k] = min(node_box[a, k], node_box[b, k]) + 0.5 * (near[0] - near[1])
+            edge_box_out[e, 3 + k] = max(node_box[a, 3 + k], node_box[b, 3 + k]) - 0.5 * (near[0] - near[1])
 
 
 @kernel
@@ -180,37 +181,41 @@ def _keep_near(kind, s, triangle, end, mesh, paths, ends, one, other, normal, bl
     `triangle` on, which become the numbers of those that are kept."""
     triangles, edges, free = mesh[0], mesh[1], mesh[4]
     positions, velocities, skin, near, time = paths
-    t, before, into, members = triangle, 0, 0, np.empty((BLOCK, 4), np.int32)
-    for begin in range(0, end, BLOCK):
-        count = min(BLOCK, end - begin)
-        for j in range(count):
-            first, second = one[kind, s, begin + j], other[kind, s, begin + j]
+    t, before, into, at = triangle, 0, 0, 0
+    members, place = np.empty((BLOCK, 4), np.int32), np.empty(BLOCK, np.int64)
+    while at < end:
+        count = 0
+        while at < end and count < BLOCK:
+            first, second = one[kind, s, at], other[kind, s, at]
             if kind == 1:
                 first, second = min(first, second), max(first, second)
-                one[kind, s, begin + j], other[kind, s, begin + j] = first, second
-            a, b, c, d = _members(kind, first, second, triangles, edges)
-            members[j, 0], members[j, 1], members[j, 2], members[j, 3] = a, b, c, d
-            fill(block, j, positions, np.uint64(a), np.uint64(b), np.uint64(c), np.uint64(d))
+                one[kind, s, at], other[kind, s, at] = first, second
+            m, n, o, p = _members(kind, first, second, triangles, edges)
+            a, b, c, d = np.uint64(m), np.uint64(n), np.uint64(o), np.uint64(p)
+            shared = (a == c) | (a == d) | ((a == b) if kind == 0 else ((b == c) | (b == d)))
+            if not shared and (free[a] | free[b] | free[c] | free[d]):
+                members[count, 0], members[count, 1], members[count, 2], members[count, 3] = m, n, o, p
+                place[count] = at
+                fill(block, count, positions, a, b, c, d)
+                count += 1
+            at += 1
         if kind == 0:
             nodes_on_triangles(block)
         else:
             segments_on_segments(block)
         for j in range(count):
-            while begin + j >= ends[kind, t]:
+            while place[j] >= ends[kind, t]:
                 ends[kind, t], before = into - before, into
                 t += 1
             a, b = np.uint64(members[j, 0]), np.uint64(members[j, 1])
             c, d = np.uint64(members[j, 2]), np.uint64(members[j, 3])
-            shared = (a == c) | (a == d) | ((a == b) if kind == 0 else ((b == c) | (b == d)))
-            if shared | (not (free[a] | free[b] | free[c] | free[d])):
-                continue
             square = block[SQUARE + j]
             per = 1.0 / math.sqrt(square) if square > 0.0 else 0.0
             x, y, z = per * block[X + j], per * block[Y + j], per * block[Z + j]
             if kind == 0:
-                reach = near + skin[a] + max(skin[b], skin[c], skin[d])
+                reach = near[0] + skin[a] + max(skin[b], skin[c], skin[d])
             else:
-                reach = near + max(skin[a], skin[b]) + max(skin[c], skin[d])
+                reach = near[1] + max(skin[a], skin[b]) + max(skin[c], skin[d])
             if square > reach * reach:
                 at_a = along(positions, a, x, y, z) + time * along(velocities, a, x, y, z)
                 at_b = along(positions, b, x, y, z) + time * along(velocities, b, x, y, z)
@@ -218,7 +223,7 @@ def _keep_near(kind, s, triangle, end, mesh, paths, ends, one, other, normal, bl
                 at_d = along(positions, d, x, y, z) + time * along(velocities, d, x, y, z)
                 if between(kind == 0, at_a, at_b, at_c, at_d) > reach:
                     continue
-            one[kind, s, into], other[kind, s, into] = one[kind, s, begin + j], other[kind, s, begin + j]
+            one[kind, s, into], other[kind, s, into] = one[kind, s, place[j]], other[kind, s, place[j]]
             normal[kind, s, into, 0], normal[kind, s, into, 1], normal[kind, s, into, 2] = x, y, z
             into += 1
     return t, before, into

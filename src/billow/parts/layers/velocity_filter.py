@@ -60,15 +60,15 @@ def push(k, impulse, nodes, weight, normal, inverse_mass, velocities):
 
 @kernel
 def warm_start(
-    n, awake, nodes, weight, normal, distance, gap, floor_of, impulse, inverse_mass, dt, velocities, slot_out,
-    index_out, aim_out, per_out, total_out,
+    n, awake, edges_from, nodes, weight, normal, distance, gap, near, floor_of, impulse, inverse_mass, dt, velocities,
+    slot_out, index_out, aim_out, per_out, total_out,
 ):  # fmt: skip
-    """Begin with part of the last impulses of pairs within the full gap; returns the number of constraints."""
-    full_gap, share, highest, least = floor_of
+    """Begin with part of the last impulses of pairs that are near; returns the number of constraints."""
+    share, highest, least = floor_of
     m = 0
     for i in range(n):
         k = awake[i]
-        if impulse[k] <= 0.0 or distance[k] >= full_gap:
+        if impulse[k] <= 0.0 or distance[k] >= (near[1] if k >= edges_from else near[0]):
             continue
         inverse = inverse_inertia(k, nodes, weight, inverse_mass)
         if inverse <= 0.0:
@@ -85,13 +85,13 @@ def warm_start(
 
 @kernel
 def scan(
-    n, awake, edges_from, nodes, weight, normal, distance, gap, floor_of, tolerance, positions, velocities, dt, changed,
-    slot, aim, goal_out, chunk_out,
+    n, awake, edges_from, nodes, weight, normal, distance, gap, near, floor_of, tolerance, positions, velocities, dt,
+    changed, slot, aim, goal_out, chunk_out,
 ):  # fmt: skip
     """The speed at which each pair awake has to part, NaN where it is fast enough, or where none of its nodes has
     changed since the last scan: (nodes,) bool. chunk_out, (chunks, 3): pairs that are too slow, the largest lack [m]
     beyond the tolerance, and the number whose true distance falls short."""
-    full_gap, share, highest, least = floor_of
+    share, highest, least = floor_of
     for chunk in prange((n + CHUNK - 1) // CHUNK):
         slow, worst, short = 0.0, 0.0, 0.0
         for i in range(chunk * CHUNK, min(n, (chunk + 1) * CHUNK)):
@@ -107,7 +107,7 @@ def scan(
             of_c, of_e = along(velocities, c, x, y, z), along(velocities, e, x, y, z)
             speed = weight[k, 0] * of_a + weight[k, 1] * of_b + weight[k, 2] * of_c + weight[k, 3] * of_e
             goal = aim[slot[k]] if slot[k] >= 0 else speed_wanted(d, floor, dt)
-            lack, wanted = goal - speed, min(d, 0.5 * floor)
+            lack, wanted, reach = goal - speed, min(d, 0.5 * floor), near[1] if k >= edges_from else near[0]
             after = between(
                 k < edges_from, along(positions, a, x, y, z) + dt * of_a, along(positions, b, x, y, z) + dt * of_b,
                 along(positions, c, x, y, z) + dt * of_c, along(positions, e, x, y, z) + dt * of_e,
@@ -119,8 +119,7 @@ def scan(
                     goal = max(goal, speed + (wanted - after) / dt)
                     lack = goal - speed
             if lack > 0.0 and (
-                slot[k] >= 0
-                or comes_near(k, edges_from, nodes, normal, d, positions, velocities, dt / APPROACH, full_gap)
+                slot[k] >= 0 or comes_near(k, edges_from, nodes, normal, d, positions, velocities, dt / APPROACH, reach)
             ):
                 goal_out[i] = goal
                 slow += 1.0
@@ -153,7 +152,7 @@ def admit(n, awake, goal, chunks, nodes, weight, inverse_mass, m, slot_out, inde
 @kernel
 def sweep(n, index, aim, per, nodes, weight, normal, gap, floor_of, tolerance, inverse_mass, dt, velocities, total):
     """One Gauss-Seidel sweep over n constraints; returns the largest change, in tolerances."""
-    _, share, highest, least = floor_of
+    share, highest, least = floor_of
     moved = 0.0
     for q in range(n):
         k = index[q]
