@@ -73,6 +73,8 @@ class PanelBag(Strict):
             raise refused(f"the bag has {len(value)} folds; at most {MOST_FOLDS} are allowed", "write fewer folds")
         if any(fold.kind == "relax" for fold in value[:-1]) or (value and value[0].kind == "relax"):
             raise refused("relax has to follow all folds", 'write kind = "relax" as the last table, after a fold')
+        if any(fold.kind == "tuck" for fold in value[1:]):
+            raise refused("a tuck has to come before all other folds", 'write one kind = "tuck", as the first table')
         return value
 
     @model_validator(mode="after")
