@@ -49,8 +49,8 @@ def fold_case(case: Case, out: Path) -> list[Check]:
                 file.append(float(number), plan.until(number).folded(flat))
             if case.bag.relax:
                 file.append(len(plan.steps) + 1.0, model.start)
-        for number, stages in enumerate(plan.steps, 1):
-            write_atomically(folder / f"fold_{number}.png", draw_step(stages[-1], number))
+        for number in range(1, len(plan.steps) + 1):
+            write_atomically(folder / f"fold_{number}.png", draw_step(plan.until(number), number))
         size = np.ptp(model.start, axis=0)
         record = {
             "title": case.title, "layers": plan.layers, "packed_size": size.tolist(),

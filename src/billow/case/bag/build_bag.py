@@ -142,7 +142,7 @@ def _driver(bag: schema_bag.DriverBag) -> BagShape:
         vent_count=bag.vents.count, vent_diameter=meshed.vent_diameter, vent_radius=meshed.vent_radius,
         strap_count=bag.straps.count, strap_width=bag.straps.width, strap_stitch_radius=meshed.stitch_radius,
         initial_gap=bag.initial_gap, folds=(plan.rows(0), plan.rows(1)) if plan else NO_ROWS,
-        folded_last=plan.stages[-1].across if plan and len(plan.stages) > 1 else None,
+        folded_last=plan.folded_last if plan else None,
     )  # fmt: skip
     if meshed != own:
         shape = resized(shape, meshed, own, bag.initial_gap)

@@ -10,6 +10,7 @@ from billow.case.bag import schema_folds
 from billow.case.bag.schema_folds import MOST_LINES
 from billow.geometry.folding.fold_plan import FoldPlan
 from billow.geometry.folding.folds import NO_FABRIC, NO_ROOM, Fold, HalfFold, Leporello, Roll
+from billow.geometry.folding.tuck import Tuck
 
 
 def build_plan(
@@ -18,8 +19,21 @@ def build_plan(
 ) -> FoldPlan:  # fmt: skip
     """As `FoldPlan.of`, which says what it raises."""
     maps = [table for table in tables if table.kind != "relax"]
-    folds = tuple(fold for k, table in enumerate(maps) for fold in _folds(table, k + 1, outline, mouth))
-    return FoldPlan.of(folds, outline, mouth, mouth_radius, size)
+    half, tuck = 0.25 * min(table.layer_gap for table in maps), None
+    if maps[0].kind == "tuck":
+        tuck = _tuck(maps[0], half, outline - mouth)
+    folds = tuple(
+        fold for k, table in enumerate(maps) if table.kind != "tuck" for fold in _folds(table, k + 1, outline, mouth)
+    )
+    return FoldPlan.of(folds, outline, mouth, mouth_radius, size, half, tuck)
+
+
+def _tuck(table: schema_folds.Tuck, half: float, outline: np.ndarray) -> Tuck:
+    """outline: of the flat bag, from the mouth [m], (2, 2)."""
+    across = "xy".index(table.across)
+    low, high = (table.depth * (table.sides in ("both", side)) for side in ("low", "high"))
+    rims, sides = (tuple(map(float, outline[:, axis])) for axis in (across, 1 - across))
+    return Tuck(across, rims, (low, high), half, sides, sides, 1)
 
 
 def _folds(table: schema_folds.Fold, number: int, outline: np.ndarray, mouth: tuple[float, float]) -> Iterator[Fold]:

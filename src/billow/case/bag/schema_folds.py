@@ -10,6 +10,7 @@ from pydantic import model_validator
 from billow.case.quantity import Strict, chosen_by, quantity, refused
 
 Distance = quantity("m", 1e-3, 10.0)
+Gap = quantity("m", 1e-4, 0.05)
 MOST_LINES = 100
 
 
@@ -22,7 +23,7 @@ class FoldTable(Strict):
     """Axis across which the fold lines lie; the lines run along the other one."""
     over: bool = True
     """Whether it is folded above the front panel; false for behind the rear panel."""
-    layer_gap: quantity("m", 1e-4, 0.05) = 0.0008
+    layer_gap: Gap = 0.0008
     """Distance between neighbouring sheets; the two panels of a sheet lie at half the smallest of these."""
 
 
@@ -76,6 +77,22 @@ class Roll(FoldTable):
     """Inner radius."""
 
 
+class Tuck(Strict):
+    """The rim is pushed in between the panels, so that four layers lie there. Before all other folds; at most one."""
+
+    chooser: ClassVar[str] = "kind"
+    kind: Literal["tuck"]
+    """tuck"""
+    across: Literal["x", "y"] = "x"
+    """Axis along which the rim is pushed in; its creases run along the other one."""
+    sides: Literal["both", "low", "high"] = "both"
+    """Sides of the mouth that are tucked."""
+    depth: Distance = 0.08
+    """How far the rim is pushed in, measured on the panels from the rim to the crease."""
+    layer_gap: Gap = 0.0008
+    """As of the other folds; layers of the tuck lie half as far apart."""
+
+
 class Relax(Strict):
     """The folded bag comes to rest before it deploys: without gas and damped, between the plates of the case, the flat
     cut comes in. The last table; instead of birth_time."""
@@ -87,7 +104,7 @@ class Relax(Strict):
     """Time over which the flat cut comes in; two fifths of it follow to come to rest."""
 
 
-FOLDS = {"half": HalfFold, "leporello": Leporello, "roll": Roll, "relax": Relax}
+FOLDS = {"half": HalfFold, "leporello": Leporello, "roll": Roll, "tuck": Tuck, "relax": Relax}
 """Table of each kind."""
 
 Fold = chosen_by("kind", FOLDS)

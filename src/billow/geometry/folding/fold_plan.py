@@ -12,7 +12,8 @@ from billow.base.errors import InputError
 from billow.geometry.bag_shapes import BagShape
 from billow.geometry.flat_cut import signed_areas
 from billow.geometry.folding.curve import FoldCurve, Spiral, Straight
-from billow.geometry.folding.folds import Fold
+from billow.geometry.folding.folds import LONGEST, NO_ROOM, THROUGH_A_FOLD, Fold
+from billow.geometry.folding.tuck import Tuck
 from billow.geometry.rectangle_mesh import MARGIN, Row
 from billow.geometry.surface import Surface
 
@@ -49,40 +50,49 @@ class Stage:
 
 @dataclass(frozen=True)
 class FoldPlan:
-    """mouth: (x, y) [m] of its centre, from which the folds count. half: from the bag's middle to a panel [m]. steps:
-    the stages after each of the user's folds."""
+    """mouth: (x, y) [m] of its centre, from which the folds count. half: from the flat bag's middle to a panel [m].
+    steps: the stages after each of the user's folds. tuck: before them, if there is one; it is a step of its own."""
 
     mouth: tuple[float, float]
     half: float
     steps: tuple[tuple[Stage, ...], ...]
+    tuck: Tuck | None = None
 
     @classmethod
     def of(
-        cls, folds: tuple[Fold, ...], outline: np.ndarray, mouth: tuple[float, float], mouth_radius: float, size: float
-    ) -> FoldPlan:
-        """The plan of folds in their order. outline: least and greatest (x, y) [m] of the flat bag, (2, 2); size: edge
-        length of the mesh [m].
+        cls, folds: tuple[Fold, ...], outline: np.ndarray, mouth: tuple[float, float], mouth_radius: float,
+        size: float, half: float, tuck: Tuck | None = None,
+    ) -> FoldPlan:  # fmt: skip
+        """The plan of a tuck, if there is one, and folds in their order. outline: least and greatest (x, y) [m] of the
+        flat bag, (2, 2); size: edge length of the mesh [m]; half: from the flat bag's middle to a panel [m].
 
         Raises InputError E-GEO-040 (through the mouth), E-GEO-041..044 (of a fold), E-GEO-045 (a direction again).
         """
-        half = 0.25 * min(fold.gap for fold in folds)
         done: tuple[Stage, ...] = ()
         steps: dict[int, tuple[Stage, ...]] = {}  # by number of the fold: both sides are one
         thick, middle = half, 0.0
+        if tuck is not None:
+            _require_tuck_fits(tuck, mouth_radius + MARGIN * size, size)
+            steps[tuck.number], thick = (), tuck.thick
         for across, group in itertools.groupby(folds, lambda fold: fold.across):
             own = list(group)
             if any(stage.across == across for stage in done):
                 raise ACROSS_AGAIN(fold=own[0].number)
-            low, high = outline[:, across] - mouth[across]
+            is_tucked = tuck is not None and tuck.across == across
+            low, high = tuck.outline if is_tucked else outline[:, across] - mouth[across]
             curve = FoldCurve.flat(low, high, thick, own[0].gap)
             for fold in own:
                 curve = fold.applied(curve, size)
                 _require_mouth_free(curve, fold, mouth_radius + MARGIN * size)
+                if is_tucked:
+                    _require_beside_tuck(curve, fold, tuck, size)
                 steps[fold.number] = (*done, Stage(across, curve, middle))
             done = steps[own[-1].number]
             bottom, top = curve.height
             thick, middle = 0.5 * (top - bottom), middle + 0.5 * (top + bottom)
-        return cls(mouth, half, tuple(steps.values()))
+        if tuck is not None:
+            tuck = replace(tuck, still=_still(tuck, done, size))
+        return cls(mouth, half, tuple(steps.values()), tuck)
 
     @property
     def stages(self) -> tuple[Stage, ...]:
@@ -95,14 +105,24 @@ class FoldPlan:
 
     @property
     def keeps_lengths(self) -> bool:
-        """Whether the map stretches no yarn: one direction, nothing rolled."""
-        return len(self.stages) == 1 and not any(isinstance(p, Spiral) for p in self.stages[0].curve.pieces)
+        """Whether the map stretches no yarn: one direction, nothing rolled, nothing tucked."""
+        spirals = (isinstance(p, Spiral) for stage in self.stages for p in stage.curve.pieces)
+        return self.tuck is None and len(self.stages) == 1 and not any(spirals)
+
+    @property
+    def folded_last(self) -> int | None:
+        """The axis across which a whole stack is folded, so that its layers bend in one crease; None if none is."""
+        before = {stage.across for stage in self.stages[:-1]} | ({self.tuck.across} if self.tuck else set())
+        return self.stages[-1].across if self.stages and before - {self.stages[-1].across} else None
 
     def rows(self, across: int) -> tuple[Row, ...]:
         """Where the mesh needs rows of nodes along an axis, ascending: the middle of every crease."""
         turns = [turn for stage in self.stages if stage.across == across for turn in stage.curve.turns]
+        rows = [(turn.middle, turn.radius) for turn in turns]
+        if self.tuck and self.tuck.across == across:
+            rows += [(line, self.tuck.half) for line in self.tuck.lines]
         shift = self.mouth[across]
-        return tuple(sorted(Row(shift + t.middle, BESIDE * 0.5 * np.pi * t.radius) for t in turns))
+        return tuple(sorted(Row(shift + place, BESIDE * 0.5 * np.pi * radius) for place, radius in rows))
 
     def pressed(self, shape: BagShape) -> np.ndarray:
         """Positions [m], (nodes, 3), of the bag laid flat: rear panel at z = 0, front panel above, sewn nodes between.
@@ -111,25 +131,31 @@ class FoldPlan:
 
     def folded(self, pressed: np.ndarray) -> np.ndarray:
         """Where points of the pressed bag [m], (n, 3), go."""
-        points = pressed - self._origin
+        points = pressed - self._origin(self.half)
+        points = self.tuck.place(points) if self.tuck else points
         for stage in self.stages:
             s, height = points[:, stage.across], points[:, 2] - stage.middle
             x, z = stage.curve.place(s, height)
             points = _with(points, stage.across, x, z + stage.middle)
-        return points + self._origin
+        return points + self._origin(self._thick)
 
     def unfolded(self, folded: np.ndarray) -> np.ndarray:
         """The inverse of `folded`, that knows only where the points are; nan where they are on no sheet."""
-        points = folded - self._origin
+        points = folded - self._origin(self._thick)
         for stage in reversed(self.stages):
             s, height = stage.curve.unfold(points[:, stage.across], points[:, 2] - stage.middle)
             points = _with(points, stage.across, s, height + stage.middle)
-        return points + self._origin
+        points = self.tuck.unfold(points) if self.tuck else points
+        return points + self._origin(self.half)
 
     @property
-    def _origin(self) -> np.ndarray:
-        """The bag's middle at the mouth [m], (3,)."""
-        return np.array([*self.mouth, self.half])
+    def _thick(self) -> float:
+        """From the middle of the bag, pressed and tucked, to its outer panels [m]."""
+        return self.tuck.thick if self.tuck else self.half
+
+    def _origin(self, height: float) -> np.ndarray:
+        """The bag's middle at the mouth [m], (3,), so high above the rear panel."""
+        return np.array([*self.mouth, height])
 
     def applied(self, shape: BagShape) -> BagShape:
         """The shape at its folded start; all but its positions is that of the flat bag."""
@@ -149,7 +175,7 @@ class FoldPlan:
     @property
     def layers(self) -> int:
         """Layers of fabric over each other, at most."""
-        return 2 * int(np.prod([stage.curve.sheets for stage in self.stages]))
+        return (4 if self.tuck else 2) * int(np.prod([stage.curve.sheets for stage in self.stages]))
 
 
 def _with(points: np.ndarray, axis: int, along: np.ndarray, z: np.ndarray) -> np.ndarray:
@@ -179,3 +205,35 @@ def _require_mouth_free(curve: FoldCurve, fold: Fold, need: float) -> None:
     )  # fmt: skip
     if not isinstance(base, Straight) or base.direction < 0 or base.z != 0.0 or reach < need:
         raise THROUGH_THE_MOUTH(fold=fold.number, there=max(0.0, reach), need=need)
+
+
+def _require_tuck_fits(tuck: Tuck, need: float, size: float) -> None:
+    """The rim stays clear of the mouth [m], and between it and the crease lies more than the elements beside both."""
+    for sign, depth, rim in zip((-1.0, 1.0), tuck.depths, tuck.inner, strict=True):
+        if depth and sign * rim < need:
+            why = (
+                f"its rim would come to lie {max(0.0, sign * rim):.3g} m from the mouth's axis; the mouth and the "
+                f"elements around it need {need:.3g} m"
+            )
+            raise NO_ROOM(fold=tuck.number, why=why, remedy="reduce bag.folds.depth")
+        if depth and depth < LONGEST * size:
+            why = f"it is {depth:.3g} m deep, and elements are {size:.3g} m long"
+            raise NO_ROOM(fold=tuck.number, why=why, remedy="raise bag.folds.depth, or reduce bag.element_size")
+
+
+def _require_beside_tuck(curve: FoldCurve, fold: Fold, tuck: Tuck, size: float) -> None:
+    """No crease lies where four layers are: their elements beside it would have to be alike."""
+    low, high = (rim - sign * LONGEST * size for sign, rim in zip((-1.0, 1.0), tuck.inner, strict=True))
+    for piece in curve.pieces:
+        bent = not isinstance(piece, Straight)
+        if bent and ((tuck.depths[0] and piece.begin < low) or (tuck.depths[1] and piece.end > high)):
+            why = "its line lies where the rim is tucked in, and the inner sleeve has no row of nodes there"
+            raise THROUGH_A_FOLD(fold=fold.number, why=why, remedy="move the line inwards, or reduce the tuck's depth")
+
+
+def _still(tuck: Tuck, stages: tuple[Stage, ...], size: float) -> tuple[float, float]:
+    """Between which places [m] along the tuck's creases later folds bend it, elements beside them included."""
+    turns = [turn for stage in stages if stage.across != tuck.across for turn in stage.curve.turns]
+    if not turns:
+        return (0.5 * sum(tuck.sides),) * 2
+    return min(t.begin for t in turns) - LONGEST * size, max(t.end for t in turns) + LONGEST * size
