@@ -34,7 +34,7 @@ CASES: dict[str, Callable[[], Iterator[Measurement]]] = {
     "T18": particles.mixture, "T19": particles.wall_noise, "T20": particles.leak_audit,
     "T1m": mesh_gas.rigid_tank, "T3m": mesh_gas.choked_blow_down, "T5m": mesh_gas.isentropic_compression,
     "T7": mesh_waves.shock_tube, "T9": mesh_waves.cold_gas_on_a_wall, "T10": mesh_waves.reflected_shock,
-    "T11": mesh_waves.piston, "T12": mesh_gas.at_rest, "T14": mesh_gas.layers_in_a_cell,
+    "T11": mesh_waves.piston, "T12": mesh_gas.at_rest, "T13": whole.mesh_balance, "T14": mesh_gas.layers_in_a_cell,
     "M1": mesh_gas.breathing_sphere, "M2": mesh_gas.jet_on_a_plate, "M3": mesh_gas.turned_bag,
     "M4": mesh_waves.sound, "M5": mesh_waves.order,
     "M6": mesh_vents.vent_of_a_few_cells,

@@ -29,15 +29,15 @@ makes it less than two; where it is more, folds throttle what comes to the hole,
 class Side(NamedTuple):
     """The gas on one side of a passage. state: (clusters, Y + species); gained: (clusters, species + 4), what is given
     to each; mass: [kg], (clusters,), infinite for the surroundings; cluster: of each fragment, (fragments,) int32;
-    coming: the gas that comes to it if it is a hole, as from `gas_before`; own: number of each fragment in the chamber,
-    whose fragments gas leaves at the speeds `through` [m/s]."""
+    coming: the gas that comes to it if it is a hole, as from `gas_before`; patch: of each fragment, through which gas
+    leaves at the speeds `through` [m/s]."""
 
     state: np.ndarray
     gained: np.ndarray
     mass: np.ndarray
     cluster: np.ndarray
     coming: np.ndarray
-    own: np.ndarray
+    patch: np.ndarray
     through: np.ndarray
 
 
@@ -50,8 +50,8 @@ def surroundings(table: np.ndarray, ambient: Ambient, fragments: int) -> Side:
     state[0, RHO], state[0, P], state[0, T] = ambient.pressure / rt, ambient.pressure, ambient.temperature
     state[0, C], state[0, Y:] = np.sqrt(gamma * rt), fractions
     gained, mass = np.zeros((1, len(table) + 4)), np.full(1, np.inf)
-    cluster, own = np.zeros(fragments, np.int32), np.zeros(fragments, np.int64)
-    return Side(state, gained, mass, cluster, state[0, : P + 1], own, np.zeros(1))
+    cluster, patch = np.zeros(fragments, np.int32), np.zeros(fragments, np.int32)
+    return Side(state, gained, mass, cluster, state[0, : P + 1], patch, np.zeros(1))
 
 
 @scalar
@@ -100,12 +100,12 @@ def _stagnation(coming, gamma, inside, moves, m, rows, f, way):
 
 @scalar
 def mean_lead(behind, ahead, rows, fragments):
-    """Pressure behind less that ahead [Pa], mean over the area of a passage; behind, ahead: Sides as plain tuples."""
+    """Pressure behind less that ahead [Pa], mean over the area of a passage; behind, ahead: of each fragment."""
     lead, total = 0.0, 0.0
     for m in range(len(fragments)):
         f = fragments[m]
         a = np.sqrt(rows[f, NORMAL] ** 2 + rows[f, NORMAL + 1] ** 2 + rows[f, NORMAL + 2] ** 2)
-        lead += a * (behind[0][behind[3][m], P] - ahead[0][ahead[3][m], P])
+        lead += a * (behind[m] - ahead[m])
         total += a
     return lead / total if total > 0.0 else 0.0
 
