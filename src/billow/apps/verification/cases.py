@@ -37,7 +37,7 @@ CASES: dict[str, Callable[[], Iterator[Measurement]]] = {
     "T11": mesh_waves.piston, "T12": mesh_gas.at_rest, "T13": whole.mesh_balance, "T14": mesh_gas.layers_in_a_cell,
     "M1": mesh_gas.breathing_sphere, "M2": mesh_gas.jet_on_a_plate, "M3": mesh_gas.turned_bag,
     "M4": mesh_waves.sound, "M5": mesh_waves.order,
-    "M6": mesh_vents.vent_of_a_few_cells,
+    "M6": mesh_vents.vent_of_a_few_cells, "M7": mesh_waves.vortex,
     "U1": gas.two_rooms, "U2": gas.chain, "U3": gas.stiff_chain, "U4": gas.blown_through,
     "U5": gas.cooling, "U5p": particles.cooling,
     "V1": tank.filling, "V2": tank.cooling, "V3": tank.inverse, "V4": tank.band,
