@@ -21,8 +21,12 @@ LONG = {
     "T19",
     "T20",
     "T5m",
+    "T13",
     "M1",
+    "M2",
     "M3",
+    "M6",
+    "M7",
 }  # a second or more, besides compiling
 
 

@@ -23,6 +23,7 @@ from billow.geometry.lattice_clipping import (
     PLACE,
     STRIDE,
     Fragments,
+    Room,
     cell_of,
     clip,
     key_of,
@@ -52,10 +53,11 @@ class Window:
     shape: np.ndarray
     start: np.ndarray
     aperture: np.ndarray
+    room: Room
 
     @classmethod
     def none(cls) -> Window:
-        return cls(np.zeros(3, np.int64), np.zeros(3, np.int64), np.zeros(1, np.int32), np.zeros((0, 3)))
+        return cls(np.zeros(3, np.int64), np.zeros(3, np.int64), np.zeros(1, np.int32), np.zeros((0, 3)), Room())
 
     def about(self, places: np.ndarray) -> None:
         """Lie about places in lattice coordinates (n, 3), with a cell to spare on every side. Raises NumericalStop
@@ -93,6 +95,12 @@ class CutCells:
     inverted: float
 
     @cached_property
+    def triangle(self) -> np.ndarray:
+        """Triangle of each fragment, (fragments,) int32."""
+        first = self.fragments.first
+        return np.repeat(np.arange(len(first) - 1, dtype=np.int32), np.diff(first))
+
+    @cached_property
     def total(self) -> float:
         """Volume of all cells."""
         return float(self.volume.sum())
@@ -102,16 +110,16 @@ def cut_cells(triangles: np.ndarray, sign: np.ndarray, places: np.ndarray, windo
     """triangles: of a closed surface, (n, 3); sign: 1.0 where the normal points out of it, (n,); places: of the nodes,
     in lattice coordinates, (nodes, 3). window: room, which is changed. Raises NumericalStop E-NUM-020."""
     window.about(places[triangles.ravel()])
-    fragments = clip(triangles, sign, places)
+    fragments = clip(triangles, sign, places, window.room)
     low, shape, start, aperture = window.low, window.shape, window.start, window.aperture
     count = len(fragments.key)
     dense, order = np.empty(count, np.int32), np.empty(count, np.int32)
     _sort(fragments.key, low, shape, start, dense, order)
     layers = np.zeros(shape[0] + 1, np.int64)
-    inverted = np.zeros(shape[1])
+    inverted = np.zeros(shape[0])
     rows = len(layers) - 1
     _sum_up(count, shape, start, order, fragments.rows, aperture)
-    _along_x(count, shape, start, order, fragments.rows, low, aperture, layers, inverted)
+    _along_x(count, shape, start, aperture, layers)
     np.cumsum(layers, out=layers)
     cells = int(layers[rows])
     key, volume = np.empty(cells, np.int64), np.empty(cells)
@@ -119,7 +127,21 @@ def cut_cells(triangles: np.ndarray, sign: np.ndarray, places: np.ndarray, windo
     first[cells] = count
     of = np.empty(count, np.int32)
     _collect(
-        count, shape, start, order, fragments.rows, low, aperture, layers, key, volume, apertures, centroid, first, of
+        count,
+        shape,
+        start,
+        order,
+        fragments.rows,
+        low,
+        aperture,
+        layers,
+        key,
+        volume,
+        apertures,
+        centroid,
+        first,
+        of,
+        inverted,
     )
     return CutCells(key, volume, apertures, centroid, fragments, of, first, order, float(inverted.sum()))
 
@@ -175,7 +197,7 @@ def _is_open(aperture, c):
 
 
 @kernel
-def _along_x(n, shape, start, order, rows, low, aperture, layers_out, inverted_out):
+def _along_x(n, shape, start, aperture, layers_out):
     """Running sums along x; then how many cells of each layer there is something of."""
     ny, nz = shape[1], shape[2]
     for j in prange(ny):
@@ -189,23 +211,12 @@ def _along_x(n, shape, start, order, rows, low, aperture, layers_out, inverted_o
             if start[c + 1] > start[c] or _is_open(aperture, c):
                 found += 1
         layers_out[i + 1] = found
-    for j in prange(ny):
-        inverted_out[j] = 0.0
-        for i in range(shape[0]):
-            for k in range(nz):
-                c = (i * ny + j) * nz + k
-                if start[c + 1] > start[c]:
-                    volume = aperture[c, 0]
-                    for m in range(start[c], start[c + 1]):
-                        f = order[m]
-                        volume += (rows[f, PLACE] - (low[0] + i)) * rows[f, NORMAL]
-                    inverted_out[j] += min(volume, 0.0)
 
 
 @kernel
 def _collect(
     n, shape, start, order, rows, low, aperture, layers, key_out, volume_out, aperture_out, centroid_out, first_out,
-    cell_out,
+    cell_out, inverted_out,
 ):  # fmt: skip
     ny, nz = shape[1], shape[2]
     for i in prange(shape[0]):
@@ -223,6 +234,7 @@ def _collect(
                     volume += (rows[f, PLACE] - x) * rows[f, NORMAL]
                     mx, my, mz = mx + rows[f, MOMENT], my + rows[f, MOMENT + 1], mz + rows[f, MOMENT + 2]
                 volume = volume if abs(volume) > NOTHING else 0.0
+                inverted_out[i] += min(volume, 0.0)
                 double = 2.0 * volume if volume != 0.0 else 1.0
                 key_out[at], volume_out[at], first_out[at] = key_of(x, low[1] + j, low[2] + k), volume, begin
                 centroid_out[at, 0] = x + min(max(mx / double, 0.0), 1.0)

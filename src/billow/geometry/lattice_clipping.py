@@ -55,18 +55,28 @@ def cell_of(key):
     return (key >> 42) - FARTHEST, ((key >> 21) & (2 * FARTHEST - 1)) - FARTHEST, (key & (2 * FARTHEST - 1)) - FARTHEST
 
 
-def clip(triangles: np.ndarray, sign: np.ndarray, places: np.ndarray) -> Fragments:
+class Room:
+    """Memory for fragments before they are packed: fresh memory costs as much as filling it."""
+
+    def __init__(self):
+        self.key, self.rows = np.empty(0, np.int64), np.empty((0, COLUMNS))
+
+    def take(self, n: int) -> tuple[np.ndarray, np.ndarray]:
+        if len(self.key) < n:
+            self.key, self.rows = np.empty(n + n // 4, np.int64), np.empty((n + n // 4, COLUMNS))
+        return self.key, self.rows
+
+
+def clip(triangles: np.ndarray, sign: np.ndarray, places: np.ndarray, room: Room) -> Fragments:
     """Fragments in order of triangles. sign: (triangles,), 1.0 where the normal points out of the gas, else -1.0.
     places: of the nodes, in lattice coordinates, (nodes, 3)."""
     n = len(triangles)
     slot = np.zeros(n + 1, np.int64)
     _count(n, triangles, places, slot)
     np.cumsum(slot, out=slot)
-    key, rows, used = np.empty(slot[-1], np.int64), np.empty((slot[-1], COLUMNS)), np.zeros(n + 1, np.int64)
+    (key, rows), used = room.take(int(slot[-1])), np.zeros(n + 1, np.int64)
     _clip(n, triangles, sign, places, slot, key, rows, used)
     np.cumsum(used, out=used)
-    if used[-1] == slot[-1]:
-        return Fragments(used, key, rows)
     packed = Fragments(used, np.empty(used[-1], np.int64), np.empty((used[-1], COLUMNS)))
     _pack(n, slot, key, rows, *packed)
     return packed

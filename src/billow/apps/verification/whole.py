@@ -1,4 +1,4 @@
-"""P3: the balances of a whole run."""
+"""P3 and T13: the balances of a whole run."""
 
 from __future__ import annotations
 
@@ -33,3 +33,14 @@ def energy_balance() -> Iterator[Measurement]:
     yield Measurement("energy residual / largest energy [absolute]", books["energy_residual_of_largest"], 0.0, 2e-2)
     yield Measurement("gas mass ledger, relative [absolute]", books["gas_mass_error"], 0.0, 1e-12)
     yield Measurement("gas energy ledger, relative [absolute]", books["gas_energy_error"], 0.0, 1e-12)
+
+
+def mesh_balance() -> Iterator[Measurement]:
+    """T13: the same bag with the mesh gas; its books, and no gas without room."""
+    case = Case.from_dict(DRIVER).vary({"gas.model": "mesh", "gas.cell": 0.035})
+    with tempfile.TemporaryDirectory() as folder:
+        books = simulate(case, Path(folder) / "run").ledger
+    yield Measurement("energy residual / largest energy [absolute]", books["energy_residual_of_largest"], 0.0, 2e-2)
+    yield Measurement("gas mass ledger, relative [absolute]", books["gas_mass_error"], 0.0, 1e-12)
+    yield Measurement("gas energy ledger, relative [absolute]", books["gas_energy_error"], 0.0, 1e-9)
+    yield Measurement("clusters without room", books["mesh_gas_lost_clusters"], 0.0, 0.5)

@@ -1,6 +1,7 @@
-"""What a cluster holds at the start of a part of a step, and at its end: the sum of everything that happened to it.
+"""What a cluster holds at the start of a part of a step, and what flows into it and out of it.
 
-Each cluster gathers in a fixed order, so that threads change no digit.
+Each cluster gathers in a fixed order, so that threads change no digit. A single cell without walls is its own cluster:
+what it holds is never copied. What a cluster holds at the end is written to its first cell, and shared in the end.
 """
 
 from __future__ import annotations
@@ -10,33 +11,51 @@ import math
 import numpy as np
 from numba import prange
 
-from billow.base.compiled import inlined, kernel, scalar
-from billow.geometry.lattice_clipping import NORMAL
+from billow.base.compiled import kernel, scalar
 from billow.parts.gas.mesh.slopes import forget
-from billow.parts.gas.mesh.thermodynamics import RHO, C, P, T, U, Y, primitive
-from billow.parts.gas.mesh.walls import fragment_velocity, pressure_on
-
-TEAM = 128
-"""Clusters that share scratch."""
+from billow.parts.gas.mesh.thermodynamics import RHO, C, G, P, T, U, Y, contents, primitive, temperature_of
 
 
 @kernel
 def gather(
-    n, start, members, before, after, table, volume, held, temperature, weight, centroid, room, total_out, state_out,
-    place_out, bad_out,
+    n, start, members, walls, before, after, table, volume, held, temperature, sound, weight, centroid, room, total_out,
+    state_out, place_out, walled_out, bad_out,
 ):  # fmt: skip
-    """Totals, state and centroid of n clusters at the start; bad_out: (n,) bool, those with gas but without a state.
+    """Totals (but of single cells without walls), state and centroid of n clusters at the start; walled_out: (n,) bool,
+    those with walls; bad_out: (n,) bool, those with gas but without a state.
 
-    held: (cells, species + 4) and temperature [K] (cells,): of the cells; weight: volume of each at the end [cells],
-    and centroid (cells, 3). room: of a cell [m^3]. A cluster without gas has the pressure zero.
+    walls: first patch of each cell. held: (cells, species + 4), temperature [K] and speed of sound [m/s], (cells,): of
+    the cells; weight: volume of each at the end [cells], and centroid (cells, 3). room: of a cell [m^3]. A cluster
+    without gas has the pressure zero.
     """
     species = len(table)
     for c in prange(n):
+        first = members[start[c]]
+        walled_out[c], bad_out[c] = walls[first + 1] > walls[first], False
+        if start[c + 1] - start[c] == 1 and not walled_out[c]:
+            for d in range(3):
+                place_out[c, d] = centroid[first, d]
+            mass, gas_constant, thermal = contents(table, held, first, species)
+            if mass > 0.0 and thermal > 0.0 and before[c] > 0.0 and temperature[first] > 0.0:
+                heat, share, density = gas_constant * temperature[first], 1.0 / mass, 1.0 / (before[c] * room)
+                state_out[c, RHO], state_out[c, P] = mass * density, heat * density
+                for d in range(3):
+                    state_out[c, U + d] = share * held[first, species + d]
+                state_out[c, C], state_out[c, T] = sound[first], temperature[first]
+                state_out[c, G] = 1.0 + heat / thermal
+                for k in range(species):
+                    state_out[c, Y + k] = share * held[first, k]
+            else:
+                bad_out[c] = mass > 0.0 and before[c] > 0.0
+                for k in range(Y + species):
+                    state_out[c, k] = 0.0
+            continue
         for k in range(species + 4):
             total_out[c, k] = 0.0
         x, y, z, total, guess, most = 0.0, 0.0, 0.0, 0.0, 0.0, -1.0
         for m in range(start[c], start[c + 1]):
             i = members[m]
+            walled_out[c] = walled_out[c] or walls[i + 1] > walls[i]
             mass = 0.0
             for k in range(species + 4):
                 total_out[c, k] += held[i, k]
@@ -47,101 +66,31 @@ def gather(
             w = max(weight[i], 0.0) if after[c] > 0.0 else 1.0
             x, y, z, total = x + w * centroid[i, 0], y + w * centroid[i, 1], z + w * centroid[i, 2], total + w
         place_out[c, 0], place_out[c, 1], place_out[c, 2] = x / total, y / total, z / total
-        bad_out[c] = False
         if not primitive(table, total_out, c, species, before[c] * room, guess, state_out, c):
             bad_out[c] = most > 0.0 and before[c] > 0.0
             for k in range(Y + species):
                 state_out[c, k] = 0.0
 
 
-@inlined
-def _meet(c, at, cut, triangles, velocity, is_link, state, half, slope, place, weight, pressure_out, sums):
-    """Pressure [Pa] on the fragments of cell `at` of a cut, in cluster c; adds to `sums` what they push with beyond the
-    cluster's own pressure (3), and how much of it each speed of the cluster adds (6, the upper half of a matrix), per
-    area of a face and weight."""
-    _, start, order, rows, triangle, through = cut
-    stiffness = weight * state[c, RHO] * state[c, C]
-    for g in range(start[at], start[at + 1]):
-        f = order[g]
-        t = triangle[f]
-        pressure_out[f] = 0.0
-        if not is_link[t]:
-            ux, uy, uz = fragment_velocity(rows, f, triangles, t, velocity)
-            p = pressure_on(state, half, slope, place, c, rows, f, ux, uy, uz, through[f])
-            pressure_out[f] = p
-            nx, ny, nz = rows[f, NORMAL], rows[f, NORMAL + 1], rows[f, NORMAL + 2]
-            push, k = weight * (p - state[c, P]), stiffness / math.sqrt(nx * nx + ny * ny + nz * nz)
-            sums[0], sums[1], sums[2] = sums[0] + push * nx, sums[1] + push * ny, sums[2] + push * nz
-            sums[3], sums[4], sums[5] = sums[3] + k * nx * nx, sums[4] + k * nx * ny, sums[5] + k * nx * nz
-            sums[6], sums[7], sums[8] = sums[6] + k * ny * ny, sums[7] + k * ny * nz, sums[8] + k * nz * nz
-
-
-@scalar
-def _give_way(sums, scale):
-    """Change of the cluster's velocity [m/s] by its walls, and the share of it that their pressure knows of.
-
-    scale: dt times area of a face over mass. Between close walls gas stops within less than a step. Walls that only
-    know its velocity at the start would throw it back and forth, harder each time; so as much of the change is made
-    known to them as it takes that they just stop it.
-    """
-    stiff = scale * (sums[3] + sums[6] + sums[8])
-    known = 1.0 - 1.0 / stiff if stiff > 1.0 else 0.0
-    k = known * scale
-    a, b, c = 1.0 + k * sums[3], k * sums[4], k * sums[5]
-    d, e, f = 1.0 + k * sums[6], k * sums[7], 1.0 + k * sums[8]
-    x, y, z = -scale * sums[0], -scale * sums[1], -scale * sums[2]
-    first, second, third = d * f - e * e, c * e - b * f, b * e - c * d
-    whole = a * first + b * second + c * third
-    return (
-        (first * x + second * y + third * z) / whole,
-        (second * x + (a * f - c * c) * y + (b * c - a * e) * z) / whole,
-        (third * x + (b * c - a * e) * y + (a * d - b * b) * z) / whole,
-        known,
-    )
-
-
-@inlined
-def _push(c, at, cut, triangles, velocity, is_link, state, way, weight, new, species, work_out):
-    """Push of the fragments of cell `at` of a cut on cluster c, into new; work_out: the pressure on each, and after it
-    the work [J]. way: as returned by `_give_way`. weight: times dt and the area of a face."""
-    _, start, order, rows, triangle, _ = cut
-    back = way[3] * state[c, RHO] * state[c, C]
-    for g in range(start[at], start[at + 1]):
-        f = order[g]
-        t = triangle[f]
-        if not is_link[t]:
-            p, nx, ny, nz = work_out[f], rows[f, NORMAL], rows[f, NORMAL + 1], rows[f, NORMAL + 2]
-            if back > 0.0:
-                p += back * (way[0] * nx + way[1] * ny + way[2] * nz) / math.sqrt(nx * nx + ny * ny + nz * nz)
-            ux, uy, uz = fragment_velocity(rows, f, triangles, t, velocity)
-            push, work = weight * (p - state[c, P]), weight * p * (nx * ux + ny * uy + nz * uz)
-            new[c, species] -= push * nx
-            new[c, species + 1] -= push * ny
-            new[c, species + 2] -= push * nz
-            new[c, species + 3] -= work
-            work_out[f] = work
-
-
 @kernel
 def add_fluxes(
-    n, start, members, beside, aperture, of, in_old, in_new, old_start, new_start, total, gained, state, flux, face, dt,
-    next_out, walled_out,
+    n, start, members, beside, aperture, of, walled, after, table, held, total, gained, state, flux, face, dt, held_out,
+    temperature_out, sound_out, bad_out,
 ):  # fmt: skip
-    """Totals of n clusters after a part of dt [s], walls still missing, into next_out; walled_out: (n,) bool, where
-    there are any. gained: (n, species + 4), from sources, passages and openings. face: area of a face [m^2]."""
-    species = total.shape[1] - 4
+    """What n clusters hold after a part of dt [s], into held_out of their first cells, and the temperature and speed of
+    sound there; of those with walls both are still missing. gained: (n, species + 4), what those with walls get from
+    sources, passages and openings. face: area [m^2] of a cell. bad_out: (n,) bool, those that have gas and no state."""
+    species = len(table)
     for c in prange(n):
+        first, bad_out[c] = members[start[c]], False
         for k in range(species + 4):
-            next_out[c, k] = total[c, k] + gained[c, k]
-        walled_out[c] = False
+            if walled[c]:
+                held_out[first, k] = total[c, k] + gained[c, k]
+            else:
+                held_out[first, k] = held[first, k] if start[c + 1] - start[c] == 1 else total[c, k]
         p = state[c, P]
-        if not p > 0.0:
-            continue
-        for m in range(start[c], start[c + 1]):
+        for m in range(start[c], start[c + 1] if p > 0.0 else start[c]):
             i = members[m]
-            a, b = in_old[i], in_new[i]
-            if (a >= 0 and old_start[a + 1] > old_start[a]) or (b >= 0 and new_start[b + 1] > new_start[b]):
-                walled_out[c] = True
             for side in range(6):
                 j, d = beside[i, side], side // 2
                 own = side % 2 == 1
@@ -152,81 +101,41 @@ def add_fluxes(
                     continue
                 # The still walls: what closes the cell, at the pressure of the cluster.
                 sign = dt * face if own else -dt * face
-                next_out[c, species + d] += sign * p * aperture[k, d]
+                held_out[first, species + d] += sign * p * aperture[k, d]
                 if of[j] == c:
                     continue
-                mass = flux[k, d, 0]
-                upwind = np.int64(c) if (mass > 0.0) == own else np.int64(of[j])  # c is unsigned in threads
+                mass = sign * flux[k, d, 0]
+                upwind = np.int64(c) if mass > 0.0 else np.int64(of[j])  # c is unsigned in threads
                 for s in range(species):
-                    next_out[c, s] -= sign * mass * state[upwind, Y + s]
+                    held_out[first, s] -= mass * state[upwind, Y + s]
                 for v in range(3):
-                    next_out[c, species + v] -= sign * flux[k, d, U + v]
-                next_out[c, species + 3] -= sign * flux[k, d, 4]
+                    held_out[first, species + v] -= sign * flux[k, d, U + v]
+                held_out[first, species + 3] -= sign * flux[k, d, 4]
+        if not walled[c]:
+            mass, gas_constant, thermal = contents(table, held_out, first, species)
+            temperature_out[first], sound_out[first] = 0.0, 0.0
+            if thermal > 0.0 and after[c] > 0.0:
+                t, cp = temperature_of(table, held_out, first, species, gas_constant, thermal, state[c, T])
+                temperature_out[first] = t
+                sound_out[first] = math.sqrt(cp / (cp - gas_constant) * gas_constant * t / mass)
+            else:
+                bad_out[c] = mass != 0.0 and after[c] > 0.0
 
 
 @kernel
-def add_walls(
-    n, clusters, start, members, old, new, triangles, velocity, is_link, total, state, half, slope, place, face, dt,
-    middle, next_out, old_work_out, new_work_out,
-):  # fmt: skip
-    """Add what walls do to n of the clusters. old, new: (number of each cell, start, order, rows, triangle, speed of
-    what flows through) of the fragments of the surface before and after, which count as `middle`, a share of time,
-    says."""
-    species = total.shape[1] - 4
-    for team in prange((n + TEAM - 1) // TEAM):
-        sums = np.empty(9)
-        for at in range(team * TEAM, min(n, (team + 1) * TEAM)):
-            c, mass = clusters[at], 0.0
-            for s in range(species):
-                mass += total[c, s]
-            for k in range(9):
-                sums[k] = 0.0
-            for m in range(start[c], start[c + 1]):
-                a, b = old[0][members[m]], new[0][members[m]]
-                if a >= 0:
-                    _meet(
-                        c, a, old, triangles, velocity, is_link, state, half, slope, place, 1.0 - middle, old_work_out,
-                        sums,
-                    )  # fmt: skip
-                if b >= 0:
-                    _meet(
-                        c, b, new, triangles, velocity, is_link, state, half, slope, place, middle, new_work_out, sums
-                    )
-            way = _give_way(sums, dt * face / mass)
-            late = dt * face * middle
-            for m in range(start[c], start[c + 1]):
-                a, b, early = old[0][members[m]], new[0][members[m]], dt * face - late
-                if a >= 0:
-                    _push(c, a, old, triangles, velocity, is_link, state, way, early, next_out, species, old_work_out)
-                if b >= 0:
-                    _push(c, b, new, triangles, velocity, is_link, state, way, late, next_out, species, new_work_out)
-
-
-@kernel
-def new_states(n, after, table, total, room, state, state_out, bad_out):
-    """States of n clusters that hold these totals at the end; bad_out: (n,) bool, those that have none."""
-    species = len(table)
+def share_out(n, start, members, after, weight, held, temperature, sound):
+    """Share what the first cells of n clusters hold among their cells, by volume at the end; room for gas or not,
+    nothing is lost."""
     for c in prange(n):
-        bad_out[c], some = False, False
-        for s in range(species):
-            some = some or total[c, s] != 0.0
-        if some and after[c] > 0.0:
-            bad_out[c] = not primitive(table, total, c, species, after[c] * room, state[c, T], state_out, c)
-        if bad_out[c] or not (some and after[c] > 0.0):
-            for k in range(Y + species):
-                state_out[c, k] = 0.0
-
-
-@kernel
-def hand_back(n, of, start, after, weight, total, state, held_out, temperature_out, sound_out):
-    """Share the totals of clusters among their n cells, by volume at the end; room for gas or not, nothing is lost."""
-    species_and_more = total.shape[1]
-    for i in prange(n):
-        c = of[i]
-        share = weight[i] / after[c] if after[c] > 0.0 else 1.0 / (start[c + 1] - start[c])
-        for k in range(species_and_more):
-            held_out[i, k] = share * total[c, k]
-        temperature_out[i], sound_out[i] = state[c, T], state[c, 5]
+        if start[c + 1] - start[c] == 1:
+            continue
+        first = members[start[c]]
+        for m in range(start[c + 1] - 1, start[c] - 1, -1):  # the first one last
+            i = members[m]
+            share = weight[i] / after[c] if after[c] > 0.0 else 1.0 / (start[c + 1] - start[c])
+            for k in range(held.shape[1]):
+                held[i, k] = share * held[first, k]
+            temperature[i], sound[i] = temperature[first], sound[first]
 
 
 @scalar

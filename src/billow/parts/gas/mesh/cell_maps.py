@@ -71,9 +71,3 @@ def cell_here(in_cut: np.ndarray, cut: CutCells) -> np.ndarray:
     there = in_cut >= 0
     here[in_cut[there]] = np.flatnonzero(there)
     return here[cut.cell]
-
-
-def triangle_of(cut: CutCells) -> np.ndarray:
-    """Triangle of each fragment, (fragments,) int32."""
-    first = cut.fragments.first
-    return np.repeat(np.arange(len(first) - 1, dtype=np.int32), np.diff(first))

@@ -183,15 +183,15 @@ class Exchange:
         row, (behind, ahead) = self.ways.supply.passages.rows[k], self.ways.through_walls[k]
         a, b = self.chambers[row.behind], self.chambers[row.ahead]
         sides = (
-            (True, a.old, a.old_triangle, a.old_cell_of_fragment, b.old_cell_of_fragment, 1.0 - a.middle),
-            (False, a.new, a.fragment_triangle, a.cell_of_fragment, b.cell_of_fragment, a.middle),
+            (True, a.old, a.old_cell_of_fragment, b.old_cell_of_fragment, 1.0 - a.middle),
+            (False, a.new, a.cell_of_fragment, b.cell_of_fragment, a.middle),
         )
-        for old, cut, triangle, cell_a, cell_b, share in sides:
+        for old, cut, cell_a, cell_b, share in sides:
             fragments = a.fragments_of(behind, old)
             self.gas.passed[k] += link(
                 a.state, b.state, a.gained, b.gained, a.of[cell_a[fragments]], b.of[cell_b[b.fragments_of(ahead, old)]],
-                cut.fragments.rows, fragments, triangle, a.walls.triangles, self.velocity, self.ways.cell**2,
-                share * dt, len(self.ways.supply.table),
+                cut.fragments.rows, fragments, cut.triangle, a.walls.triangles, self.velocity,
+                self.ways.cell**2, share * dt, len(self.ways.supply.table),
             )  # fmt: skip
 
     def _blow(self, middle: float, dt: float) -> None:
@@ -233,16 +233,26 @@ class Exchange:
                 cell = moved.old_cell_of_fragment if place.old else moved.cell_of_fragment
                 mass, cluster = moved.total[:, :-4].sum(axis=1), moved.of[cell[own]]
                 coming = np.zeros(P + 1) if row.kind == FABRIC else moved.before(cluster)
-                through = moved.through[0 if place.old else 1]
-                found.append(Side(moved.state, moved.gained, mass, cluster, coming, own, through))
+                patch = (moved.patches.of_old if place.old else moved.patches.of_new)[own]
+                found.append(Side(moved.state, moved.gained, mass, cluster, coming, patch, moved.through))
         return found[0], found[1]
+
+    def _pressures(self, chamber: int, own: np.ndarray | None, fragments: int) -> np.ndarray:
+        """Pressure [Pa] on fragments in a chamber at the end of the step, of the surroundings for None."""
+        if own is None:
+            return np.full(fragments, self.ways.supply.ambient.pressure)
+        moved = self.chambers[chamber]
+        return moved.state[moved.of[moved.cell_of_fragment[own]], P]
 
     def open_passages(self, time: float, dt: float) -> None:
         """Open what opens by the pressures on its own area at `time` [s], or bursts in the step after it."""
         for k, row in enumerate(self.ways.supply.passages.rows):
             if not self.gas.is_open[k]:
                 place = self.places[k][-1]
-                behind, ahead = self._both(k, place)
+                behind, ahead = (
+                    self._pressures(c, own, len(place.fragments))
+                    for c, own in zip((row.behind, row.ahead), place.both, strict=True)
+                )
                 rows, _ = self.chambers[place.main].fragments(False)
-                lead = mean_lead(tuple(behind), tuple(ahead), rows, place.fragments)
+                lead = mean_lead(behind, ahead, rows, place.fragments)
                 self.gas.is_open[k] = lead >= row.opens_at or time + dt >= row.bursts_at

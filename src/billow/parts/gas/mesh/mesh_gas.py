@@ -21,8 +21,7 @@ from billow.parts.gas.mesh.scratch import Scratch
 from billow.parts.gas.mesh.setup import VAN_LEER, Setup
 from billow.parts.gas.mesh.sheet import Sheet, fastest
 from billow.parts.gas.mesh.state import MeshState
-from billow.parts.gas.mesh.walls import press
-from billow.parts.gas.mesh.work import add_load, pay, work_of
+from billow.parts.gas.mesh.work import add_load
 from billow.parts.gas.supply.mixture import mixture_enthalpy, mixture_gamma, mixture_gas_constant
 from billow.parts.part import MYLAR_VOLUME, Loads, Setting
 
@@ -119,10 +118,12 @@ class MeshGas(Setup, SwitchableGas):
             for c in range(len(gas.sheets))
         ]  # fmt: skip
         exchange = Exchange.begin(self.ways, gas, chambers, bag, velocity)
-        for middle, *_ in zip(*(chamber.parts(dt, parts, time) for chamber in chambers), strict=True):
+        steps = (chamber.parts(s, before, dt, parts, time) for chamber, s in zip(chambers, gas.sheets, strict=True))
+        for middle, *_ in zip(*steps, strict=True):
             exchange.flow(middle, dt / parts)
         for chamber, sheet, cut in zip(chambers, gas.sheets, new, strict=True):
-            self._push(gas, chamber, sheet, cut, before, positions)
+            work, against = chamber.push(sheet, before, positions, self.supply.ambient.pressure)
+            gas.work, gas.ambient_work = gas.work + float(work.sum()), gas.ambient_work + float(against.sum())
             gas.adopted, gas.lost = gas.adopted + chamber.adopted, gas.lost + chamber.lost
             gas.donors += chamber.donors
             gas.inverted = max(gas.inverted, -cut.inverted / max(cut.total, 1e-300))
@@ -130,32 +131,6 @@ class MeshGas(Setup, SwitchableGas):
         gas.parts += parts
         exchange.open_passages(time + dt, dt)
         self._close_books(gas)
-
-    def _push(
-        self, gas: MeshState, chamber: Moved, sheet: Sheet, cut: CutCells, before: np.ndarray, positions: np.ndarray
-    ) -> None:
-        """The new force, and its work together with the old one's."""
-        walls, n = chamber.walls, len(chamber.walls.index)
-        force = np.empty((n, 3, 3))
-        press(
-            n, cut.fragments.first, chamber.cell_of_fragment, cut.fragments.rows, chamber.of, walls.triangles,
-            chamber.velocity, chamber.is_link, chamber.through[1], chamber.state, chamber.slope, chamber.place,
-            self.cell**2, force,
-        )  # fmt: skip
-        work, against = np.empty(n), np.empty(n)
-        work_of(
-            n, walls.triangles, before, positions, sheet.force, force, walls.sign, walls.outer,
-            self.supply.ambient.pressure, work, against,
-        )  # fmt: skip
-        sheet.force = force
-        sheet.owed += work - chamber.booked
-        pay(
-            sheet.owed, cut.fragments.first, cut.fragments.rows, chamber.cell_of_fragment, chamber.of, chamber.held,
-            len(chamber.state),
-        )  # fmt: skip
-        chamber.write(sheet)
-        gas.work += float(work.sum())
-        gas.ambient_work += float(against.sum())
 
     def longest_part(self, gas: MeshState) -> float:
         """Longest part of a step [s]."""

@@ -7,20 +7,22 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numba import prange
 
-from billow.base.compiled import kernel, scalar
+from billow.base.compiled import scalar
 from billow.base.errors import NumericalStop
 from billow.geometry.cut_cells import CutCells, neighbours, unite
-from billow.parts.gas.mesh.balance import add_fluxes, add_walls, forget_slopes, gather, hand_back, new_states
-from billow.parts.gas.mesh.cell_maps import blend, cell_here, geometry, spread, through, triangle_of
-from billow.parts.gas.mesh.clusters import Clusters, find_clusters
+from billow.parts.gas.mesh.balance import add_fluxes, forget_slopes, gather, share_out
+from billow.parts.gas.mesh.cell_maps import blend, cell_here, geometry, spread, through
+from billow.parts.gas.mesh.clusters import find_clusters
 from billow.parts.gas.mesh.fluxes import face_fluxes
 from billow.parts.gas.mesh.passages import gas_before
+from billow.parts.gas.mesh.patches import Patches
 from billow.parts.gas.mesh.scratch import Scratch
 from billow.parts.gas.mesh.sheet import Sheet, Walls, pace_of
-from billow.parts.gas.mesh.slopes import VALUES, find_slopes
+from billow.parts.gas.mesh.slopes import HALF, VALUES, find_slopes
 from billow.parts.gas.mesh.thermodynamics import Y
+from billow.parts.gas.mesh.walls import BOOKS, add_walls, load
+from billow.parts.gas.mesh.work import debts, settle
 
 NEGATIVE = NumericalStop.declare(
     "E-NUM-021",
@@ -50,6 +52,7 @@ class Moved:
     in_old: np.ndarray
     in_new: np.ndarray
     beside: np.ndarray
+    patches: Patches
     held: np.ndarray
     temperature: np.ndarray
     sound: np.ndarray
@@ -69,30 +72,40 @@ class Moved:
         key, at_both, in_new = unite(with_gas, new.key)
         in_sheet, in_old = through(at_both, at_sheet), through(at_both, at_old)
         n, species = len(key), len(table)
-        scratch.turn += 1
-        held, temperature = scratch.takes_turns("held", n, species + 4), scratch.takes_turns("temperature", n)
-        sound = scratch.takes_turns("sound", n)
+        held, temperature, sound = cls._room(scratch, n, species)
         spread(n, in_sheet, sheet.held, sheet.temperature, sheet.sound, held, temperature, sound)
         return cls(
             walls, scratch, table, h, origin, old, new, velocity, is_link, second_order, key, in_old, in_new,
-            neighbours(key),
-            held, temperature, sound,
+            neighbours(key), Patches.find(in_old, in_new, old, new, walls.triangles, velocity), held, temperature,
+            sound,
         )  # fmt: skip
 
-    def parts(self, dt: float, parts: int, time: float) -> Iterator[float]:
-        """Advance by dt [s] from `time` in equal parts. Stops in each, once the state at its start is known: sources,
-        passages and openings add to `gained`, say which clusters are `fed` and how fast [m/s] gas leaves `through`
-        the fragments of holes. Yields the time [s] in its middle."""
+    @staticmethod
+    def _room(scratch: Scratch, n: int, species: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Memory for what n cells hold, their temperature and speed of sound; what was taken before is still there."""
+        scratch.pass_on()
+        return (
+            scratch.takes_turns("held", n, species + 4),
+            scratch.takes_turns("temperature", n),
+            scratch.takes_turns("sound", n),
+        )
+
+    def parts(self, sheet: Sheet, positions: np.ndarray, dt: float, parts: int, time: float) -> Iterator[float]:
+        """Advance by dt [s] from `time` in equal parts; positions [m]: of the nodes at the start. Stops in each, once
+        the state at its start is known: sources, passages and openings add to `gained`, say which clusters are `fed`
+        and how fast [m/s] gas leaves `through` the patches of holes. Yields the time [s] in its middle."""
         n, species, dt = len(self.key), len(self.table), dt / parts
         take = self.scratch.take
         whole, volume = take("whole", 2, n), take("volume", 2, n)
+        self.volume = volume
         aperture, centroid = take("aperture", n, 3), take("centroid", n, 3)
         geometry(
             n, self.key, self.in_old, self.in_new, self.old.volume, self.new.volume, self.old.centroid,
             self.new.centroid, whole, centroid,
         )  # fmt: skip
-        self.booked = np.zeros(len(self.walls.triangles))
-        flux = take("flux", n, 3, VALUES)
+        patches = self.patches
+        flux, owed = take("flux", n, 3, VALUES), take("owed", len(self.walls.index))
+        debts(len(owed), self.walls.triangles, positions, self.h**2, sheet.owed, owed)
         for part in range(parts):
             begin, end = part / parts, (part + 1) / parts
             self.middle = middle = 0.5 * (begin + end)
@@ -100,6 +113,8 @@ class Moved:
                 n, self.beside, self.in_old, self.in_new, self.old.aperture, self.new.aperture, whole, begin, end,
                 volume, aperture,
             )  # fmt: skip
+            if parts > 1:
+                patches.turn(self.old, self.new, middle)
             pace = pace_of(self.held, self.sound)
             clusters = find_clusters(self.key, self.beside, volume, aperture, pace, dt / self.h)
             self.of, self.clusters, self.aperture = clusters.of, clusters, aperture
@@ -107,77 +122,87 @@ class Moved:
             count = len(clusters.before)
             self.total, self.state = take("total", count, species + 4), take("state", count, Y + species)
             self.place, bad = take("place", count, 3), np.empty(count, np.bool_)
+            walled = np.empty(count, np.bool_)
             gather(
-                count, clusters.start, clusters.members, clusters.before, clusters.after, self.table, volume[0],
-                self.held, self.temperature, volume[1], centroid, self.h**3, self.total, self.state, self.place, bad,
+                count, clusters.start, clusters.members, patches.start, clusters.before, clusters.after, self.table,
+                volume[0], self.held, self.temperature, self.sound, volume[1], centroid, self.h**3, self.total,
+                self.state, self.place, walled, bad,
             )  # fmt: skip
             if bad.any():
-                raise self._negative(clusters, int(bad.argmax()), self.total, time + part * dt)
-            self.gained, self.fed = self.scratch.zeros("gained", count, species + 4), np.empty(0, np.int32)
-            self.through = (
-                self.scratch.zeros("old_through", len(self.old.cell)),
-                self.scratch.zeros("new_through", len(self.new.cell)),
-            )
+                first = int(bad.argmax())
+                raise self._negative(self.held[clusters.members[clusters.start[first]]], first, time + part * dt)
+            self.with_walls = np.flatnonzero(walled)
+            self.gained, self.fed = take("gained", count, species + 4), np.empty(0, np.int32)
+            self.gained[self.with_walls] = 0.0  # all that gains
+            self.through = self.scratch.zeros("through", len(patches.old))
             yield time + (part + 0.5) * dt
-            self.slope, half = take("slope", count, 3, VALUES), take("half", count, VALUES)
+            slope, half = take("slope", count, 3, VALUES), take("half", count, HALF)
             find_slopes(
-                count, clusters.start, clusters.members, clusters.of, self.beside, aperture, self.in_new,
-                self.new.start, self.new.order, self.new.fragments.rows, self.fragment_triangle,
-                self.walls.triangles, self.velocity, self.through[1], self.state, self.place, dt / self.h,
-                self.second_order, self.slope, half,
+                count, clusters.start, clusters.members, clusters.of, self.beside, aperture, patches.start,
+                patches.rows, self.through, self.state, self.place, dt / self.h, self.second_order, slope, half,
             )  # fmt: skip
-            self._finish(clusters, volume[1], aperture, flux, half, dt, middle, time + part * dt)
+            self._finish(flux, slope, half, walled, owed, dt, time + part * dt)
+            settle(patches.triangle, self.booked, sheet.owed)
+            owed.fill(0.0)
 
     def _finish(
-        self, clusters: Clusters, volume: np.ndarray, aperture: np.ndarray, flux: np.ndarray, half: np.ndarray,
-        dt: float, middle: float, time: float,
+        self, flux: np.ndarray, slope: np.ndarray, half: np.ndarray, walled: np.ndarray, owed: np.ndarray, dt: float,
+        time: float,
     ) -> None:  # fmt: skip
         """Fluxes and walls; where a cluster would run out of energy, again with it as a donor cell."""
-        half[self.fed] = self.state[self.fed, :VALUES]  # the half step knows nothing of sources
-        n, count, new = len(self.key), len(clusters.before), self.new
-        scratch = self.scratch
-        total, state = scratch.take("new_total", *self.total.shape), scratch.take("new_state", *self.state.shape)
-        work = scratch.zeros("old_work", len(self.old.cell)), scratch.zeros("new_work", len(new.cell))
-        bad, walled, second_order = np.empty(count, np.bool_), np.empty(count, np.bool_), self.second_order
+        half[self.fed, :VALUES] = self.state[self.fed, :VALUES]  # the half step knows nothing of sources
+        n, clusters, patches, aperture = len(self.key), self.clusters, self.patches, self.aperture
+        count, scratch, start, members = len(clusters.before), self.scratch, clusters.start, clusters.members
+        held, temperature, sound = self._room(scratch, n, len(self.table))
+        state, bad = scratch.take("new_state", *self.state.shape), np.empty(count, np.bool_)
+        self.booked, face, room = scratch.take("booked", len(patches.old), BOOKS), self.h**2, self.h**3
         while True:
             face_fluxes(
-                n, self.key, self.beside, aperture, clusters.of, self.state, half, self.slope, self.place, second_order,
-                flux,
-            )  # fmt: skip
+                n, self.key, self.beside, aperture, clusters.of, half, slope, self.place, self.second_order, flux
+            )
             add_fluxes(
-                count, clusters.start, clusters.members, self.beside, aperture, clusters.of, self.in_old, self.in_new,
-                self.old.start, new.start, self.total, self.gained, self.state, flux, self.h**2, dt, total, walled,
+                count, start, members, self.beside, aperture, clusters.of, walled, clusters.after, self.table,
+                self.held, self.total, self.gained, self.state, flux, face, dt, held, temperature, sound, bad,
             )  # fmt: skip
-            with_walls = np.flatnonzero(walled)
             add_walls(
-                len(with_walls), with_walls, clusters.start, clusters.members,
-                (self.in_old, self.old.start, self.old.order, *self.fragments(True), self.through[0]),
-                (self.in_new, new.start, new.order, *self.fragments(False), self.through[1]),
-                self.walls.triangles, self.velocity, self.is_link, self.total, self.state, half, self.slope,
-                self.place, self.h**2, dt, middle, total, *work,
+                len(self.with_walls), self.with_walls, start, members, clusters.after, patches.start,
+                patches.triangle, patches.rows, self.is_link, self.through, self.table, self.state, half, slope,
+                self.place, self.total, owed, face, room, dt, held, temperature, sound, state, bad, self.booked,
             )  # fmt: skip
-            new_states(count, clusters.after, self.table, total, self.h**3, self.state, state, bad)
             if not bad.any():
                 break
-            hopeless, first = forget_slopes(bad, self.state, self.slope, half)
+            hopeless, first = forget_slopes(bad, self.state, slope, half)
             if hopeless == bad.sum():
-                raise self._negative(clusters, first, total, time)
+                raise self._negative(held[members[start[first]]], first, time)
             self.donors += int(bad.sum()) - hopeless
-        for cut, done in zip((self.old, new), work, strict=True):
-            _add_up(len(self.booked), cut.fragments.first, done, self.booked)
-        hand_back(
-            n, clusters.of, clusters.start, clusters.after, volume, total, state, self.held, self.temperature,
-            self.sound,
-        )  # fmt: skip
-        self.state, self.after = state, clusters.after
+        share_out(count, start, members, clusters.after, self.volume[1], held, temperature, sound)
+        self.held, self.temperature, self.sound, self.state = held, temperature, sound, state
 
-    def _negative(self, clusters: Clusters, first: int, total: np.ndarray, time: float) -> NumericalStop:
-        x, y, z = self.origin + self.place[first] * self.h
-        m, momentum = total[first, :-4].sum(), total[first, -4:-1]
-        energy = total[first, -1] - 0.5 * float(momentum @ momentum) / m
-        return NEGATIVE(
-            chamber=self.walls.name, x=x, y=y, z=z, time=1e3 * time, volume=clusters.after[first], energy=energy
-        )
+    def push(
+        self, sheet: Sheet, before: np.ndarray, after: np.ndarray, ambient: float
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """New forces on the fabric. before, after: positions of the nodes [m]; ambient: pressure [Pa]. Returns the work
+        [J] of the gas on each triangle, and of the ambient pressure against it."""
+        walls, patches, n, fragments = self.walls, self.patches, len(self.walls.index), self.new.fragments
+        force, work, against = np.empty((n, 3, 3)), np.empty(n), np.empty(n)
+        load(
+            n, walls.triangles, before, after, fragments.first, fragments.rows, patches.of_new, self.booked,
+            self.is_link, self.h**2, walls.sign, walls.outer, ambient, sheet.force, force, work, against,
+        )  # fmt: skip
+        self.scratch.keep()
+        sheet.force = force
+        sheet.owed += work
+        cells = _close_up(self.key, self.held, self.temperature, self.sound)
+        sheet.key, sheet.held = self.key[:cells], self.held[:cells]
+        sheet.temperature, sheet.sound = self.temperature[:cells], self.sound[:cells]
+        return work, against
+
+    def _negative(self, held: np.ndarray, cluster: int, time: float) -> NumericalStop:
+        x, y, z = self.origin + self.place[cluster] * self.h
+        m, momentum = held[:-4].sum(), held[-4:-1]
+        energy = held[-1] - 0.5 * float(momentum @ momentum) / m
+        volume = self.clusters.after[cluster]
+        return NEGATIVE(chamber=self.walls.name, x=x, y=y, z=z, time=1e3 * time, volume=volume, energy=energy)
 
     def before(self, cluster: np.ndarray) -> np.ndarray:
         """The gas that comes to a hole, (5,); cluster: of each of its fragments."""
@@ -187,16 +212,7 @@ class Moved:
     def fragments(self, old: bool) -> tuple[np.ndarray, np.ndarray]:
         """Fragments of the old surface or the new one: rows, and the triangle of each."""
         cut = self.old if old else self.new
-        return cut.fragments.rows, self.old_triangle if old else self.fragment_triangle
-
-    @cached_property
-    def fragment_triangle(self) -> np.ndarray:
-        """Triangle of each fragment of the new surface, (fragments,) int32."""
-        return triangle_of(self.new)
-
-    @cached_property
-    def old_triangle(self) -> np.ndarray:
-        return self.fragment_triangle if self.old is self.new else triangle_of(self.old)
+        return cut.fragments.rows, cut.triangle
 
     @cached_property
     def cell_of_fragment(self) -> np.ndarray:
@@ -212,12 +228,6 @@ class Moved:
         first = (self.old if old else self.new).fragments.first
         count = first[triangles + 1] - first[triangles]
         return np.repeat(first[triangles] - np.cumsum(count) + count, count) + np.arange(count.sum())
-
-    def write(self, sheet: Sheet) -> None:
-        """Keep what cells hold after the step."""
-        n = _close_up(self.key, self.held, self.temperature, self.sound)
-        sheet.key, sheet.held = self.key[:n], self.held[:n]
-        sheet.temperature, sheet.sound = self.temperature[:n], self.sound[:n]
 
 
 @scalar
@@ -235,10 +245,3 @@ def _close_up(key, held, temperature, sound):
                     held[n, k] = held[i, k]
             n += 1
     return n
-
-
-@kernel
-def _add_up(n, first, of_fragment, of_triangle):
-    for t in prange(n):
-        for f in range(first[t], first[t + 1]):
-            of_triangle[t] += of_fragment[f]

@@ -4,11 +4,22 @@ from __future__ import annotations
 
 import numpy as np
 
-from billow.base.compiled import scalar
-from billow.geometry.lattice_clipping import NORMAL
+from billow.base.compiled import inlined, scalar
+from billow.geometry.lattice_clipping import NORMAL, WEIGHT
 from billow.parts.gas.mesh.riemann import hllc
 from billow.parts.gas.mesh.thermodynamics import RHO, C, G, P, U, Y
-from billow.parts.gas.mesh.walls import fragment_velocity
+
+
+@inlined
+def fragment_velocity(rows, f, triangles, t, velocity):
+    """Velocity [m/s] of the centroid of fragment f, of triangle t; velocity: of the nodes, (nodes, 3)."""
+    a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
+    p, q, r = rows[f, WEIGHT], rows[f, WEIGHT + 1], rows[f, WEIGHT + 2]
+    return (
+        p * velocity[a, 0] + q * velocity[b, 0] + r * velocity[c, 0],
+        p * velocity[a, 1] + q * velocity[b, 1] + r * velocity[c, 1],
+        p * velocity[a, 2] + q * velocity[b, 2] + r * velocity[c, 2],
+    )
 
 
 @scalar
@@ -38,8 +49,8 @@ def link(
         across_a = np.sqrt(max(all_a - along_a * along_a, 0.0))
         across_b = np.sqrt(max(all_b - along_b * along_b, 0.0))
         mass, push, _, _, energy = hllc(
-            state_a[a, RHO], along_a, across_a, 0.0, state_a[a, P], state_a[a, G], state_a[a, C],
-            state_b[b, RHO], along_b, across_b, 0.0, state_b[b, P], state_b[b, G], state_b[b, C],
+            state_a[a, RHO], along_a, across_a, 0.0, state_a[a, P], 1.0 / (state_a[a, G] - 1.0), state_a[a, C],
+            state_b[b, RHO], along_b, across_b, 0.0, state_b[b, P], 1.0 / (state_b[b, G] - 1.0), state_b[b, C],
         )  # fmt: skip
         up, c, along = (state_a, a, along_a) if mass > 0.0 else (state_b, b, along_b)
         k, speed = size * area * dt, v[0] * v[0] + v[1] * v[1] + v[2] * v[2]

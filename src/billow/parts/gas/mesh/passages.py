@@ -21,23 +21,19 @@ from billow.parts.gas.supply.passages import FABRIC, KIND, LAW, effective_area
 LARGEST_SHARE = 0.25
 """Of a cluster's mass that may leave, or come, in a part of a step."""
 
-MOST_LOST = 3.0
-"""How many times the lead over the pressure outside of the gas at a hole that of the gas before it may be. The scheme
-makes it less than two; where it is more, folds throttle what comes to the hole, and the loss is true."""
-
 
 class Side(NamedTuple):
     """The gas on one side of a passage. state: (clusters, Y + species); gained: (clusters, species + 4), what is given
     to each; mass: [kg], (clusters,), infinite for the surroundings; cluster: of each fragment, (fragments,) int32;
-    coming: the gas that comes to it if it is a hole, as from `gas_before`; own: number of each fragment in the chamber,
-    whose fragments gas leaves at the speeds `through` [m/s]."""
+    coming: the gas that comes to it if it is a hole, as from `gas_before`; patch: of each fragment, through which gas
+    leaves at the speeds `through` [m/s]."""
 
     state: np.ndarray
     gained: np.ndarray
     mass: np.ndarray
     cluster: np.ndarray
     coming: np.ndarray
-    own: np.ndarray
+    patch: np.ndarray
     through: np.ndarray
 
 
@@ -50,8 +46,8 @@ def surroundings(table: np.ndarray, ambient: Ambient, fragments: int) -> Side:
     state[0, RHO], state[0, P], state[0, T] = ambient.pressure / rt, ambient.pressure, ambient.temperature
     state[0, C], state[0, Y:] = np.sqrt(gamma * rt), fractions
     gained, mass = np.zeros((1, len(table) + 4)), np.full(1, np.inf)
-    cluster, own = np.zeros(fragments, np.int32), np.zeros(fragments, np.int64)
-    return Side(state, gained, mass, cluster, state[0, : P + 1], own, np.zeros(1))
+    cluster, patch = np.zeros(fragments, np.int32), np.zeros(fragments, np.int32)
+    return Side(state, gained, mass, cluster, state[0, : P + 1], patch, np.zeros(1))
 
 
 @scalar
@@ -100,21 +96,26 @@ def _stagnation(coming, gamma, inside, moves, m, rows, f, way):
 
 @scalar
 def mean_lead(behind, ahead, rows, fragments):
-    """Pressure behind less that ahead [Pa], mean over the area of a passage; behind, ahead: Sides as plain tuples."""
+    """Pressure behind less that ahead [Pa], mean over the area of a passage; behind, ahead: of each fragment."""
     lead, total = 0.0, 0.0
     for m in range(len(fragments)):
         f = fragments[m]
         a = np.sqrt(rows[f, NORMAL] ** 2 + rows[f, NORMAL + 1] ** 2 + rows[f, NORMAL + 2] ** 2)
-        lead += a * (behind[0][behind[3][m], P] - ahead[0][ahead[3][m], P])
+        lead += a * (behind[m] - ahead[m])
         total += a
     return lead / total if total > 0.0 else 0.0
 
 
 @scalar
-def _throttled(behind, ahead, rows, fragments):
-    """Share of the lead of the gas that comes to a hole that gets there, by the mean over its area: 1 if the loss may
-    be the scheme's."""
-    at_hole, coming = 0.0, 0.0
+def _throttled(behind, ahead, rows, fragments, flux):
+    """Share of the lead of the coming gas that gets to a hole, by the mean over its area; flux: what the hole
+    would pass of it per area [kg/(m^2 s)].
+
+    Gas that comes without loss still has at the hole its pressure less that of its speed there, flux^2/(2 rho)
+    (Bernoulli). Where the scheme makes entropy of that speed there is no less. So whatever is missing beyond it was
+    lost on the way, by folds that throttle it.
+    """
+    at_hole, coming, total = 0.0, 0.0, 0.0
     for m in range(len(fragments)):
         f = fragments[m]
         size = np.sqrt(rows[f, NORMAL] ** 2 + rows[f, NORMAL + 1] ** 2 + rows[f, NORMAL + 2] ** 2)
@@ -122,7 +123,14 @@ def _throttled(behind, ahead, rows, fragments):
         if p_behind > 0.0 and p_ahead > 0.0:
             at_hole += size * (p_behind - p_ahead)
             coming += size * (behind[4][P] - ahead[4][P])
-    return min(max(MOST_LOST * at_hole / coming, 0.0), 1.0) if coming != 0.0 else 1.0
+            total += size
+    forth = coming >= 0.0
+    density = behind[4][RHO] if forth else ahead[4][RHO]
+    lossless = abs(coming) - total * 0.5 * flux * flux / density
+    arrives = at_hole if forth else -at_hole
+    if arrives >= lossless:
+        return 1.0
+    return max(arrives, 0.0) / lossless if lossless > 0.0 else 0.0
 
 
 @scalar
@@ -143,36 +151,45 @@ def flow_through(
     for m in range(n):
         f = fragments[m]
         total += np.sqrt(rows[f, NORMAL] ** 2 + rows[f, NORMAL + 1] ** 2 + rows[f, NORMAL + 2] ** 2)
-    share = 1.0 if porous else _throttled(behind, ahead, rows, fragments)
-    wanted, moves = np.zeros(n), np.zeros((n, 3))
+    share, wanted, moves = 1.0, np.zeros(n), np.zeros((n, 3))
     from_behind, from_ahead = np.zeros(len(behind[2])), np.zeros(len(ahead[2]))
     for m in range(n):
-        f, b, a = fragments[m], behind[3][m], ahead[3][m]
-        p_behind, p_ahead = behind[0][b, P], ahead[0][a, P]
-        if not (p_behind > 0.0 and p_ahead > 0.0):
-            continue
-        t = triangle[f]
-        size = np.sqrt(rows[f, NORMAL] ** 2 + rows[f, NORMAL + 1] ** 2 + rows[f, NORMAL + 2] ** 2)
+        f, t = fragments[m], triangle[fragments[m]]
         for d in range(3):
             for corner in range(3):
                 moves[m, d] += rows[f, WEIGHT + corner] * velocity[triangles[t, corner], d]
-        if not porous:
-            p_behind, p_ahead = behind[4][P], ahead[4][P]
-        forth = p_behind >= p_ahead
-        up, c, inside = (behind[0], b, behind[2][b] < np.inf) if forth else (ahead[0], a, ahead[2][a] < np.inf)
-        gamma, rt = up[c, C] ** 2 * up[c, RHO] / up[c, P], up[c, P] / up[c, RHO]
-        if not porous:
-            low = min(p_behind, p_ahead)
-            coming, way = (behind[4], sign / size) if forth else (ahead[4], -sign / size)
-            high, rt = _stagnation(coming, gamma, inside, moves, m, rows, f, way)
-            high = low + share * (high - low)
-            p_behind, p_ahead = (high, low) if forth else (low, high)
-        area = effective_area(passages, k, present, 0.0, time, p_behind, p_ahead) * size / total * open_share[m]
-        high, low = max(p_behind, p_ahead), min(p_behind, p_ahead)
-        flow = dt * area * conductance(plan[k, LAW], high, low, gamma, rt) * (high - low)
-        wanted[m] = flow if forth else -flow
-        from_behind[b] += abs(flow)
-        from_ahead[a] += abs(flow)
+    for throttling in range(1 if porous else 2):
+        whole, free = 0.0, 0.0
+        for m in range(n):
+            f, b, a = fragments[m], behind[3][m], ahead[3][m]
+            p_behind, p_ahead, wanted[m] = behind[0][b, P], ahead[0][a, P], 0.0
+            if not (p_behind > 0.0 and p_ahead > 0.0):
+                continue
+            size = np.sqrt(rows[f, NORMAL] ** 2 + rows[f, NORMAL + 1] ** 2 + rows[f, NORMAL + 2] ** 2)
+            if not porous:
+                p_behind, p_ahead = behind[4][P], ahead[4][P]
+            forth = p_behind >= p_ahead
+            up, c, inside = (behind[0], b, behind[2][b] < np.inf) if forth else (ahead[0], a, ahead[2][a] < np.inf)
+            gamma, rt = up[c, C] ** 2 * up[c, RHO] / up[c, P], up[c, P] / up[c, RHO]
+            if not porous:
+                low = min(p_behind, p_ahead)
+                coming, way = (behind[4], sign / size) if forth else (ahead[4], -sign / size)
+                high, rt = _stagnation(coming, gamma, inside, moves, m, rows, f, way)
+                high = low + share * (high - low)
+                p_behind, p_ahead = (high, low) if forth else (low, high)
+            area = effective_area(passages, k, present, 0.0, time, p_behind, p_ahead) * size / total * open_share[m]
+            high, low = max(p_behind, p_ahead), min(p_behind, p_ahead)
+            flow = dt * area * conductance(plan[k, LAW], high, low, gamma, rt) * (high - low)
+            wanted[m] = flow if forth else -flow
+            whole += flow
+            free += present * size / total * open_share[m]
+        if not porous and throttling == 0:
+            share = _throttled(behind, ahead, rows, fragments, whole / (dt * free)) if whole > 0.0 else 1.0
+            if share == 1.0:
+                break
+    for m in range(n):
+        from_behind[behind[3][m]] += abs(wanted[m])
+        from_ahead[ahead[3][m]] += abs(wanted[m])
     for m in range(n):
         if wanted[m] == 0.0:
             continue

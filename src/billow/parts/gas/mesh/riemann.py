@@ -17,34 +17,35 @@ EMPTIEST = 0.05
 
 
 @scalar
-def hllc(rho_l, u_l, v_l, w_l, p_l, g_l, c_l, rho_r, u_r, v_r, w_r, p_r, g_r, c_r):
+def hllc(rho_l, u_l, v_l, w_l, p_l, e_l, c_l, rho_r, u_r, v_r, w_r, p_r, e_r, c_r):
     """Fluxes per area of mass, momentum along the normal and both tangents, and energy, from left to right.
 
-    rho, p: density and pressure; u: velocity along the normal, v, w: across it; g: 1 + p/(rho e); c: speed of sound.
+    rho, p: density and pressure; u: velocity along the normal, v, w: across it; e: internal energy over p; c: speed of
+    sound.
     """
     slow, fast = min(u_l - c_l, u_r - c_r), max(u_l + c_l, u_r + c_r)
     q_l, q_r = rho_l * (slow - u_l), rho_r * (fast - u_r)
     middle = (p_r - p_l + u_l * q_l - u_r * q_r) / (q_l - q_r)
     if middle >= 0.0:
-        rho, u, v, w, p, g, s, q = rho_l, u_l, v_l, w_l, p_l, g_l, slow, q_l
+        rho, u, v, w, p, e, s, q = rho_l, u_l, v_l, w_l, p_l, e_l, slow, q_l
         outrun = slow >= 0.0
     else:
-        rho, u, v, w, p, g, s, q = rho_r, u_r, v_r, w_r, p_r, g_r, fast, q_r
+        rho, u, v, w, p, e, s, q = rho_r, u_r, v_r, w_r, p_r, e_r, fast, q_r
         outrun = fast <= 0.0
-    energy = p / (g - 1.0) + 0.5 * rho * (u * u + v * v + w * w)
+    energy = p * e + 0.5 * rho * (u * u + v * v + w * w)
     if outrun:
         return rho * u, rho * u * u + p, rho * u * v, rho * u * w, u * (energy + p)
-    p_star, share = p + q * (middle - u), (s - u) / (s - middle)
+    p_star, narrow = p + q * (middle - u), 1.0 / (s - middle)
+    share = (s - u) * narrow
     mass = rho * share * middle
-    energy_star = share * energy + (p_star * middle - p * u) / (s - middle)
+    energy_star = share * energy + (p_star * middle - p * u) * narrow
     return mass, mass * middle + p_star, mass * v, mass * w, middle * (energy_star + p_star)
 
 
 @scalar
-def wall_pressure(rho, p, c, du):
-    """Pressure [Pa] at a wall that gas of this density, pressure and speed of sound meets with the relative speed du
-    [m/s] along the wall's normal: the exact solution of half a Riemann problem, shock or fan."""
-    g = c * c * rho / p
+def wall_pressure(rho, p, c, g, du):
+    """Pressure [Pa] at a wall that gas of this density, pressure, speed of sound and gamma meets with the relative
+    speed du [m/s] along the wall's normal: the exact solution of half a Riemann problem, shock or fan."""
     if abs(du) < SLOW * c:
         return p + rho * du * (c + 0.25 * (g + 1.0) * du)
     if du > 0.0:

@@ -12,11 +12,19 @@ class Scratch:
 
     def __init__(self):
         self._kept: dict[str, np.ndarray] = {}
-        self.turn = 0
+        self.turn = self.kept = 0
+
+    def pass_on(self) -> None:
+        """Let the next array take its turn: neither the last one nor the one that is kept."""
+        self.turn = 3 - self.turn - self.kept if self.turn != self.kept else (self.turn + 1) % 3
+
+    def keep(self) -> None:
+        """Keep the present ones until the next call."""
+        self.kept = self.turn
 
     def takes_turns(self, name: str, *shape: int) -> np.ndarray:
-        """An array whose content is still there in the turn after this one."""
-        return self.take(f"{name}{self.turn % 2}", *shape)
+        """The array whose turn it is."""
+        return self.take(f"{name}{self.turn}", *shape)
 
     def take(self, name: str, *shape: int) -> np.ndarray:
         """An array of any content, until the next one of this name."""

@@ -73,25 +73,48 @@ def temperature_of(table, totals, i, species, gas_constant, thermal, guess):
 
 
 @scalar
-def primitive(table, totals, i, species, volume, guess, state, row):
-    """State of a control volume of `volume` [m^3] with totals[i]: masses [kg] (species,), momentum [kg m/s] (3,) and
-    energy [J]; into state[row]. Returns whether there is one: positive mass and internal energy."""
+def contents(table, totals, i, species):
+    """Mass [kg], gas constant times mass [J/K] and internal energy [J] of totals[i]: masses [kg] (species,), momentum
+    [kg m/s] (3,) and energy [J]; the last is zero without mass."""
     m, gas_constant = 0.0, 0.0
     for s in range(species):
         m += totals[i, s]
         gas_constant += totals[i, s] * table[s, 0]
-    if not (m > 0.0 and volume > 0.0):
-        return False
-    u, v, w = totals[i, species] / m, totals[i, species + 1] / m, totals[i, species + 2] / m
-    thermal = totals[i, species + 3] - 0.5 * m * (u * u + v * v + w * w)
-    if not thermal > 0.0:
+    if not m > 0.0:
+        return m, gas_constant, 0.0
+    u, v, w = totals[i, species], totals[i, species + 1], totals[i, species + 2]
+    return m, gas_constant, totals[i, species + 3] - 0.5 * (u * u + v * v + w * w) / m
+
+
+@scalar
+def primitive(table, totals, i, species, volume, guess, state, row):
+    """State of a control volume of `volume` [m^3] that holds totals[i], into state[row]. Returns whether there is one:
+    positive mass and internal energy."""
+    m, gas_constant, thermal = contents(table, totals, i, species)
+    if not (m > 0.0 and volume > 0.0 and thermal > 0.0):
         return False
     t, cp = temperature_of(table, totals, i, species, gas_constant, thermal, guess)
-    state[row, RHO], state[row, U], state[row, U + 1], state[row, U + 2] = m / volume, u, v, w
-    state[row, P] = gas_constant * t / volume
-    state[row, C] = math.sqrt(cp / (cp - gas_constant) * gas_constant * t / m)
-    state[row, G] = 1.0 + gas_constant * t / thermal
+    heat, share, density = gas_constant * t, 1.0 / m, 1.0 / volume
+    state[row, RHO], state[row, P] = m * density, heat * density
+    for d in range(3):
+        state[row, U + d] = share * totals[i, species + d]
+    state[row, C] = math.sqrt(cp / (cp - gas_constant) * heat * share)
+    state[row, G] = 1.0 + heat / thermal
     state[row, T] = t
     for s in range(species):
-        state[row, Y + s] = totals[i, s] / m
+        state[row, Y + s] = share * totals[i, s]
     return True
+
+
+@scalar
+def new_state(table, totals, i, species, volume, guess, state, c):
+    """State of totals[i] in `volume` [m^3] into state[c], zeros if there is no gas or no room; returns whether there
+    are both and yet no state."""
+    if primitive(table, totals, i, species, volume, guess, state, c):
+        return False
+    some = False
+    for s in range(species):
+        some = some or totals[i, s] != 0.0
+    for k in range(Y + species):
+        state[c, k] = 0.0
+    return some and volume > 0.0

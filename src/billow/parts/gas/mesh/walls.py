@@ -1,71 +1,178 @@
-"""Pressure of the gas on fragments of fabric, and the load on the fabric that follows."""
+"""What walls do to the gas in a part of a step, and the gas to the walls.
+
+A wall pushes with the pressure of half a Riemann problem about the state half-way through the part. The force on the
+fabric at the end of the step is that pressure and half of what a wall would feel of the change of the cluster's state
+in the part, dp + rho c n.du. So what gas and fabric give each other over a time is the same but for what the first and
+the last step change: the impulse is of second order in the step, and exact where the flow is steady.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 from numba import prange
 
-from billow.base.compiled import inlined, kernel
-from billow.geometry.lattice_clipping import NORMAL, PLACE, WEIGHT
+from billow.base.compiled import kernel, scalar
+from billow.geometry.lattice_clipping import NORMAL, WEIGHT
+from billow.geometry.triangle import double_area_vector
+from billow.parts.gas.mesh.patches import AREA, AT, BEFORE, SIDE, SPEED
 from billow.parts.gas.mesh.riemann import wall_pressure
-from billow.parts.gas.mesh.thermodynamics import RHO, C, P, U
+from billow.parts.gas.mesh.slopes import GAMMA
+from billow.parts.gas.mesh.thermodynamics import RHO, USUAL, C, P, T, U, new_state
 
+END, GIVEN, BOOKS = 0, 1, 2
+"""Columns of what is booked for a patch, and their number."""
+LARGEST_SHARE = 0.02
+"""Of the thermal energy of a cluster that is taken for debts in one step, at most; the rest is owed until the next."""
 LEAST, MOST = 0.5, 2.0
 """Bounds of the pressure that slopes extrapolate to a wall, relative to that of the cluster."""
+TEAM = 128
+"""Clusters that share scratch."""
 
 
-@inlined
-def fragment_velocity(rows, f, triangles, t, velocity):
-    """Velocity [m/s] of the centroid of fragment f, of triangle t; velocity: of the nodes, (nodes, 3)."""
-    a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
-    p, q, r = rows[f, WEIGHT], rows[f, WEIGHT + 1], rows[f, WEIGHT + 2]
+@scalar
+def _give_way(sums, scale):
+    """Change of the cluster's velocity [m/s] by its walls, and the share of it that their pressure knows of.
+
+    scale: dt times area of a face over mass. Between close walls gas stops within less than a step. Walls that only
+    know its velocity at the start would throw it back and forth, harder each time; so as much of the change is made
+    known to them as it takes that they just stop it.
+    """
+    stiff = scale * (sums[3] + sums[6] + sums[8])
+    known = 1.0 - 1.0 / stiff if stiff > 1.0 else 0.0
+    k = known * scale
+    a, b, c = 1.0 + k * sums[3], k * sums[4], k * sums[5]
+    d, e, f = 1.0 + k * sums[6], k * sums[7], 1.0 + k * sums[8]
+    x, y, z = -scale * sums[0], -scale * sums[1], -scale * sums[2]
+    first, second, third = d * f - e * e, c * e - b * f, b * e - c * d
+    whole = a * first + b * second + c * third
     return (
-        p * velocity[a, 0] + q * velocity[b, 0] + r * velocity[c, 0],
-        p * velocity[a, 1] + q * velocity[b, 1] + r * velocity[c, 1],
-        p * velocity[a, 2] + q * velocity[b, 2] + r * velocity[c, 2],
+        (first * x + second * y + third * z) / whole,
+        (second * x + (a * f - c * c) * y + (b * c - a * e) * z) / whole,
+        (third * x + (b * c - a * e) * y + (a * d - b * b) * z) / whole,
+        known,
     )
 
 
-@inlined
-def pressure_on(state, centre, slope, place, c, rows, f, ux, uy, uz, through):
-    """Pressure [Pa] of the gas of cluster c on fragment f that moves with (ux, uy, uz) and that it passes at the speed
-    `through` [m/s].
+@kernel
+def add_walls(
+    n, clusters, start, members, after, walls, patches, rows, is_link, through, table, state, half, slope, place, total,
+    per_area, face, room, dt, held_out, temperature_out, sound_out, state_out, bad_out, booked_out,
+):  # fmt: skip
+    """Add what walls do to n of the clusters, and find their states.
 
-    centre: (clusters, 5), the state rho, u, v, w, p that the slopes, (clusters, 3, 5) per cell, belong to. place: of
-    the clusters' centroids, (clusters, 3), in lattice coordinates.
+    clusters: their numbers; start, members, after: as in Clusters; walls, patches, rows: first patch of each cell, and
+    of the patches triangle and rows; is_link: of the triangles; through: speed [m/s] at which gas leaves through each
+    patch. total: what clusters held before. per_area: what is owed for triangles [J per face of a cell], to be paid
+    now. face, room: area [m^2] and volume [m^3] of a cell. held_out, temperature_out, sound_out: as in `add_fluxes`.
+    booked_out: (patches, BOOKS), pressure [Pa] at the end, and what the gas has given: work and debt [J].
     """
-    nx, ny, nz = rows[f, NORMAL], rows[f, NORMAL + 1], rows[f, NORMAL + 2]
-    area = np.sqrt(nx * nx + ny * ny + nz * nz)
-    dx, dy, dz = rows[f, PLACE] - place[c, 0], rows[f, PLACE + 1] - place[c, 1], rows[f, PLACE + 2] - place[c, 2]
-    du = (centre[c, U] + slope[c, 0, U] * dx - ux) * nx
-    du += (centre[c, U + 1] + slope[c, 1, U + 1] * dy - uy) * ny
-    du += (centre[c, U + 2] + slope[c, 2, U + 2] * dz - uz) * nz
-    p = centre[c, P]
-    p = min(max(p + slope[c, 0, P] * dx + slope[c, 1, P] * dy + slope[c, 2, P] * dz, LEAST * p), MOST * p)
-    speed_of_sound = state[c, C] * np.sqrt(centre[c, P] / state[c, P] * state[c, RHO] / centre[c, RHO])
-    du /= area
-    return wall_pressure(centre[c, RHO], p, speed_of_sound, du - min(max(du, 0.0), through))
+    species = len(table)
+    for team in prange((n + TEAM - 1) // TEAM):
+        sums = np.empty(9)
+        for at in range(team * TEAM, min(n, (team + 1) * TEAM)):
+            c = clusters[at]
+            first, own, mass, flow, debt = members[start[c]], state[c, P], 0.0, 0.0, 0.0
+            for s in range(species):
+                mass += total[c, s]
+            if not own > 0.0:  # nothing was there to push
+                bad_out[c] = new_state(table, held_out, first, species, after[c] * room, USUAL, state_out, c)
+                temperature_out[first], sound_out[first] = state_out[c, T], state_out[c, C]
+                for m in range(start[c], start[c + 1]):
+                    for q in range(walls[members[m]], walls[members[m] + 1]):
+                        booked_out[q, END], booked_out[q, GIVEN] = state_out[c, P], 0.0
+                continue
+            sums[:] = 0.0
+            rho_c = state[c, RHO] * state[c, C]
+            rho, u, v, w, p = half[c, RHO], half[c, U], half[c, U + 1], half[c, U + 2], half[c, P]
+            gamma, x, y, z = half[c, GAMMA], place[c, 0], place[c, 1], place[c, 2]
+            sound = np.sqrt(gamma * p / rho)
+            u_x, v_y, w_z = slope[c, 0, U], slope[c, 1, U + 1], slope[c, 2, U + 2]
+            p_x, p_y, p_z = slope[c, 0, P], slope[c, 1, P], slope[c, 2, P]
+            for m in range(start[c], start[c + 1]):
+                for q in range(walls[members[m]], walls[members[m] + 1]):
+                    debt += per_area[patches[q]] * rows[q, BEFORE]
+                    booked_out[q, END] = 0.0
+                    if is_link[patches[q]]:
+                        continue
+                    nx, ny, nz, area = rows[q, SIDE], rows[q, SIDE + 1], rows[q, SIDE + 2], rows[q, AREA]
+                    dx, dy, dz = rows[q, AT] - x, rows[q, AT + 1] - y, rows[q, AT + 2] - z
+                    du = (u + u_x * dx - rows[q, SPEED]) * nx + (v + v_y * dy - rows[q, SPEED + 1]) * ny
+                    du += (w + w_z * dz - rows[q, SPEED + 2]) * nz
+                    there = min(max(p + p_x * dx + p_y * dy + p_z * dz, LEAST * p), MOST * p)
+                    on = wall_pressure(rho, there, sound, gamma, du - min(max(du, 0.0), through[q]))
+                    booked_out[q, END] = on
+                    push, k = area * (on - own), rho_c * area
+                    sums[0], sums[1], sums[2] = sums[0] + push * nx, sums[1] + push * ny, sums[2] + push * nz
+                    sums[3], sums[4], sums[5] = sums[3] + k * nx * nx, sums[4] + k * nx * ny, sums[5] + k * nx * nz
+                    sums[6], sums[7], sums[8] = sums[6] + k * ny * ny, sums[7] + k * ny * nz, sums[8] + k * nz * nz
+            dvx, dvy, dvz, known = _give_way(sums, dt * face / mass)
+            back, px, py, pz, work = known * rho_c, 0.0, 0.0, 0.0, 0.0
+            share = 0.0
+            if debt != 0.0:
+                for d in range(3):
+                    flow += total[c, species + d] ** 2
+                limit = LARGEST_SHARE * (total[c, species + 3] - 0.5 * flow / mass)
+                share = min(max(debt, -limit), limit) / debt
+            for m in range(start[c], start[c + 1]):
+                for q in range(walls[members[m]], walls[members[m] + 1]):
+                    paid = share * per_area[patches[q]] * rows[q, BEFORE]
+                    booked_out[q, GIVEN] = paid
+                    if is_link[patches[q]]:
+                        continue
+                    nx, ny, nz, area = rows[q, SIDE], rows[q, SIDE + 1], rows[q, SIDE + 2], rows[q, AREA]
+                    on = booked_out[q, END] + back * (dvx * nx + dvy * ny + dvz * nz)
+                    push = area * (on - own)
+                    px, py, pz = px + push * nx, py + push * ny, pz + push * nz
+                    moves = rows[q, SPEED] * nx + rows[q, SPEED + 1] * ny + rows[q, SPEED + 2] * nz
+                    booked_out[q, END], booked_out[q, GIVEN] = on, paid + dt * face * area * on * moves
+                    work += dt * face * area * on * moves
+            held_out[first, species] -= dt * face * px
+            held_out[first, species + 1] -= dt * face * py
+            held_out[first, species + 2] -= dt * face * pz
+            held_out[first, species + 3] -= work + share * debt
+            bad_out[c] = new_state(table, held_out, first, species, after[c] * room, state[c, T], state_out, c)
+            temperature_out[first], sound_out[first] = state_out[c, T], state_out[c, C]
+            if state_out[c, P] > 0.0:
+                dp, rise = 0.5 * (state_out[c, P] - own), 0.5 * rho_c
+                dvx, dvy = rise * (state_out[c, U] - state[c, U]), rise * (state_out[c, U + 1] - state[c, U + 1])
+                dvz = rise * (state_out[c, U + 2] - state[c, U + 2])
+                for m in range(start[c], start[c + 1]):
+                    for q in range(walls[members[m]], walls[members[m] + 1]):
+                        nx, ny, nz = rows[q, SIDE], rows[q, SIDE + 1], rows[q, SIDE + 2]
+                        booked_out[q, END] = max(booked_out[q, END] + dp + dvx * nx + dvy * ny + dvz * nz, 0.0)
 
 
 @kernel
-def press(n, first, cell, rows, of, triangles, velocity, is_link, through, state, slope, place, area, force_out):
-    """Forces [N] of the gas on the corners of n triangles, (n, 3, 3), absolute. through: speed [m/s] at which gas
-    leaves through each fragment. area: of a cell's face [m^2].
+def load(
+    n, triangles, before, after, first, rows, of, booked, is_link, face, sign, outer, ambient, force, force_out,
+    work_out, against_out,
+):  # fmt: skip
+    """Forces [N] of the gas on the corners of n triangles at the end of a step, (n, 3, 3), absolute; their work [J]
+    over the step, and that of the ambient pressure [Pa] against them, (n,).
 
-    The slopes are those of the last step, about the new state.
+    before, after: positions of the nodes [m]. first, rows, of: of the fragments after the step, and the patch of each;
+    booked: of the patches. force: at the start.
     """
     for t in prange(n):
         for k in range(3):
             for d in range(3):
                 force_out[t, k, d] = 0.0
-        if is_link[t]:
-            continue
         for f in range(first[t], first[t + 1]):
-            c = of[cell[f]]
-            if not state[c, P] > 0.0:
-                continue
-            ux, uy, uz = fragment_velocity(rows, f, triangles, t, velocity)
-            push = area * pressure_on(state, state, slope, place, c, rows, f, ux, uy, uz, through[f])
-            for k in range(3):
-                for d in range(3):
-                    force_out[t, k, d] += push * rows[f, NORMAL + d] * rows[f, WEIGHT + k]
+            if not is_link[t]:
+                push = face * booked[of[f], END]
+                for k in range(3):
+                    for d in range(3):
+                        force_out[t, k, d] += push * rows[f, WEIGHT + k] * rows[f, NORMAL + d]
+        a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
+        ux, uy, uz = double_area_vector(before, a, b, c)
+        vx, vy, vz = double_area_vector(after, a, b, c)
+        pull = ambient * sign[t] / 12.0 if outer[t] else 0.0
+        mean = (pull * (ux + vx), pull * (uy + vy), pull * (uz + vz))
+        work, against = 0.0, 0.0
+        for k in range(3):
+            node = triangles[t, k]
+            for d in range(3):
+                way = after[node, d] - before[node, d]
+                work += 0.5 * (force[t, k, d] + force_out[t, k, d]) * way
+                against += mean[d] * way
+        work_out[t], against_out[t] = work, against

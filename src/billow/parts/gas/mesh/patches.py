@@ -1,0 +1,138 @@
+"""Patches: where a triangle lies in a cell during a step, its fragments there before and after the step together.
+
+Walls count as the mean over time of both fragments, weighted as the time says. As one they cost half of two, and cell
+by cell they lie together in memory, so that a cluster finds its walls in one place.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import prange
+
+from billow.base.compiled import kernel, scalar
+from billow.geometry.cut_cells import CutCells
+from billow.geometry.lattice_clipping import NORMAL, PLACE, WEIGHT
+
+SIDE, AREA, AT, SPEED, BEFORE = 0, 3, 4, 7, 10
+"""Columns of a patch: unit normal, out of the gas, and area [faces] in the middle of a part of the step; centroid, in
+lattice coordinates; velocity [m/s]; area before the step [faces]."""
+COLUMNS = 11
+
+
+class Patches(NamedTuple):
+    """start: (cells + 1,) int32, those of cell i are start[i] to start[i + 1], in order of triangles. triangle, old,
+    new: (n,) int32, the triangle of each and its fragments in the cuts before and after, or -1. of_old, of_new:
+    (fragments,) int32, the patch of each fragment. rows: (n, COLUMNS)."""
+
+    start: np.ndarray
+    triangle: np.ndarray
+    old: np.ndarray
+    new: np.ndarray
+    of_old: np.ndarray
+    of_new: np.ndarray
+    rows: np.ndarray
+
+    @classmethod
+    def find(
+        cls, in_old: np.ndarray, in_new: np.ndarray, old: CutCells, new: CutCells, triangles: np.ndarray,
+        velocity: np.ndarray,
+    ) -> Patches:  # fmt: skip
+        """In the middle of the step. in_old, in_new: number of each cell in the cuts before and after, or -1.
+        triangles, velocity [m/s]: of the walls and their nodes."""
+        cells = len(in_old)
+        start = np.zeros(cells + 1, np.int32)
+        cuts = (old.start, old.order, old.triangle), (new.start, new.order, new.triangle)
+        _count(cells, in_old, in_new, *cuts, start)
+        np.cumsum(start, out=start)
+        n = int(start[-1])
+        triangle, f_old, f_new = np.empty(n, np.int32), np.empty(n, np.int32), np.empty(n, np.int32)
+        of_old, of_new = np.empty(len(old.cell), np.int32), np.empty(len(new.cell), np.int32)
+        rows = np.empty((n, COLUMNS))
+        _fill(
+            cells, in_old, in_new, *cuts, start, old.fragments.rows, new.fragments.rows, triangles, velocity, triangle,
+            f_old, f_new, of_old, of_new, rows,
+        )  # fmt: skip
+        return cls(start, triangle, f_old, f_new, of_old, of_new, rows)
+
+    def turn(self, old: CutCells, new: CutCells, middle: float) -> None:
+        """Normals and areas at another time, as a share of the step."""
+        _turn(len(self.old), self.old, self.new, old.fragments.rows, new.fragments.rows, middle, self.rows)
+
+
+@kernel
+def _count(n, in_old, in_new, old, new, start_out):
+    for i in prange(n):
+        a, b = in_old[i], in_new[i]
+        f, f_end = (old[0][a], old[0][a + 1]) if a >= 0 else (0, 0)
+        g, g_end = (new[0][b], new[0][b + 1]) if b >= 0 else (0, 0)
+        found = 0
+        while f < f_end or g < g_end:
+            first = old[2][old[1][f]] if f < f_end else 2**31
+            second = new[2][new[1][g]] if g < g_end else 2**31
+            f, g = f + (first <= second), g + (second <= first)
+            found += 1
+        start_out[i + 1] = found
+
+
+@kernel
+def _fill(
+    n, in_old, in_new, old, new, start, old_rows, new_rows, triangles, velocity, triangle_out, old_out, new_out,
+    of_old_out, of_new_out, rows_out,
+):  # fmt: skip
+    """Patches of n cells; places and velocities are those of the fragment after the step if there is one."""
+    for i in prange(n):
+        a, b = in_old[i], in_new[i]
+        f, f_end = (old[0][a], old[0][a + 1]) if a >= 0 else (0, 0)
+        g, g_end = (new[0][b], new[0][b + 1]) if b >= 0 else (0, 0)
+        for q in range(start[i], start[i + 1]):
+            first = old[2][old[1][f]] if f < f_end else 2**31
+            second = new[2][new[1][g]] if g < g_end else 2**31
+            t = min(first, second)
+            triangle_out[q], old_out[q], new_out[q], rows_out[q, BEFORE] = t, -1, -1, 0.0
+            a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
+            if first <= second:
+                at = old[1][f]
+                old_out[q] = at
+                of_old_out[at] = q
+                x, y, z = old_rows[at, NORMAL], old_rows[at, NORMAL + 1], old_rows[at, NORMAL + 2]
+                rows_out[q, BEFORE] = np.sqrt(x * x + y * y + z * z)
+                x, y, z = old_rows[at, WEIGHT], old_rows[at, WEIGHT + 1], old_rows[at, WEIGHT + 2]
+                for d in range(3):
+                    rows_out[q, AT + d] = old_rows[at, PLACE + d]
+                    rows_out[q, SPEED + d] = x * velocity[a, d] + y * velocity[b, d] + z * velocity[c, d]
+                f += 1
+            if second <= first:
+                at = new[1][g]
+                new_out[q] = at
+                of_new_out[at] = q
+                x, y, z = new_rows[at, WEIGHT], new_rows[at, WEIGHT + 1], new_rows[at, WEIGHT + 2]
+                for d in range(3):
+                    rows_out[q, AT + d] = new_rows[at, PLACE + d]
+                    rows_out[q, SPEED + d] = x * velocity[a, d] + y * velocity[b, d] + z * velocity[c, d]
+                g += 1
+            _face(old_out[q], new_out[q], old_rows, new_rows, 0.5, rows_out, q)
+
+
+@scalar
+def _face(f, g, old_rows, new_rows, middle, rows_out, q):
+    """Normal and area of patch q of the fragments f and g."""
+    x, y, z = 0.0, 0.0, 0.0
+    if f >= 0:
+        early = 1.0 - middle
+        x, y, z = early * old_rows[f, NORMAL], early * old_rows[f, NORMAL + 1], early * old_rows[f, NORMAL + 2]
+    if g >= 0:
+        x += middle * new_rows[g, NORMAL]
+        y += middle * new_rows[g, NORMAL + 1]
+        z += middle * new_rows[g, NORMAL + 2]
+    area = np.sqrt(x * x + y * y + z * z)
+    share = 1.0 / area if area > 0.0 else 0.0
+    rows_out[q, SIDE], rows_out[q, SIDE + 1], rows_out[q, SIDE + 2] = share * x, share * y, share * z
+    rows_out[q, AREA] = area
+
+
+@kernel
+def _turn(n, old, new, old_rows, new_rows, middle, rows_out):
+    for q in prange(n):
+        _face(old[q], new[q], old_rows, new_rows, middle, rows_out, q)
