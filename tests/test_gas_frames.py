@@ -29,7 +29,7 @@ SEEN = {
     },
 }
 
-ELSEWHERE = {("fabric.vtkhdf", "torn_at"), ("gas.vtkhdf", "chamber"), ("gas.vtkhdf", "volume_fraction")}
+ELSEWHERE = {("fabric.vtkhdf", "torn_at"), ("gas.vtkhdf", "vtkGhostType"), ("gas.vtkhdf", "volume_fraction")}
 """Documented fields that only tear seams and the mesh gas write."""
 
 

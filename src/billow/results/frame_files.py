@@ -2,13 +2,14 @@
 obstacles.vtkhdf, and scene.vtkhdf, which joins fabric, straps and obstacles.
 
 A frame in the journal is a set of named arrays; their prefix says to which picture they belong: "point." and "cell." to
-the fabric, "bar." to the straps, "cloud." to the gas in boxes, "particle." to the particles.
+the fabric, "bar." to the straps, "cloud." to the gas in boxes, "lattice." to the gas in cells of a lattice, "particle."
+to the particles.
 """
 
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
 from functools import cache
 from pathlib import Path
@@ -30,6 +31,7 @@ from billow.results.blocks import (
 from billow.results.cloud import CloudWriter
 from billow.results.gas_frames import GAS
 from billow.results.histories import History
+from billow.results.lattice import LatticeWriter, extents
 from billow.results.vtkhdf import FabricWriter
 
 PARTICLES = "particles.vtkhdf"
@@ -70,18 +72,33 @@ def write_frames(
         def cloud(name: str) -> CloudWriter:
             return files.enter_context(CloudWriter(folder / name))
 
-        for arrays in journals.frames(journal):
-            time, fields = float(arrays["time"][0]), defaultdict(dict)
-            for name, array in sorted(arrays.items()):  # as read, their order is no order
-                picture, _, field = name.partition(".")
-                fields[picture][field] = array
+        @cache
+        def images() -> LatticeWriter:
+            cells = (fields["lattice"] for _, fields in _frames(journal) if fields["lattice"])
+            names = surface.chambers.names
+            return files.enter_context(LatticeWriter(folder / GAS, names, extents(cells, len(names))))
+
+        for arrays, fields in _frames(journal):
+            time = float(arrays["time"][0])
             if "positions" in arrays:
                 fabric.append(time, arrays["positions"], fields["point"], fields["cell"])
                 if straps is not None:
                     straps.append(time, arrays["positions"][lines.bars].reshape(-1, 3), fields["bar"])
             if box := fields["cloud"]:
                 cloud(GAS).boxes(time, box.pop("centre"), box.pop("size"), box)
+            if fields["lattice"]:
+                images().append(time, fields["lattice"])
             if particle := fields["particle"]:
                 cloud(PARTICLES).points(time, particle.pop("position"), particle)
     write_obstacles(folder, obstacles, histories)
     write_scene(folder)
+
+
+def _frames(journal: Path) -> Iterator[tuple[dict[str, np.ndarray], dict[str, dict[str, np.ndarray]]]]:
+    """The arrays of each frame, and likewise by picture and field."""
+    for arrays in journals.frames(journal):
+        fields = defaultdict(dict)
+        for name, array in sorted(arrays.items()):  # as read, their order is no order
+            picture, _, field = name.partition(".")
+            fields[picture][field] = array
+        yield arrays, fields

@@ -189,7 +189,8 @@ class RunRecorder(Recorder):
                 arrays |= named(kind, getattr(frame, kind), np.float32)
         arrays |= named("cell", self.guard.frame(state), np.float32)
         if self.told.gas_frames:
-            arrays |= named("cloud", model.gas.boxes(state.gas), np.float32)
+            on_lattice, boxes = model.gas.boxes(state.gas)
+            arrays |= named("lattice" if on_lattice else "cloud", boxes, np.float32)
         self.journal.frame(arrays)
         self.last_good = copy.deepcopy(state), self.journal.offset
         self.say(self._line(state))

@@ -201,9 +201,15 @@ def test_frames_and_sensors_show_the_gas(brief, tmp_path):
     place = {"name": "middle", "position": [0.0, 0.0, 0.01]}
     result = simulate(brief.vary({"run.sensors": [place]}), tmp_path / "run", threads=1)
     with h5py.File(result.folder / "gas.vtkhdf") as file:
-        grid = file["VTKHDF"]
-        fields = {name: grid[f"CellData/{name}"][()] for name in grid["CellData"]}
-    assert {"pressure", "temperature", "density", "velocity", "volume_fraction", "chamber"} <= set(fields)
+        image = file["VTKHDF/bag"]
+        np.testing.assert_allclose(image["Steps/Values"], result.times)
+        there = image["CellData/vtkGhostType"][()] == 0
+        fields = {name: image[f"CellData/{name}"][()][there] for name in image["CellData"]}
+        cell, volume = image.attrs["Spacing"].prod(), result.histories["volume [m^3]"]
+        for k, time in enumerate(result.times):
+            inside = image["CellData/volume_fraction"][k].sum() * cell
+            assert inside == pytest.approx(np.interp(time, result.histories.time, volume), rel=1e-4)
+    assert {"pressure", "temperature", "density", "velocity", "volume_fraction"} <= set(fields)
     assert sum(fields[name] for name in fields if name.startswith("mass_fraction_")) == pytest.approx(1.0, abs=1e-5)
     assert fields["volume_fraction"].min() > 0.0
     assert fields["pressure"].min() > 5e4
@@ -213,6 +219,16 @@ def test_frames_and_sensors_show_the_gas(brief, tmp_path):
     gauge = result.fabric.cell_data("gauge_pressure")[0]
     assert np.abs(gauge).max() < 1e-6  # at the start
     assert result.fabric.cell_data("gas_temperature")[-1].max() > 300.0
+
+
+def test_frames_end_at_the_switch_to_uniform_pressure(brief, tmp_path):
+    """Uniform pressure has no cells; what a lattice shows has the same fields in every frame."""
+    result = simulate(brief.vary({"gas.switch_time": 0.0005, "run.frames": 4}), tmp_path / "run", threads=1)
+    with h5py.File(result.folder / "gas.vtkhdf") as file:
+        image = file["VTKHDF/bag"]
+        times = image["Steps/Values"][()]
+        assert {len(image[f"CellData/{name}"]) for name in image["CellData"]} == {len(times)}
+    assert 0.0 < times[-1] < 0.00051 < result.times[-1]
 
 
 @pytest.mark.slow

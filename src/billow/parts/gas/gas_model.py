@@ -213,7 +213,13 @@ class Content:
 
 
 class LocalGas(GasModel):
-    """A gas that differs from place to place, and says how."""
+    """A gas that differs from place to place, and says how.
+
+    on_lattice: whether its cells are those of a cubic lattice of which every chamber has its own; they then say which
+    "chamber" each is of, (n,).
+    """
+
+    on_lattice: ClassVar[bool] = False
 
     def view(self) -> LocalGas:
         return self

@@ -163,10 +163,11 @@ class GasPart(Part):
             yield Quantity(name, "gas_density", "kg/m^3", float(found["density"][k]))
             yield Quantity(name, "gas_velocity", "m/s", found["velocity"][k])
 
-    def boxes(self, gas: GasState) -> dict[str, np.ndarray]:
-        """Boxes to look at, as `LocalGas.cells`; nothing of a gas that is the same everywhere."""
+    def boxes(self, gas: GasState) -> tuple[bool, dict[str, np.ndarray]]:
+        """Boxes to look at, as `LocalGas.cells`, and whether they are of a lattice; nothing of a gas that is the same
+        everywhere."""
         view = self.model.view()
-        return view.cells(gas.content) if view else {}
+        return (view.on_lattice, view.cells(gas.content)) if view else (False, {})
 
     def particles(self, gas: GasState) -> dict[str, np.ndarray]:
         """Particles to look at, as `LocalGas.points`."""

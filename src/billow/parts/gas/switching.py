@@ -51,6 +51,10 @@ class Switching(LocalGas):
     time: float
 
     @property
+    def on_lattice(self) -> bool:
+        return self.local.on_lattice
+
+    @property
     def supply(self) -> Supply:
         return self.uniform.supply
 
@@ -137,9 +141,11 @@ class Switching(LocalGas):
         }
 
     def cells(self, gas: SwitchingState) -> dict[str, np.ndarray]:
-        """After the switch, a box about each chamber."""
+        """After the switch, a box about each chamber, and no cells of a lattice."""
         if not gas.switched:
             return self.local.cells(gas.local)
+        if self.on_lattice:
+            return {}
         triangles, chambers = self.surface.triangles, self.supply.chambers
         corners = [gas.positions[chambers.boundary(c, triangles)].reshape(-1, 3) for c in range(chambers.count)]
         low, high = (np.array([extreme(places, axis=0) for places in corners]) for extreme in (np.min, np.max))

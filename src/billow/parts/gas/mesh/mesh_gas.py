@@ -41,6 +41,8 @@ SECONDS_PER_CELL, SECONDS_PER_TRIANGLE = 0.9e-6, 2e-6
 class MeshGas(Setup, SwitchableGas):
     """The gas model; its parameters are those of `Setup`."""
 
+    on_lattice = True
+
     # --- the contract ----------------------------------------------------------------------------------------------
 
     def start(self, bag: Bag) -> MeshState:
