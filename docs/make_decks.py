@@ -19,7 +19,7 @@ GUIDE = """# From your LS-DYNA deck to a running bag in ten minutes
 
 `billow import-deck` reads a keyword file of LS-DYNA, or a starter deck of Radioss (below), and writes a case: the bag's
 mesh at the start, its flat cut, curves, `case.toml` with a comment behind each value that says which field it comes
-from, and a report of **every** field of the airbag, material and contact cards. `billow export-deck` goes the other way.
+from, and a report of **every** field of airbag, material and contact cards. `billow export-deck` goes the other way.
 
 ## The first run
 
@@ -136,8 +136,8 @@ BESIDES = """Besides: *NODE, *ELEMENT_SHELL (_THICKNESS, _BETA), *PART, *SECTION
 *INCLUDE and *PARAMETER."""
 
 
-RADIOSS_BESIDES = """Besides: /NODE, /SHELL, /SH3N, /PART, /SURF (PART, SEG, SURF, MAT, PROP), /GRNOD (NODE, PART, GRNOD,
-SURF), /FUNCT, /MOVE_FUNCT, /XREF, /EREF, /PARAMETER and #include."""
+RADIOSS_BESIDES = """Besides: /NODE, /SHELL, /SH3N, /PART, /SURF (PART, SEG, SURF, MAT, PROP), /GRNOD (NODE, PART,
+GRNOD, SURF), /FUNCT, /MOVE_FUNCT, /XREF, /EREF, /PARAMETER and #include."""
 
 
 def render() -> str:

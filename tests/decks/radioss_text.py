@@ -247,3 +247,13 @@ what follows is not read
 """
 MORE = "/NODE\n         4                 0.0                 0.0                 2.&\n"
 MORE = MORE.replace("2.&", "300")
+
+
+def of_two_fabrics() -> str:
+    """The small deck, whose quads are of another material."""
+    head = SMALL.index("/MAT/FABRI/3/7")
+    cloth = SMALL[head : SMALL.index("/SURF/PART/1")]
+    stiff = cloth.replace("/MAT/FABRI/3/7", "/MAT/FABRI/4/7").replace("4.0E8", "9.0E8")
+    part = "/PART/4\nrear\n         3         4         0\n"
+    text = SMALL.replace("/SHELL/3\n", "/SHELL/4\n").replace(cloth, cloth + stiff + part)
+    return text.replace("/SURF/PART/1\nbag\n         3\n", "/SURF/PART/1\nbag\n         3         4\n")
