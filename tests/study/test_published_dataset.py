@@ -86,7 +86,10 @@ def test_a_run_in_doubt_is_named_and_left_out(study, tmp_path):
     study.run(workers=1, runner=doubtful)
     place = publish(study.folder, tmp_path / "open")
     assert not (place / "train" / "0001.zarr").exists()
-    assert "- 0001: REVIEW" in (place / "README.md").read_text()
+    card = (place / "README.md").read_text()
+    assert "\n\nLeft out:\n\n- 0001: REVIEW" in card
+    assert "\n- `end_volume` [l]: final of volume\n" in card
+    assert "\n\nAn empty cell" in card
 
 
 def test_arguments_are_checked_and_nothing_is_left_behind(folder, tmp_path, monkeypatch):

@@ -109,9 +109,12 @@ def memory_bytes(gibibytes: float, command: str) -> int:
 
 
 def parse_settings(texts: list[str] | None) -> dict[str, float | str]:
-    """{"key": value} from "key=value" texts."""
+    """{"key": value} from texts "key=value", or "@design.toml", a file of values as the explorer saves it."""
     pairs = {}
     for text in texts or []:
+        if text.startswith("@"):
+            pairs |= _design_in(Path(text[1:]))
+            continue
         key, equals, value = text.partition("=")
         if not equals or not key.strip():
             raise NOT_AN_ASSIGNMENT(text=text)
@@ -123,6 +126,25 @@ def parse_settings(texts: list[str] | None) -> dict[str, float | str]:
 
 
 CaseFile = Annotated[Path, typer.Argument(help="Case file (TOML). Keys, units and defaults: docs/case.md.")]
+
+
+def _design_in(path: Path) -> dict[str, float | str]:
+    """Values of the table [design] of a TOML file, or of the file itself. InputError E-CLI-001."""
+    from billow.base.toml_file import read_toml
+
+    try:
+        content = read_toml(path)
+        content = content.get("design", content)
+        if not content or not all(type(value) in (int, float, str) for value in content.values()):
+            raise ValueError("it holds a number, or the name of a level, for each parameter, and at least one")
+    except (OSError, ValueError) as error:
+        remedy = "give the design.toml that the explorer saved, or --set NAME=VALUE"
+        raise NOT_AN_ASSIGNMENT(
+            text=f"@{path}", what=f"the design in {path} cannot be used", why=error, remedy=remedy
+        ) from error
+    return {name: float(value) if type(value) is int else value for name, value in content.items()}
+
+
 Settings = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="KEY=VALUE", help="Change a key of the case; obstacles are addressed by name."),
@@ -135,7 +157,8 @@ SurrogateOption = Annotated[
     Path | None, typer.Option("--surrogate", help="Surrogate file (default: STUDY/surrogate.safetensors).")
 ]
 DesignValues = Annotated[
-    list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="Value of a design parameter.")
+    list[str] | None,
+    typer.Option("--set", metavar="NAME=VALUE", help="Value of a design parameter; @FILE: a design.toml."),
 ]
 Extrapolate = Annotated[bool, typer.Option("--extrapolate", help="Allow values outside the trained ranges.")]
 DespiteVerdict = Annotated[
