@@ -82,8 +82,9 @@ become one node where all their bits agree, and on open edges within the toleran
 
 ## What is worth knowing
 
-- Walls become plates at any angle. Rigid parts become super-ellipsoids of degree 4 with the same extents; the command
-  says how far nodes of the part stand out of them.
+- Walls become plates at any angle. Rigid parts become obstacles of `shape = "mesh"`: their surface, with the mass,
+  centre and inertia of *PART_INERTIA or else of their shells. A surface that is open is a sheet as thick as the
+  section, at least 2 mm. `--part 3=plate` makes an infinite plate of a part.
 - *BOUNDARY_PRESCRIBED_MOTION of a rigid part, or of its nodes, moves the obstacle along a line: velocity as `speed`,
   displacement as `travel`, acceleration by its integral, which is exact where the acceleration is constant. Axes that
   share a curve make one direction. Curves of zeros hold parts, and nodes of the bag. Walls of *RIGIDWALL_..._MOTION
@@ -105,7 +106,7 @@ billow export-deck driver/case.toml --out again.k --units t-mm-s
 
 The deck is in LONG format, so that nothing is rounded: imported again it gives the same bits of the mesh in every
 metric system, and every number to 1e-6. The command lists what a deck cannot hold: straps, jets of uniform pressure,
-shapes other than planes and spheres, which become rigid shells of triangles. Bags of several chambers are refused.
+boxes and housings. Bodies other than balls become rigid shells of triangles. Bags of several chambers are refused.
 """
 
 BESIDES = """Besides: *NODE, *ELEMENT_SHELL (_THICKNESS, _BETA), *PART, *SECTION_SHELL, *SET_PART, *SET_NODE,

@@ -200,3 +200,26 @@ def test_motions_come_back_from_a_deck(tmp_path, units):
             assert two.drive.mass == pytest.approx(one.drive.mass, rel=1e-6)
     (tmp_path / "again.k").write_text(deck_of(case, units)[0])
     assert sum(b.name.startswith("BOUNDARY_PRESCRIBED") for b in Deck(tmp_path / "again.k").blocks) == 1
+
+
+def test_a_free_body_comes_back_with_its_mesh_mass_and_inertia(tmp_path):
+    bag = {"element_size": 0.08, "straps": {"count": 0}, "seam": {"layers": 1.0}}
+    head = {"shape": "super-ellipsoid", "name": "head", "radii": [0.08, 0.09, 0.07], "clearance": 0.2, "locked": False,
+            "angle_about_x": 30.0, "mass": 4.5, "velocity": [1.0, 0.0, -5.0], "spin": [0.0, 3.0, 0.0]}  # fmt: skip
+    case = Case.from_dict({"bag": bag, "obstacles": [head]})
+    export_deck(case, tmp_path / "a.k", "t-mm-s")
+    import_deck(tmp_path / "a.k", tmp_path / "a", Options(units="t-mm-s"))
+    once = Case.load(tmp_path / "a" / "case.toml")
+    export_deck(once, tmp_path / "b.k", "kg-mm-ms")
+    import_deck(tmp_path / "b.k", tmp_path / "b", Options(units="kg-mm-ms"))
+    again = Case.load(tmp_path / "b" / "case.toml")
+    first, *others = (build_body(c.obstacles[0]) for c in (case, once, again))
+    for other in others:
+        assert other.rigid.mass == pytest.approx(4.5)
+        np.testing.assert_allclose(np.sort(other.rigid.inertia), np.sort(first.rigid.inertia), rtol=1e-9)
+        np.testing.assert_allclose(other.start.centre, first.start.centre, atol=1e-9)
+        np.testing.assert_allclose(other.start.velocity, first.start.velocity, rtol=1e-9, atol=1e-12)
+        np.testing.assert_allclose(other.start.angular_momentum, first.start.angular_momentum, rtol=1e-9, atol=1e-12)
+    one, two = (body.shapes[0].shape for body in others)
+    assert np.array_equal(one.triangles, two.triangles)
+    assert np.abs(np.linalg.norm(one.points, axis=1) - np.linalg.norm(two.points, axis=1)).max() < 1e-12

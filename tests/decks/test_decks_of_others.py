@@ -12,6 +12,7 @@ import pytest
 from billow.base.errors import InputError
 from billow.case.bag.build_bag import build_shape
 from billow.case.build import build_model
+from billow.case.obstacles.obstacles import build_body
 from billow.case.schema import Case
 from billow.decks.import_deck import Options, import_deck
 from billow.geometry.surface import check_closed
@@ -277,9 +278,31 @@ def test_a_rigid_part_becomes_a_body_with_its_mass_and_speed(use):
     (box,) = case.obstacles
     assert box.mass == pytest.approx(6 * 0.01 * 1e-3 * 7800.0)
     assert (box.locked, box.velocity) == (False, pytest.approx((0.0, 0.0, -5.0)))
-    assert box.radii == pytest.approx((0.05,) * 3)
-    assert box.clearance == pytest.approx(0.2)
+    assert box.shape == "mesh"
+    body = build_body(box)
+    np.testing.assert_allclose(body.start.centre, [0.3, 0.3, 0.25], atol=1e-12)
+    # Hollow, as a rigid part of shells is: m s^2 5/18 about any axis; a full cube has 1/6.
+    np.testing.assert_allclose(body.rigid.inertia, box.mass * 0.1**2 * 5.0 / 18.0, rtol=1e-9)
+    np.testing.assert_allclose(body.distance(np.array([[0.3, 0.3, 0.4], [0.3, 0.3, 0.29]])), [[0.1, -0.01]], atol=1e-9)
     assert not report.of("refused")
+
+
+def test_inertia_of_a_part_counts_where_it_is_said(use):
+    pillow, first = Pillow(), len(Pillow().points)
+    pillow.points = np.concatenate([pillow.points, [[0, 0, 300], [600, 0, 300], [600, 600, 300], [0, 600, 300]]])
+    inertia = "300,300,310,4.5,0,0\n40000,0,0,50000,-2000,60000\n0,0,-3,0,0,0.01\n"
+    more = (
+        f"*ELEMENT_SHELL\n900,9,{first + 1},{first + 2},{first + 3},{first + 4}\n*PART_INERTIA\ntable\n9,9,9\n{inertia}"
+        "*SECTION_SHELL\n9,2\n4,4,4,4\n*MAT_RIGID\n9,7.8e-6,210\n"
+    )
+    case, report = use(pillow.deck(more=more))
+    (table,) = case.obstacles
+    assert (table.mass, table.thickness, *table.centre) == pytest.approx((4.5, 0.004, 0.3, 0.3, 0.31))
+    assert table.inertia == pytest.approx((0.04, 0.05, 0.06, 0.0, -0.002, 0.0))
+    assert (table.velocity[2], table.spin[2]) == pytest.approx((-3.0, 10.0))
+    rows = [row for row in report.rows.values() if row.field.startswith("PART_INERTIA")]
+    assert len(rows) == 18  # a row for every field
+    assert {row.status for row in rows if row.deck not in ("", "0")} == {"mapped"}
 
 
 def test_a_node_based_reference_is_the_flat_cut(use):

@@ -84,6 +84,10 @@ def import_deck(path: str | Path, out: str | Path, options: Options | None = Non
         write_mesh(folder / "start.vtkhdf", bag.start)
         if bag.reference is not None:
             write_mesh(folder / "reference.vtkhdf", bag.reference)
+        if context.meshes:
+            (folder / "obstacles").mkdir()
+        for name, mesh in context.meshes.items():
+            write_mesh(folder / name, mesh)
         for name, text in context.curves.items():
             (folder / name).write_text(text, encoding="utf-8")
         (folder / "case.toml").write_text(case_text(head, case), encoding="utf-8")

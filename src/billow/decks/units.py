@@ -66,6 +66,7 @@ DIMENSIONS = {
     "per velocity": (0, -1, 1),
     "acceleration": (0, 1, -2),
     "force": (1, 1, -2),
+    "inertia": (1, 2, 0),
     "density": (1, -3, 0),
     "pressure": (1, -1, -2),
     "mass flow": (1, 0, -1),
