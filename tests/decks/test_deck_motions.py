@@ -148,9 +148,12 @@ def test_walls_move_too(use):
         "*RIGIDWALL_PLANAR_MOVING_ID\n1,sled\n0\n0,0,500,0,0,499,0.3\n15.0,4.0\n"
         "*RIGIDWALL_GEOMETRIC_FLAT_MOTION_ID\n2,press\n0\n0,-50,0,0,-49,0,0.3\n0,-50,1,0,0\n31,1,0,2,0\n"
         "*RIGIDWALL_GEOMETRIC_SPHERE_MOTION_ID\n3,head\n0\n900,900,100,900,900,101,0.1\n82.5\n31,0,0,0,-1\n"
+        "*RIGIDWALL_GEOMETRIC_CYLINDER_ID\n4,roller\n0\n-500,900,600,-499,900,600,0.1\n40,500\n"
     )
     case, report = use(more)
-    sled, press, head, _ = case.obstacles
+    sled, press, head, roller, _ = case.obstacles
+    assert (roller.shape, roller.radius, roller.length, roller.normal) == ("cylinder", 0.04, 0.5, (1.0, 0.0, 0.0))
+    assert roller.place == pytest.approx((-0.25, 0.9, 0.6))
     assert (sled.motion.kind, sled.motion.mass, sled.motion.speed) == ("guided", 15.0, 4.0)
     assert sled.motion.direction == (0.0, 0.0, -1.0)
     assert (press.normal, press.height, press.offset) == ((0.0, 1.0, 0.0), 0.0, (0.0, -0.05))

@@ -17,8 +17,8 @@ from billow.decks.motions import HELD, Motions, guide, loads_of, motion_table, w
 from billow.geometry.mesh_file import CellMesh
 from billow.geometry.shapes.mesh import mass_properties
 
-BOXY = 4.0
-"""Degree of a super-ellipsoid that stands for a cylinder."""
+LENGTHS = {"RADCYL": "radius", "LENCYL": "length"}
+"""Fields of a cylindrical wall -> keys of a case."""
 STEEP = 0.5
 """z component of a unit normal below which a plate is placed by a point of it, else by its height on the z axis."""
 THINNEST = 0.002
@@ -78,14 +78,17 @@ def _wall(context: Context, block: Block) -> list[dict[str, Any]]:
     if "SPHERE" in block.name:
         size = context.card(cards, "sphere")["RADSPH"]
         report.mapped(size, context.si(size, "length"), "obstacles.radii")
-        made = _ellipsoid(shared, tail, np.full(3, context.si(size, "length")), 2.0, source)
+        made = _ball(shared, tail, context.si(size, "length"), source)
     elif "CYLINDER" in block.name:
         size = context.card(cards, "cylinder")
         radius, length = (context.si(size[n], "length") for n in ("RADCYL", "LENCYL"))
-        half = np.where(np.abs(normal) > 0.9, 0.5 * length, radius)
         for name in ("RADCYL", "LENCYL"):
-            report.approximated(size[name], f"a super-ellipsoid of degree {BOXY:g}, along the nearest axis")
-        made = _ellipsoid(shared, tail + 0.5 * length * normal, half, BOXY, source)
+            report.mapped(size[name], context.si(size[name], "length"), f"obstacles.{LENGTHS[name]}")
+        made = {
+            "shape": "cylinder", **shared, "radius": said(radius, size["RADCYL"]),
+            "length": said(length, size["LENCYL"]), "place": Said((tail + 0.5 * length * normal).tolist(), source),
+            "normal": Said(normal.tolist(), source),
+        }  # fmt: skip
     else:
         made = _plate(shared, tail, normal, source)
     if "PRISM" in block.name or "FLAT" in block.name:
@@ -132,13 +135,10 @@ def _plate(shared: dict[str, Any], point: np.ndarray, normal: np.ndarray, source
     return made | {"height": Said(float(point @ normal / normal[2]), source)}
 
 
-def _ellipsoid(
-    shared: dict[str, Any], centre: np.ndarray, half: np.ndarray, degree: float, source: str
-) -> dict[str, Any]:
+def _ball(shared: dict[str, Any], centre: np.ndarray, radius: float, source: str) -> dict[str, Any]:
     return {
-        "shape": "super-ellipsoid", **shared, "radii": Said([float(v) for v in half], source), "degree": degree,
-        "offset": Said([float(centre[0]), float(centre[1])], source),
-        "clearance": Said(float(centre[2] - half[2]), source),
+        "shape": "super-ellipsoid", **shared, "radii": Said([radius] * 3, source), "degree": 2.0,
+        "offset": Said(centre[:2].tolist(), source), "clearance": Said(float(centre[2] - radius), source),
     }  # fmt: skip
 
 
