@@ -90,6 +90,8 @@ become one node where all their bits agree, and on open edges within the toleran
   share a curve make one direction. Curves of zeros hold parts, and nodes of the bag. Walls of *RIGIDWALL_..._MOTION
   and _MOVING move too; a rigid part that *MAT_RIGID leaves one axis is `guided`, with the force of *LOAD_RIGID_BODY.
   Rotations, and motions of single nodes of fabric, are refused.
+- Beams (truss, cable), springs and seat belts whose both ends are nodes of the bag become `bag.straps`, which pull
+  and never push; others are left out with a word.
 - Each gas of *AIRBAG_HYBRID becomes an inflator of one species, because each has its own mass flow and temperature.
 - If CP - CV is no gas constant of a gas, which decks in inches and pounds often have, the flow of enthalpy and the
   ratio of heats are kept, with the molar mass of nitrogen. The report says so.
@@ -109,9 +111,10 @@ metric system, and every number to 1e-6. The command lists what a deck cannot ho
 boxes and housings. Bodies other than balls become rigid shells of triangles. Bags of several chambers are refused.
 """
 
-BESIDES = """Besides: *NODE, *ELEMENT_SHELL (_THICKNESS, _BETA), *PART, *SECTION_SHELL, *SET_PART, *SET_NODE,
-*SET_SEGMENT, *DEFINE_CURVE, *DEFINE_VECTOR, *AIRBAG_REFERENCE_GEOMETRY, *AIRBAG_SHELL_REFERENCE_GEOMETRY,
-*INCLUDE and *PARAMETER."""
+BESIDES = """Besides: *NODE, *ELEMENT_SHELL (_THICKNESS, _BETA), *ELEMENT_BEAM, *ELEMENT_DISCRETE and *ELEMENT_SEATBELT
+with *MAT_SPRING_ELASTIC, *MAT_CABLE_DISCRETE_BEAM, *MAT_SEATBELT or *MAT_ELASTIC, *PART, *SECTION_SHELL, *SECTION_BEAM,
+*SET_PART, *SET_NODE, *SET_SEGMENT, *DEFINE_CURVE, *DEFINE_VECTOR, *AIRBAG_REFERENCE_GEOMETRY,
+*AIRBAG_SHELL_REFERENCE_GEOMETRY, *INCLUDE and *PARAMETER."""
 
 
 def render() -> str:

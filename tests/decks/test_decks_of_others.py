@@ -436,3 +436,42 @@ def test_columns_of_a_reference_are_those_whose_ids_are_nodes(use):
     assert np.array_equal(*cut)
     with pytest.raises(InputError, match=r"E-DCK-006(.|\n)*node 999"):
         use(Pillow().deck(more=f"*AIRBAG_REFERENCE_GEOMETRY\n{narrow}{999:8d}\n"))
+
+
+SPRING = "\n*PART\nspring\n8,8,8\n*MAT_SPRING_ELASTIC\n8,0.01\n"
+STRAPS = {
+    f"*ELEMENT_DISCRETE\n901,8,25,74,0,2.0,0,-5.0{SPRING}": (2 * 1e4 * 0.2, 5e-3, True),
+    f"*ELEMENT_DISCRETE\n901,8,25,74,0,,0,5.0{SPRING}": (1e4 * 0.2, -5e-3, True),
+    "*ELEMENT_BEAM\n901,8,25,74,0\n902,8,24,73,0\n*PART\ncable\n8,8,8\n*SECTION_BEAM\n8,6\n0,0,0,30\n"
+    "*MAT_CABLE_DISCRETE_BEAM\n8,1.1e-6,2.0\n": (2 * 2e9 * 30e-6, 0.0, False),
+    "*ELEMENT_SEATBELT\n901,8,25,74,0,7.0\n*PART\nbelt\n8,8,8\n*MAT_SEATBELT\n8,6e-5,77\n"
+    "*DEFINE_CURVE\n77\n0,0\n0.1,6\n": (60e3, 7e-3, False),
+    "*ELEMENT_BEAM\n901,8,25,74,0\n*PART\ntruss\n8,8,8\n*SECTION_BEAM\n8,3\n20,0,0\n*MAT_ELASTIC\n8,1e-6,3.0,0.3\n":
+    (3e9 * 20e-6, 0.0, True),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("more", list(STRAPS), ids=["loose spring", "tense spring", "cable", "belt", "truss"])
+def test_beams_springs_and_belts_between_nodes_of_the_bag_are_straps(use, more):
+    stiffness, slack, pushes = STRAPS[more]
+    pillow = Pillow()
+    middle = [int(np.argmin(np.linalg.norm(pillow.points - [300, 300, z], axis=1))) + 1 for z in (-100, 100)]
+    aside = [int(np.argmin(np.linalg.norm(pillow.points - [200, 300, z], axis=1))) + 1 for z in (-87, 87)]
+    for old, new in zip(("25,74", "24,73"), (middle, aside), strict=True):
+        more = more.replace(old, ",".join(map(str, new)))
+    case, report = use(pillow.deck(more=more))
+    (strap,) = case.bag.straps
+    assert strap.stiffness == pytest.approx(stiffness)
+    assert strap.slack == pytest.approx(max(slack, 0.0))
+    assert any("only pulls" in remark for remark in report.remarks) == pushes
+    assert not report.of("refused")
+    model = build_model(case)
+    assert model.straps.length[0] == pytest.approx(0.2 + slack)
+    assert model.straps.stiffness.sum() == pytest.approx(stiffness)
+
+
+def test_what_is_no_strap_is_left_out_with_a_word(use):
+    more = "*ELEMENT_BEAM\n901,8,25,9999,0\n*NODE\n9999,0,0,900\n*PART\nx\n8,8,8\n*MAT_ELASTIC\n8,1e-6,3.0,0.3\n"
+    case, report = use(Pillow().deck(more=more))
+    assert not case.bag.straps
+    assert any("1 beams, springs or seat belts left out" in remark for remark in report.remarks)

@@ -28,6 +28,7 @@ from billow.decks.mesh_model import mesh_model
 from billow.decks.motions import motions_of
 from billow.decks.obstacles import put_obstacles
 from billow.decks.report import Report
+from billow.decks.straps import put_straps
 from billow.decks.tables import Model
 from billow.decks.units import SYSTEMS, Units, find_units
 from billow.decks.unread import name_the_rest
@@ -112,6 +113,7 @@ def translated(path: Path, options: Options) -> tuple[Context, BagMesh]:
     _run(context, base)
     motions = motions_of(context)
     attached = put_fixed(context, bag, motions)
+    put_straps(context, bag)
     _bag_tables(context, bag)
     put_obstacles(context, set(bag.parts) | attached, options.parts, motions, bag.start.points)
     motions.rest(context)

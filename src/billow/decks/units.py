@@ -67,6 +67,8 @@ DIMENSIONS = {
     "acceleration": (0, 1, -2),
     "force": (1, 1, -2),
     "inertia": (1, 2, 0),
+    "stiffness": (1, 0, -2),
+    "mass per length": (1, -1, 0),
     "density": (1, -3, 0),
     "pressure": (1, -1, -2),
     "mass flow": (1, 0, -1),
