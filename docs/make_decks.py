@@ -84,13 +84,16 @@ become one node where all their bits agree, and on open edges within the toleran
 
 ## What is worth knowing
 
-- Walls become plates at any angle. Rigid parts become super-ellipsoids of degree 4 with the same extents; the command
-  says how far nodes of the part stand out of them.
+- Walls become plates at any angle. Rigid parts become obstacles of `shape = "mesh"`: their surface, with the mass,
+  centre and inertia of *PART_INERTIA or else of their shells. A surface that is open is a sheet as thick as the
+  section, at least 2 mm. `--part 3=plate` makes an infinite plate of a part.
 - *BOUNDARY_PRESCRIBED_MOTION of a rigid part, or of its nodes, moves the obstacle along a line: velocity as `speed`,
   displacement as `travel`, acceleration by its integral, which is exact where the acceleration is constant. Axes that
   share a curve make one direction. Curves of zeros hold parts, and nodes of the bag. Walls of *RIGIDWALL_..._MOTION
   and _MOVING move too; a rigid part that *MAT_RIGID leaves one axis is `guided`, with the force of *LOAD_RIGID_BODY.
   Rotations, and motions of single nodes of fabric, are refused.
+- Beams (truss, cable), springs and seat belts whose both ends are nodes of the bag become `bag.straps`, which pull
+  and never push; others are left out with a word.
 - Each gas of *AIRBAG_HYBRID becomes an inflator of one species, because each has its own mass flow and temperature.
 - If CP - CV is no gas constant of a gas, which decks in inches and pounds often have, the flow of enthalpy and the
   ratio of heats are kept, with the molar mass of nitrogen. The report says so.
@@ -111,7 +114,7 @@ billow export-deck driver/case.toml --out again.k --units t-mm-s
 The deck is in LONG format, so that nothing is rounded: imported again it gives the same bits of the mesh in every
 metric system, and every number to 1e-6. Folded bags are written as they lie, with their flat cut; shells whose layers
 vary, beside seams, with a thickness of their own. The command lists what a deck cannot hold: straps, jets of uniform
-pressure, mixtures and heats of gases beyond A + B T + C T^2, shapes other than planes and spheres, which become rigid
+pressure, mixtures and heats of gases beyond A + B T + C T^2, boxes and housings. Bodies other than balls become rigid
 shells of triangles. Bags of several chambers, with covers or seams that tear, or that come to rest first are refused.
 
 ## From a deck of Radioss
@@ -131,9 +134,10 @@ beside it. What differs from decks of LS-DYNA:
   listed, and the mesh of such a deck can be taken alone, with `--part` and `--base`.
 """
 
-BESIDES = """Besides: *NODE, *ELEMENT_SHELL (_THICKNESS, _BETA), *PART, *SECTION_SHELL, *SET_PART, *SET_NODE,
-*SET_SEGMENT, *DEFINE_CURVE, *DEFINE_VECTOR, *AIRBAG_REFERENCE_GEOMETRY, *AIRBAG_SHELL_REFERENCE_GEOMETRY,
-*INCLUDE and *PARAMETER."""
+BESIDES = """Besides: *NODE, *ELEMENT_SHELL (_THICKNESS, _BETA), *ELEMENT_BEAM, *ELEMENT_DISCRETE and *ELEMENT_SEATBELT
+with *MAT_SPRING_ELASTIC, *MAT_CABLE_DISCRETE_BEAM, *MAT_SEATBELT or *MAT_ELASTIC, *PART, *SECTION_SHELL, *SECTION_BEAM,
+*SET_PART, *SET_NODE, *SET_SEGMENT, *DEFINE_CURVE, *DEFINE_VECTOR, *AIRBAG_REFERENCE_GEOMETRY,
+*AIRBAG_SHELL_REFERENCE_GEOMETRY, *INCLUDE and *PARAMETER."""
 
 
 RADIOSS_BESIDES = """Besides: /NODE, /SHELL, /SH3N, /PART, /SURF (PART, SEG, SURF, MAT, PROP), /GRNOD (NODE, PART,

@@ -10,6 +10,7 @@ from billow.case.build import build_model, require_start_clear
 from billow.case.obstacles.obstacles import OBSTACLES, build_body
 from billow.case.schema import Case
 from billow.geometry.shapes.box import Box, near_box
+from billow.geometry.shapes.cylinder import Cylinder, near_cylinder
 from billow.parts.bodies.bodies import Bodies
 from billow.parts.bodies.contact import Nodes
 from billow.results.obstacles import placed
@@ -140,3 +141,35 @@ def test_walls_of_a_moved_housing_keep_their_places_on_it():
 
     for before, after in zip(described, placed(described, Histories, 0.01), strict=True):
         assert np.subtract(after["center"], before["center"]) == pytest.approx([0.0, 0.0, 0.02])
+
+
+def test_cylinders_are_as_exact_as_boxes():
+    shape, rng = Cylinder(0.05, 0.08, 0.01), np.random.default_rng(7)
+    points = rng.uniform(-0.12, 0.12, (500, 3))
+    points[0] = 0.0
+    distance, normal = shape.distance(points)
+    for point, d, n in zip(points, distance, normal, strict=True):
+        near, depth, *found = near_cylinder(tuple(shape.numbers), NOT_TURNED, *point, 0.1, 0.1, 0.1)
+        assert near
+        assert depth == pytest.approx(-d, abs=1e-15)
+        np.testing.assert_allclose(found, n, atol=1e-12)
+    outside = distance > 0.0  # the closest point lies on the surface
+    assert np.abs(shape.distance(points[outside] - distance[outside, None] * normal[outside])[0]).max() < 1e-12
+    inner = np.array([[0.03, 0.0, 0.01], [0.0, 0.001, 0.07], [0.06, 0.0, 0.0]])
+    np.testing.assert_allclose(shape.distance(inner)[0], [-0.02, -0.01, 0.01], atol=1e-12)
+    many = rng.uniform(-1.0, 1.0, (200_000, 3)) * [0.05, 0.05, 0.08]
+    assert shape.volume() == pytest.approx(8 * 0.05**2 * 0.08 * float((shape.level(many) < 0.0).mean()), rel=3e-3)
+    assert Cylinder(0.1, 0.1, 0.1).volume() == pytest.approx(4.0 / 3.0 * np.pi * 1e-3)
+
+
+def test_a_cylinder_stands_where_it_is_put_and_meets_what_it_falls_on():
+    body = body_of(shape="cylinder", radius=0.05, length=0.2, place=[0.0, 0.0, 0.3], normal=[1, 0, 0], locked=False)
+    np.testing.assert_allclose(body.distance(np.array([[0.0, 0.0, 0.2], [0.2, 0.0, 0.3]])), [[0.05, 0.1]], atol=1e-12)
+    across = 0.05**2 / 4.0 + 0.2**2 / 12.0
+    assert np.sort(body.rigid.inertia) == pytest.approx(4.5 * np.array([0.5 * 0.05**2, across, across]))
+    plate, table = body_of(shape="plate", height=0.0), {"radius": 0.05, "length": 0.2, "normal": [1, 0, 0]}
+    for height, overlap in ((0.06, -0.01), (0.049, 0.001)):
+        lying = body_of(shape="cylinder", place=[0.0, 0.0, height], locked=False, **table)
+        meetings = Bodies((lying, plate), np.empty(0), np.zeros(3)).meetings
+        ((_, _, found),) = meetings.overlaps([lying.start, plate.start])
+        assert found == pytest.approx(overlap, abs=1e-12)

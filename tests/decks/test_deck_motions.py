@@ -148,9 +148,12 @@ def test_walls_move_too(use):
         "*RIGIDWALL_PLANAR_MOVING_ID\n1,sled\n0\n0,0,500,0,0,499,0.3\n15.0,4.0\n"
         "*RIGIDWALL_GEOMETRIC_FLAT_MOTION_ID\n2,press\n0\n0,-50,0,0,-49,0,0.3\n0,-50,1,0,0\n31,1,0,2,0\n"
         "*RIGIDWALL_GEOMETRIC_SPHERE_MOTION_ID\n3,head\n0\n900,900,100,900,900,101,0.1\n82.5\n31,0,0,0,-1\n"
+        "*RIGIDWALL_GEOMETRIC_CYLINDER_ID\n4,roller\n0\n-500,900,600,-499,900,600,0.1\n40,500\n"
     )
     case, report = use(more)
-    sled, press, head, _ = case.obstacles
+    sled, press, head, roller, _ = case.obstacles
+    assert (roller.shape, roller.radius, roller.length, roller.normal) == ("cylinder", 0.04, 0.5, (1.0, 0.0, 0.0))
+    assert roller.place == pytest.approx((-0.25, 0.9, 0.6))
     assert (sled.motion.kind, sled.motion.mass, sled.motion.speed) == ("guided", 15.0, 4.0)
     assert sled.motion.direction == (0.0, 0.0, -1.0)
     assert (press.normal, press.height, press.offset) == ((0.0, 1.0, 0.0), 0.0, (0.0, -0.05))
@@ -200,3 +203,26 @@ def test_motions_come_back_from_a_deck(tmp_path, units):
             assert two.drive.mass == pytest.approx(one.drive.mass, rel=1e-6)
     (tmp_path / "again.k").write_text(deck_of(case, units)[0])
     assert sum(b.name.startswith("BOUNDARY_PRESCRIBED") for b in Deck(tmp_path / "again.k").blocks) == 1
+
+
+def test_a_free_body_comes_back_with_its_mesh_mass_and_inertia(tmp_path):
+    bag = {"element_size": 0.08, "straps": {"count": 0}, "seam": {"layers": 1.0}}
+    head = {"shape": "super-ellipsoid", "name": "head", "radii": [0.08, 0.09, 0.07], "clearance": 0.2, "locked": False,
+            "angle_about_x": 30.0, "mass": 4.5, "velocity": [1.0, 0.0, -5.0], "spin": [0.0, 3.0, 0.0]}  # fmt: skip
+    case = Case.from_dict({"bag": bag, "obstacles": [head]})
+    export_deck(case, tmp_path / "a.k", "t-mm-s")
+    import_deck(tmp_path / "a.k", tmp_path / "a", Options(units="t-mm-s"))
+    once = Case.load(tmp_path / "a" / "case.toml")
+    export_deck(once, tmp_path / "b.k", "kg-mm-ms")
+    import_deck(tmp_path / "b.k", tmp_path / "b", Options(units="kg-mm-ms"))
+    again = Case.load(tmp_path / "b" / "case.toml")
+    first, *others = (build_body(c.obstacles[0]) for c in (case, once, again))
+    for other in others:
+        assert other.rigid.mass == pytest.approx(4.5)
+        np.testing.assert_allclose(np.sort(other.rigid.inertia), np.sort(first.rigid.inertia), rtol=1e-9)
+        np.testing.assert_allclose(other.start.centre, first.start.centre, atol=1e-9)
+        np.testing.assert_allclose(other.start.velocity, first.start.velocity, rtol=1e-9, atol=1e-12)
+        np.testing.assert_allclose(other.start.angular_momentum, first.start.angular_momentum, rtol=1e-9, atol=1e-12)
+    one, two = (body.shapes[0].shape for body in others)
+    assert np.array_equal(one.triangles, two.triangles)
+    assert np.abs(np.linalg.norm(one.points, axis=1) - np.linalg.norm(two.points, axis=1)).max() < 1e-12

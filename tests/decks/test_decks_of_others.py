@@ -12,6 +12,7 @@ import pytest
 from billow.base.errors import InputError
 from billow.case.bag.build_bag import build_shape
 from billow.case.build import build_model
+from billow.case.obstacles.obstacles import build_body
 from billow.case.schema import Case
 from billow.decks.import_deck import Options, import_deck
 from billow.geometry.surface import check_closed
@@ -277,9 +278,31 @@ def test_a_rigid_part_becomes_a_body_with_its_mass_and_speed(use):
     (box,) = case.obstacles
     assert box.mass == pytest.approx(6 * 0.01 * 1e-3 * 7800.0)
     assert (box.locked, box.velocity) == (False, pytest.approx((0.0, 0.0, -5.0)))
-    assert box.radii == pytest.approx((0.05,) * 3)
-    assert box.clearance == pytest.approx(0.2)
+    assert box.shape == "mesh"
+    body = build_body(box)
+    np.testing.assert_allclose(body.start.centre, [0.3, 0.3, 0.25], atol=1e-12)
+    # Hollow, as a rigid part of shells is: m s^2 5/18 about any axis; a full cube has 1/6.
+    np.testing.assert_allclose(body.rigid.inertia, box.mass * 0.1**2 * 5.0 / 18.0, rtol=1e-9)
+    np.testing.assert_allclose(body.distance(np.array([[0.3, 0.3, 0.4], [0.3, 0.3, 0.29]])), [[0.1, -0.01]], atol=1e-9)
     assert not report.of("refused")
+
+
+def test_inertia_of_a_part_counts_where_it_is_said(use):
+    pillow, first = Pillow(), len(Pillow().points)
+    pillow.points = np.concatenate([pillow.points, [[0, 0, 300], [600, 0, 300], [600, 600, 300], [0, 600, 300]]])
+    inertia = "300,300,310,4.5,0,0\n40000,0,0,50000,-2000,60000\n0,0,-3,0,0,0.01\n"
+    more = (
+        f"*ELEMENT_SHELL\n900,9,{first + 1},{first + 2},{first + 3},{first + 4}\n*PART_INERTIA\ntable\n9,9,9\n{inertia}"
+        "*SECTION_SHELL\n9,2\n4,4,4,4\n*MAT_RIGID\n9,7.8e-6,210\n"
+    )
+    case, report = use(pillow.deck(more=more))
+    (table,) = case.obstacles
+    assert (table.mass, table.thickness, *table.centre) == pytest.approx((4.5, 0.004, 0.3, 0.3, 0.31))
+    assert table.inertia == pytest.approx((0.04, 0.05, 0.06, 0.0, -0.002, 0.0))
+    assert (table.velocity[2], table.spin[2]) == pytest.approx((-3.0, 10.0))
+    rows = [row for row in report.rows.values() if row.field.startswith("PART_INERTIA")]
+    assert len(rows) == 18  # a row for every field
+    assert {row.status for row in rows if row.deck not in ("", "0")} == {"mapped"}
 
 
 def test_a_node_based_reference_is_the_flat_cut(use):
@@ -413,3 +436,42 @@ def test_columns_of_a_reference_are_those_whose_ids_are_nodes(use):
     assert np.array_equal(*cut)
     with pytest.raises(InputError, match=r"E-DCK-006(.|\n)*node 999"):
         use(Pillow().deck(more=f"*AIRBAG_REFERENCE_GEOMETRY\n{narrow}{999:8d}\n"))
+
+
+SPRING = "\n*PART\nspring\n8,8,8\n*MAT_SPRING_ELASTIC\n8,0.01\n"
+STRAPS = {
+    f"*ELEMENT_DISCRETE\n901,8,25,74,0,2.0,0,-5.0{SPRING}": (2 * 1e4 * 0.2, 5e-3, True),
+    f"*ELEMENT_DISCRETE\n901,8,25,74,0,,0,5.0{SPRING}": (1e4 * 0.2, -5e-3, True),
+    "*ELEMENT_BEAM\n901,8,25,74,0\n902,8,24,73,0\n*PART\ncable\n8,8,8\n*SECTION_BEAM\n8,6\n0,0,0,30\n"
+    "*MAT_CABLE_DISCRETE_BEAM\n8,1.1e-6,2.0\n": (2 * 2e9 * 30e-6, 0.0, False),
+    "*ELEMENT_SEATBELT\n901,8,25,74,0,7.0\n*PART\nbelt\n8,8,8\n*MAT_SEATBELT\n8,6e-5,77\n"
+    "*DEFINE_CURVE\n77\n0,0\n0.1,6\n": (60e3, 7e-3, False),
+    "*ELEMENT_BEAM\n901,8,25,74,0\n*PART\ntruss\n8,8,8\n*SECTION_BEAM\n8,3\n20,0,0\n*MAT_ELASTIC\n8,1e-6,3.0,0.3\n":
+    (3e9 * 20e-6, 0.0, True),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("more", list(STRAPS), ids=["loose spring", "tense spring", "cable", "belt", "truss"])
+def test_beams_springs_and_belts_between_nodes_of_the_bag_are_straps(use, more):
+    stiffness, slack, pushes = STRAPS[more]
+    pillow = Pillow()
+    middle = [int(np.argmin(np.linalg.norm(pillow.points - [300, 300, z], axis=1))) + 1 for z in (-100, 100)]
+    aside = [int(np.argmin(np.linalg.norm(pillow.points - [200, 300, z], axis=1))) + 1 for z in (-87, 87)]
+    for old, new in zip(("25,74", "24,73"), (middle, aside), strict=True):
+        more = more.replace(old, ",".join(map(str, new)))
+    case, report = use(pillow.deck(more=more))
+    (strap,) = case.bag.straps
+    assert strap.stiffness == pytest.approx(stiffness)
+    assert strap.slack == pytest.approx(max(slack, 0.0))
+    assert any("only pulls" in remark for remark in report.remarks) == pushes
+    assert not report.of("refused")
+    model = build_model(case)
+    assert model.straps.length[0] == pytest.approx(0.2 + slack)
+    assert model.straps.stiffness.sum() == pytest.approx(stiffness)
+
+
+def test_what_is_no_strap_is_left_out_with_a_word(use):
+    more = "*ELEMENT_BEAM\n901,8,25,9999,0\n*NODE\n9999,0,0,900\n*PART\nx\n8,8,8\n*MAT_ELASTIC\n8,1e-6,3.0,0.3\n"
+    case, report = use(Pillow().deck(more=more))
+    assert not case.bag.straps
+    assert any("1 beams, springs or seat belts left out" in remark for remark in report.remarks)

@@ -229,15 +229,15 @@ ENTRIES = {
     ],
     "geometry/shapes/kinds.py": [
         imports("billow.geometry.shapes.ball", "Ball, farthest_of_ball, near_ball", "billow.geometry.shapes.box"),
-        ("SHAPES = (HalfSpace, SuperEllipsoid, Box)", "SHAPES = (HalfSpace, SuperEllipsoid, Box, Ball)"),
+        ("SuperEllipsoid, Box, Mesh, Cylinder)", "SuperEllipsoid, Box, Mesh, Cylinder, Ball)"),
         (
             "    return near_super_ellipsoid(",
-            "    if number == 3:\n        return near_ball(numbers, pose, rx, ry, rz, tx, ty, tz)\n"
+            "    if number == 5:\n        return near_ball(numbers, pose, rx, ry, rz, tx, ty, tz)\n"
             "    return near_super_ellipsoid(",
         ),
         (
             "    return farthest_of_super_ellipsoid(",
-            "    if number == 3:\n        return farthest_of_ball(numbers, dx, dy, dz)\n"
+            "    if number == 5:\n        return farthest_of_ball(numbers, dx, dy, dz)\n"
             "    return farthest_of_super_ellipsoid(",
         ),
     ],

@@ -15,6 +15,7 @@ from billow.decks.fields import CARDS, known
 from billow.decks.report import Report
 from billow.decks.tables import Model, has_title
 from billow.decks.units import Units
+from billow.geometry.mesh_file import CellMesh
 
 SHORT_CURVE = InputError.declare(
     "E-DCK-013",
@@ -29,7 +30,8 @@ SHIFT = 1e-6
 
 @dataclass
 class Context:
-    """tables: the draft of the case. curves: CSV files to write, name -> text. airbag: what its cards said of the bag,
+    """tables: the draft of the case. curves: CSV files to write, name -> text; meshes: of
+    obstacles, likewise. airbag: what its cards said of the bag,
     once they are read."""
 
     model: Model
@@ -37,6 +39,7 @@ class Context:
     report: Report
     tables: dict[str, Any] = field(default_factory=dict)
     curves: dict[str, str] = field(default_factory=dict)
+    meshes: dict[str, CellMesh] = field(default_factory=dict)
     airbag: Any = None
 
     def cards(self, block: Block) -> Cards:

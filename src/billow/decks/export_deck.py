@@ -13,13 +13,14 @@ import numpy as np
 from billow.case.bag.build_bag import build_shape
 from billow.case.fabric.schema_fabric import Cloth
 from billow.case.obstacles.motion import unit_vector
-from billow.case.obstacles.obstacles import Plate, SuperEllipsoid
+from billow.case.obstacles.obstacles import Movable, Plate, SuperEllipsoid
 from billow.case.schema import Case
 from billow.decks.deck_text import DeckText
 from billow.decks.export_gas import NOT_EXPORTED, put_gas
 from billow.decks.motions import HELD
 from billow.decks.units import SYSTEMS
 from billow.geometry.bag_shapes import BagShape
+from billow.geometry.shapes.mesh import mass_properties
 from billow.geometry.shapes.pose import rotation_matrix
 from billow.geometry.shapes.triangulated import triangulated
 
@@ -256,7 +257,7 @@ def _obstacles(deck: DeckText, case: Case, shape: BagShape, notes: list[str]) ->
         part += 1
         if isinstance(obstacle, Plate):
             _wall(deck, obstacle, part, notes)
-        elif isinstance(obstacle, SuperEllipsoid):
+        elif isinstance(obstacle, Movable):
             shell = _body(deck, obstacle, part, shell, notes)
         else:
             notes.append(f"obstacles.{obstacle.name}: its shape is not written")
@@ -302,12 +303,13 @@ def _wall_motion(deck: DeckText, motion, name: str) -> None:
     _course(deck, motion, name)
 
 
-def _body(deck: DeckText, obstacle: SuperEllipsoid, part: int, shell: int, notes: list[str]) -> int:
+def _body(deck: DeckText, obstacle: Movable, part: int, shell: int, notes: list[str]) -> int:
     """A sphere that is locked as a rigid wall, anything else as a rigid part of triangles; the last shell's number."""
-    (carried,), _, start = obstacle.build()
+    (carried,), rigid, start = obstacle.build()
     motion = obstacle.motion
-    radii = np.array([obstacle.radii] * 3 if isinstance(obstacle.radii, float) else obstacle.radii)
-    if obstacle.locked and motion.kind != "guided" and obstacle.degree == 2.0 and np.ptp(radii) == 0.0:
+    radii = getattr(carried.shape, "radii", np.zeros(3))
+    is_ball = isinstance(obstacle, SuperEllipsoid) and obstacle.degree == 2.0 and np.ptp(radii) == 0.0
+    if is_ball and obstacle.locked and motion.kind != "guided":
         moves = motion.kind != "none"
         deck.keyword("RIGIDWALL_GEOMETRIC_SPHERE_MOTION_ID" if moves else "RIGIDWALL_GEOMETRIC_SPHERE_ID")
         deck.text(f"{part + 1000:>20}{obstacle.name}")
@@ -320,30 +322,39 @@ def _body(deck: DeckText, obstacle: SuperEllipsoid, part: int, shell: int, notes
             _wall_motion(deck, motion, obstacle.name)
         return shell
     points, triangles = triangulated(carried.shape, ROUGH)
-    first = deck.node_block(points @ rotation_matrix(start.quaternion).T + start.centre)
+    turn = rotation_matrix(start.quaternion)
+    points = (points + carried.centre) @ turn.T + start.centre
+    first = deck.node_block(points)
     deck.keyword("ELEMENT_SHELL")
     for k, (a, b, c) in enumerate((triangles + first + 1).tolist(), 1):
         deck.card(shell + k, part, a, b, c, c)
-    sides = points[triangles[:, 1:]] - points[triangles[:, :1]]
-    area = 0.5 * np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1).sum()
-    thickness = 1e-3
-    deck.keyword("PART")
+    free = not obstacle.locked
+    deck.keyword("PART_INERTIA" if free else "PART")
     deck.text(obstacle.name)
     deck.card(part, part, part, 0, 0, 0, 0, 0)
+    if free:
+        tensor = turn @ np.diag(rigid.inertia) @ turn.T
+        deck.card(*[deck.of(v, "length") for v in start.centre], deck.of(rigid.mass, "mass"), 0, 0)
+        deck.card(*[deck.of(tensor[i, j], "inertia") for i, j in ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))])
+        speeds = [deck.of(v, "velocity") for v in obstacle.velocity]
+        deck.card(*speeds, *[deck.of(w, "frequency") for w in obstacle.spin])
+    area, *_ = mass_properties(points, triangles, is_sheet=True)
+    thickness = getattr(obstacle, "thickness", 1e-3)
     deck.keyword("SECTION_SHELL")
     deck.card(part, 2, 1.0, 2, 1.0, 0, 0, 1)
     deck.card(*[deck.of(thickness, "length")] * 4)
-    mass = motion.mass if motion.kind == "guided" else obstacle.mass
+    mass = motion.mass if motion.kind == "guided" else rigid.mass
     deck.keyword("MAT_RIGID")
-    deck.card(part, deck.of(mass / (float(area) * thickness), "density"), deck.of(1e9, "pressure"), 0.3)
+    deck.card(part, deck.of(mass / (area * thickness), "density"), deck.of(1e9, "pressure"), 0.3)
     deck.card(*_constraint(obstacle, notes))
     deck.card(0.0)
-    notes.append(f"obstacles.{obstacle.name}: a rigid shell of {len(triangles)} triangles, its mass by its density")
+    if isinstance(obstacle, SuperEllipsoid):
+        notes.append(f"obstacles.{obstacle.name}: a rigid shell of {len(triangles)} triangles")
     _motion(deck, obstacle, part)
     return shell + len(triangles)
 
 
-def _constraint(obstacle: SuperEllipsoid, notes: list[str]) -> tuple[float, int, int]:
+def _constraint(obstacle: Movable, notes: list[str]) -> tuple[float, int, int]:
     """CMO, CON1, CON2 of a rigid part."""
     if obstacle.motion.kind == "none":
         return (1.0, 7, 7) if obstacle.locked else (0.0, 0, 0)
@@ -354,16 +365,14 @@ def _constraint(obstacle: SuperEllipsoid, notes: list[str]) -> tuple[float, int,
     return 1.0, next(code for code, held in HELD.items() if set(held) == set(across)), 7
 
 
-def _motion(deck: DeckText, obstacle: SuperEllipsoid, part: int) -> None:
-    """What moves a rigid part: its velocity, a motion that is prescribed, or a force along its rail."""
+def _motion(deck: DeckText, obstacle: Movable, part: int) -> None:
+    """What moves a rigid part: a motion that is prescribed, or speed and force along its rail."""
     motion, direction = obstacle.motion, np.zeros(3)
-    velocity, spin = np.array(obstacle.velocity), obstacle.spin
     if motion.kind != "none":
         direction = unit_vector(motion.direction)
-        velocity, spin = (motion.speed if motion.kind == "guided" else 0.0) * direction, (0.0, 0.0, 0.0)
-    if any(velocity) or any(spin):
+    if motion.kind == "guided" and motion.speed:
         deck.keyword("INITIAL_VELOCITY_RIGID_BODY")
-        deck.card(part, *[deck.of(v, "velocity") for v in velocity], *[deck.of(w, "frequency") for w in spin])
+        deck.card(part, *[deck.of(v, "velocity") for v in motion.speed * direction], 0.0, 0.0, 0.0)
     ways = [(axis, share) for axis, share in enumerate(direction.tolist(), 1) if share]
     if motion.kind in ("travel", "speed"):
         curve = _course(deck, motion, obstacle.name)

@@ -81,6 +81,11 @@ CARDS: dict[str, dict[str, str]] = {
         "constraint": "CMO CON1 CON2",
         "axes": "LCO A2 A3 V1 V2 V3",
     },
+    "PART_INERTIA": {
+        "inertia": "XC YC ZC TM IRCS NODEID",
+        "tensor": "IXX IXY IXZ IYY IYZ IZZ",
+        "velocity": "VTX VTY VTZ VRX VRY VRZ",
+    },
     "MAT_NULL": {"null": "MID RO PC MU TEROD CEROD YM PR"},
     "CONTACT": {
         "sides": "SSID MSID SSTYP MSTYP SBOXID MBOXID SPR MPR",

@@ -30,6 +30,7 @@ from billow.decks.radioss.starter_file import is_starter
 from billow.decks.radioss.translate import translated as of_starter
 from billow.decks.report import Report
 from billow.decks.shared_tables import NO_AIRBAG, Options, put_bag_tables, rest_of_base
+from billow.decks.straps import put_straps
 from billow.decks.tables import Model
 from billow.decks.units import SYSTEMS, Units, find_units
 from billow.decks.unread import name_the_rest
@@ -62,6 +63,10 @@ def import_deck(path: str | Path, out: str | Path, options: Options | None = Non
         write_mesh(folder / "start.vtkhdf", bag.start)
         if bag.reference is not None:
             write_mesh(folder / "reference.vtkhdf", bag.reference)
+        if context.meshes:
+            (folder / "obstacles").mkdir()
+        for name, mesh in context.meshes.items():
+            write_mesh(folder / name, mesh)
         for name, text in context.curves.items():
             (folder / name).write_text(text, encoding="utf-8")
         (folder / "case.toml").write_text(case_text(head, case), encoding="utf-8")
@@ -88,6 +93,7 @@ def translated(path: Path, options: Options) -> tuple[Context, BagMesh]:
     _run(context, base)
     motions = motions_of(context)
     attached = put_fixed(context, bag, motions)
+    put_straps(context, bag)
     put_bag_tables(context, bag)
     put_obstacles(context, set(bag.parts) | attached, options.parts, motions, bag.start.points)
     motions.rest(context)

@@ -1,5 +1,4 @@
-"""Rigid walls and rigid parts of a deck as obstacles of a case: plates, and super-ellipsoids that fit what they
-replace."""
+"""Rigid walls and rigid parts of a deck as obstacles of a case: plates, balls, and meshes."""
 
 from __future__ import annotations
 
@@ -7,22 +6,26 @@ from typing import Any
 
 import numpy as np
 
+from billow.case.obstacles.surface_file import triangles_of
 from billow.decks.bag_mesh import material_of, plain_name
 from billow.decks.block import Block
 from billow.decks.cards import Cards, Field
 from billow.decks.context import Context
 from billow.decks.draft import Said, plain, said
-from billow.decks.fields import known
+from billow.decks.fields import CARDS, known
 from billow.decks.motions import HELD, Motions, guide, loads_of, motion_table, wall_motion
+from billow.geometry.mesh_file import CellMesh
+from billow.geometry.shapes.mesh import mass_properties
 
-BOXY = 4.0
-"""Degree of a super-ellipsoid that stands for a body of facets."""
+LENGTHS = {"RADCYL": "radius", "LENCYL": "length"}
+"""Fields of a cylindrical wall -> keys of a case."""
 STEEP = 0.5
 """z component of a unit normal below which a plate is placed by a point of it, else by its height on the z axis."""
-FLAT = 1e-3
-"""Smallest over largest extent of a rigid part below which it is a plate."""
-THINNEST = 0.01
-"""Least radius [m] of a super-ellipsoid that stands for a flat body."""
+THINNEST = 0.002
+"""Least thickness [m] of an open surface: fabric may go a quarter of it deep."""
+STIFF = 1e6
+"""Contact slope [N/m] of rigid parts: 20 kPa go 0.02 mm deep."""
+INERTIA = ("IXX", "IXY", "IXZ", "IYY", "IYZ", "IZZ")
 
 
 def put_obstacles(
@@ -51,12 +54,6 @@ def put_obstacles(
     context.tables["obstacles"] = obstacles
 
 
-def _flatness(points: np.ndarray) -> tuple[float, np.ndarray]:
-    """Smallest over largest extent of points (n, 3) about their middle, and the direction of the smallest."""
-    _, sizes, axes = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)
-    return float(sizes[-1] / max(sizes[0], 1e-300)), axes[-1]
-
-
 def _wall(context: Context, block: Block) -> list[dict[str, Any]]:
     report, kind = context.report, known(block.name)
     if kind is None:
@@ -81,14 +78,17 @@ def _wall(context: Context, block: Block) -> list[dict[str, Any]]:
     if "SPHERE" in block.name:
         size = context.card(cards, "sphere")["RADSPH"]
         report.mapped(size, context.si(size, "length"), "obstacles.radii")
-        made = _ellipsoid(shared, tail, np.full(3, context.si(size, "length")), 2.0, source)
+        made = _ball(shared, tail, context.si(size, "length"), source)
     elif "CYLINDER" in block.name:
         size = context.card(cards, "cylinder")
         radius, length = (context.si(size[n], "length") for n in ("RADCYL", "LENCYL"))
-        half = np.where(np.abs(normal) > 0.9, 0.5 * length, radius)
         for name in ("RADCYL", "LENCYL"):
-            report.approximated(size[name], f"a super-ellipsoid of degree {BOXY:g}, along the nearest axis")
-        made = _ellipsoid(shared, tail + 0.5 * length * normal, half, BOXY, source)
+            report.mapped(size[name], context.si(size[name], "length"), f"obstacles.{LENGTHS[name]}")
+        made = {
+            "shape": "cylinder", **shared, "radius": said(radius, size["RADCYL"]),
+            "length": said(length, size["LENCYL"]), "place": Said((tail + 0.5 * length * normal).tolist(), source),
+            "normal": Said(normal.tolist(), source),
+        }  # fmt: skip
     else:
         made = _plate(shared, tail, normal, source)
     if "PRISM" in block.name or "FLAT" in block.name:
@@ -135,13 +135,10 @@ def _plate(shared: dict[str, Any], point: np.ndarray, normal: np.ndarray, source
     return made | {"height": Said(float(point @ normal / normal[2]), source)}
 
 
-def _ellipsoid(
-    shared: dict[str, Any], centre: np.ndarray, half: np.ndarray, degree: float, source: str
-) -> dict[str, Any]:
+def _ball(shared: dict[str, Any], centre: np.ndarray, radius: float, source: str) -> dict[str, Any]:
     return {
-        "shape": "super-ellipsoid", **shared, "radii": Said([float(v) for v in half], source), "degree": degree,
-        "offset": Said([float(centre[0]), float(centre[1])], source),
-        "clearance": Said(float(centre[2] - half[2]), source),
+        "shape": "super-ellipsoid", **shared, "radii": Said([radius] * 3, source), "degree": 2.0,
+        "offset": Said(centre[:2].tolist(), source), "clearance": Said(float(centre[2] - radius), source),
     }  # fmt: skip
 
 
@@ -155,9 +152,7 @@ def _part(
     corners = shells.corners[rows]
     ids = np.unique(corners[corners >= 0])
     at = model.nodes.rows(ids, f"a shell of part {part}", shells.place(rows[0]))
-    points = model.nodes.points[at] * context.units.length
-    low, high = points.min(axis=0), points.max(axis=0)
-    centre, half = 0.5 * (low + high), 0.5 * (high - low)
+    points = model.nodes.metres(at, context.units)
     title = model.parts[part].title if part in model.parts else ""
     name = plain_name(title) or f"part_{part}"
     place = model.parts[part].place if part in model.parts else shells.place(rows[0])
@@ -165,25 +160,32 @@ def _part(
     rigid = _rigid(context, material[1]) if material and material[0] == "MAT_RIGID" else None
     friction = {"friction": 0.2}
     moved = motion_table(context, motions.of_part(part, ids), plain(context.tables["run"]).get("end_time", 0.05), rigid)
-    flat, normal = _flatness(points)
-    if kind == "plate" or (kind is None and flat < FLAT):
+    if kind == "plate":
         middle = points.mean(axis=0)
+        normal = np.linalg.svd(points - middle, full_matrices=False)[2][-1]
         normal = normal if (bag_points.mean(axis=0) - middle) @ normal >= 0.0 else -normal
         off = float(np.abs((points - middle) @ normal).max())
         report.remarks.append(
             f"part {part} becomes an infinite plate; its nodes lie up to {1e3 * off:.3g} mm away from it"
         )
         return _plate({"name": name, **friction}, middle, normal, source) | ({"motion": moved} if moved else {})
-    half = np.maximum(half, THINNEST)
-    fitted = np.abs((points - centre) / half)
-    # Of a point, how much larger a super-ellipsoid would pass through it.
-    gap = float((np.sum(fitted**BOXY, axis=1) ** (1.0 / BOXY) - 1.0).max() * half.min())
-    made = _ellipsoid({"name": name, **friction}, centre, half, BOXY, source)
-    report.remarks.append(
-        f"part {part} becomes a super-ellipsoid of degree {BOXY:g} with its extents; its nodes stand out by up to "
-        f"{1e3 * max(gap, 0.0):.3g} mm"
-    )
-    return made | _freedom(context, part, _mass(context, part, rows, rigid), rigid, kind, velocity, moved, source)
+    cells = np.where(corners >= 0, np.searchsorted(ids, corners), -1)
+    mesh = CellMesh(points, cells, np.ones(len(cells), np.int64), {})
+    file = f"obstacles/{name}_{part}.vtkhdf"
+    context.meshes[file] = mesh
+    section = model.thicknesses.get(model.parts[part].section) if part in model.parts else None
+    thickness = section[0] * context.units.length if section else 0.0
+    made = {"shape": "mesh", "name": name, "file": Said(file, source), **friction, "slope": STIFF}
+    made["thickness"] = max(thickness, THINNEST)
+    if section:
+        context.report.take([section[2]])
+        context.report.mapped(section[2], thickness, "obstacles.thickness", "counts where its surface is open")
+    if thickness < THINNEST:
+        how = f"a surface that is open is {1e3 * THINNEST:g} mm thick in the case, the part {1e3 * thickness:.3g} mm"
+        report.remarks.append(f"part {part}: {how}")
+    mass = _mass(context, part, mesh, thickness, rigid)
+    made |= _freedom(context, part, mass.pop("mass", None), rigid, kind, velocity, moved, source)
+    return made | (mass if not plain(made["locked"]) else {})
 
 
 def _freedom(
@@ -209,7 +211,8 @@ def _freedom(
         }}  # fmt: skip
     made = {"locked": Said(False, source), "mass": Said(float(mass), source)}
     if velocity is not None:
-        made["velocity"] = velocity[0]
+        if any(velocity[0].value):
+            made["velocity"] = velocity[0]
         if any(velocity[1].value):
             made["spin"] = velocity[1]
     return made
@@ -238,31 +241,44 @@ def _rigid(context: Context, block: Block) -> dict[str, Any]:
     return {"density": context.si(f["RO"], "density"), "held": held, "turns": turns and len(held) < 3}
 
 
-def _mass(context: Context, part: int, rows: np.ndarray, rigid: dict[str, Any] | None) -> float | None:
-    """Of the shells, area times thickness times density [kg]; of *PART_INERTIA if the deck has it."""
-    model = context.model
+def _mass(
+    context: Context, part: int, mesh: CellMesh, thickness: float, rigid: dict[str, Any] | None
+) -> dict[str, Any]:
+    """Keys `mass`, `centre` and `inertia` of a part: of *PART_INERTIA if the deck has it, else of its shells, which are
+    hollow where a closed mesh of a case is full; none if nothing says them."""
+    model, report = context.model, context.report
+    triangles = triangles_of(mesh)
+    area, centre, per_mass = mass_properties(mesh.points, triangles, is_sheet=True)
+    mass = area * thickness * rigid["density"] if rigid else 0.0
+    tensor, found = mass * per_mass, {}
     for block in model.all("PART_INERTIA"):
         cards = Cards(model.deck.parameters, block)
         cards.text()
-        if cards.card("part", "PID")["PID"].whole == part and cards.left:
-            mass = cards.card("inertia", "XC YC ZC TM IRCS NODEID")["TM"]
-            context.report.take([mass])
-            context.report.mapped(mass, context.si(mass, "mass"), "obstacles.mass")
-            return context.si(mass, "mass")
-    if rigid is None or part not in model.parts:
-        return None
-    section = model.thicknesses.get(model.parts[part].section)
-    if section is None:
-        return None
-    shells = model.shells
-    corners = np.where(shells.corners[rows] < 0, shells.corners[rows, :1], shells.corners[rows])
-    at = model.nodes.rows(corners, f"a shell of part {part}", shells.place(rows[0]))
-    a, b, c, d = (model.nodes.points[at[:, k]] * context.units.length for k in range(4))
-    area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1) + 0.5 * np.linalg.norm(np.cross(c - a, d - a), axis=1)
-    if (shells.corners[rows, 3] < 0).any():
-        triangle = shells.corners[rows, 3] < 0
-        area[triangle] = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)[triangle]
-    return float(area.sum()) * section[0] * context.units.length * rigid["density"]
+        if cards.card("part", "PID")["PID"].whole != part or not cards.left:
+            continue
+        f = context.card(cards, "inertia") | context.card(cards, "tensor", optional=True)
+        mass = context.si(f["TM"], "mass")
+        report.mapped(f["TM"], mass, "obstacles.mass")
+        if f["NODEID"].whole:
+            at = model.nodes.rows(np.array([f["NODEID"].whole]), f["NODEID"].shown, f["NODEID"].place)
+            centre = model.nodes.metres(at, context.units)[0]
+            report.mapped(f["NODEID"], str(centre.tolist()), "obstacles.centre")
+        else:
+            centre = np.array([context.si(f[n], "length") for n in ("XC", "YC", "ZC")])
+            for k, n in enumerate(("XC", "YC", "ZC")):
+                report.mapped(f[n], float(centre[k]), "obstacles.centre")
+        if f["IRCS"].whole:
+            report.refused(f["IRCS"], "inertia in local axes: write obstacles.inertia in those of the deck")
+            tensor = mass * per_mass
+        else:
+            xx, xy, xz, yy, yz, zz = (context.si(f[n], "inertia") for n in INERTIA)
+            tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+            for n in INERTIA:
+                report.mapped(f[n], context.si(f[n], "inertia"), "obstacles.inertia")
+    if mass > 0.0:
+        order = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0))
+        found = {"mass": mass, "centre": centre.tolist(), "inertia": [float(tensor[k]) for k in order]}
+    return found
 
 
 def _velocities(context: Context) -> dict[int, tuple[Said, Said]]:
@@ -282,6 +298,14 @@ def _velocities(context: Context) -> dict[int, tuple[Said, Said]]:
         for part in parts:
             found[part] = speeds, spins
 
+    for block in model.all("PART_INERTIA"):
+        cards = Cards(model.deck.parameters, block)
+        cards.text()
+        part = cards.card("part", "PID")["PID"].whole
+        for card in ("inertia", "tensor"):
+            cards.optional(card, CARDS["PART_INERTIA"][card])
+        f = context.card(cards, "velocity", optional=True)
+        keep([part], [f[n] for n in ("VTX", "VTY", "VTZ")], [f[n] for n in ("VRX", "VRY", "VRZ")])
     for block in model.all("INITIAL_VELOCITY_RIGID_BODY"):
         cards = context.cards(block)
         while cards.left:

@@ -13,6 +13,7 @@ from billow.case.obstacles.surface_file import read_surface, solid_of
 from billow.case.quantity import Name, Strict, Text, chosen_by, quantity, refused, unit_of_length
 from billow.geometry.shapes import super_ellipsoid as shapes
 from billow.geometry.shapes.box import Box
+from billow.geometry.shapes.cylinder import Cylinder
 from billow.geometry.shapes.half_space import HalfSpace
 from billow.geometry.shapes.pose import Pose, above_bag, of_plane, quaternion_of
 from billow.parts.bodies.body import Body, Carried
@@ -31,6 +32,15 @@ FIXED = RigidBody(1.0, np.ones(3), locked=True)
 
 
 Parts = tuple[tuple[Carried, ...], RigidBody, RigidState]
+
+
+def require_thick(edge: float, least: float) -> None:
+    """Refuses edges of a radius [m] for which the least thickness [m] has no room."""
+    if edge > 0.5 * least:
+        raise refused(
+            f"its edges have a radius of {edge:g} m, and its least thickness is {least:g} m",
+            "make edge at most half of the thickness",
+        )
 
 
 class ObstacleTable(Strict):
@@ -162,6 +172,38 @@ class MeshTable(Movable):
         return (Carried(solid.mesh, solid.middle),), rigid, start
 
 
+class CylinderTable(Movable):
+    """Rigid cylinder with rounded edges: locked, free or moved."""
+
+    shape: Literal["cylinder"]
+    """cylinder"""
+    name: Name = "cylinder"
+    """Name in results."""
+    radius: Radius = 0.05
+    """Its radius."""
+    length: Side = 0.4
+    """Its length."""
+    place: tuple[Coordinate, Coordinate, Coordinate] = (0.0, 0.0, 0.0)
+    """Where its middle lies (x, y, z)."""
+    normal: tuple[Component, Component, Component] = (0.0, 0.0, 1.0)
+    """Direction of its axis; its length does not count."""
+    edge: quantity("m", 1e-4, 1.0) = 0.002
+    """Radius of its edges, at most its radius and half its length."""
+
+    _points_somewhere = field_validator("normal")(points_somewhere)
+
+    @model_validator(mode="after")
+    def _has_room_for_edges(self):
+        require_thick(self.edge, 2.0 * min(self.radius, 0.5 * self.length))
+        return self
+
+    def build(self) -> Parts:
+        shape = Cylinder(self.radius, 0.5 * self.length, self.edge)
+        rigid = RigidBody(self.mass, shape.inertia(self.mass), self.locked)
+        pose = of_plane(self.place[2], unit_vector(self.normal), self.place[:2])
+        return (Carried(shape),), rigid, moving(rigid, pose, np.array(self.velocity), np.array(self.spin))
+
+
 class Placed(ObstacleTable):
     """What is made of boxes: where it stands and how it is turned."""
 
@@ -182,13 +224,6 @@ class Placed(ObstacleTable):
         carried = tuple(Carried(Box(0.5 * (high - low), self.edge), 0.5 * (high + low)) for low, high in boxes)
         return carried, FIXED, RigidState(pose.centre, pose.quaternion)
 
-    def _require_thick(self, least: float) -> None:
-        if self.edge > 0.5 * least:
-            raise refused(
-                f"its edges have a radius of {self.edge:g} m, and its least thickness is {least:g} m",
-                "make edge at most half of the thickness",
-            )
-
 
 class BoxTable(Placed):
     """Rigid box: a plate with an end, a flap, a table."""
@@ -202,7 +237,7 @@ class BoxTable(Placed):
 
     @model_validator(mode="after")
     def _has_room_for_edges(self):
-        self._require_thick(min(self.size))
+        require_thick(self.edge, min(self.size))
         return self
 
     def build(self) -> Parts:
@@ -229,7 +264,7 @@ class Housing(Placed):
 
     @model_validator(mode="after")
     def _has_room_for_edges(self):
-        self._require_thick(min(self.wall, self.depth))
+        require_thick(self.edge, min(self.wall, self.depth))
         return self
 
     def build(self) -> Parts:
@@ -248,6 +283,7 @@ OBSTACLES: dict[str, type[ObstacleTable]] = {
     "super-ellipsoid": SuperEllipsoid,
     "box": BoxTable,
     "housing": Housing,
+    "cylinder": CylinderTable,
     "mesh": MeshTable,
 }
 """Table of each shape."""

@@ -64,7 +64,7 @@ def read_surface(file: str, name: str, unit: str, digest: str) -> tuple[np.ndarr
         raise CHANGED(file=file, name=name)
     mesh = read_mesh(file)
     points = mesh.points * CONVERSIONS["m"][unit]
-    triangles = _triangles(mesh)
+    triangles = triangles_of(mesh)
     if not 1 <= len(triangles) <= MOST_TRIANGLES:
         raise NO_SURFACE(file=file, name=name, why=f"it has {len(triangles)} triangles, of at most {MOST_TRIANGLES}")
     used, triangles = np.unique(triangles, return_inverse=True)
@@ -83,8 +83,8 @@ def read_surface(file: str, name: str, unit: str, digest: str) -> tuple[np.ndarr
     return points, triangles if volume > 0.0 else triangles[:, ::-1], True
 
 
-def _triangles(mesh: CellMesh) -> np.ndarray:
-    """Of cells, those without area left out; quads as two."""
+def triangles_of(mesh: CellMesh) -> np.ndarray:
+    """Triangles (n, 3) of cells, those without area left out; quads as two."""
     quads = mesh.cells[mesh.cells[:, 3] >= 0]
     found = np.concatenate([mesh.cells[mesh.cells[:, 3] < 0][:, :3], quads[:, :3], quads[:, [0, 2, 3]]])
     a, b, c = (mesh.points[found[:, k]] for k in range(3))

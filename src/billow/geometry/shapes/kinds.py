@@ -5,12 +5,13 @@ from __future__ import annotations
 
 from billow.base.compiled import scalar
 from billow.geometry.shapes.box import MEETS_AS, Box, near_box
+from billow.geometry.shapes.cylinder import Cylinder, farthest_of_cylinder, near_cylinder
 from billow.geometry.shapes.half_space import HalfSpace, near_half_space
 from billow.geometry.shapes.mesh import Mesh
 from billow.geometry.shapes.shape import Shape
 from billow.geometry.shapes.super_ellipsoid import SuperEllipsoid, farthest_of_super_ellipsoid, near_super_ellipsoid
 
-SHAPES = (HalfSpace, SuperEllipsoid, Box, Mesh)
+SHAPES = (HalfSpace, SuperEllipsoid, Box, Mesh, Cylinder)
 MESH = SHAPES.index(Mesh)
 
 
@@ -31,11 +32,15 @@ def near_shape(number, numbers, pose, rx, ry, rz, tx, ty, tz):
         return near_half_space(numbers, pose, rx, ry, rz, tx, ty, tz)
     if number == 2:
         return near_box(numbers, pose, rx, ry, rz, tx, ty, tz)
+    if number == 4:
+        return near_cylinder(numbers, pose, rx, ry, rz, tx, ty, tz)
     return near_super_ellipsoid(numbers, pose, rx, ry, rz, tx, ty, tz)
 
 
 @scalar
 def farthest(number, numbers, dx, dy, dz):
     """The farthest point in a direction of a shape of kind `number` that has an end, as `Shape` says."""
+    if number == 4:
+        return farthest_of_cylinder(numbers, dx, dy, dz)
     a, b, c, degree, _ = numbers
     return farthest_of_super_ellipsoid((a, b, c, MEETS_AS if number == 2 else degree, 0.0), dx, dy, dz)

@@ -7,6 +7,7 @@ from functools import cache
 import numpy as np
 
 from billow.geometry.shapes.box import Box
+from billow.geometry.shapes.cylinder import Cylinder
 from billow.geometry.shapes.mesh import Mesh
 from billow.geometry.shapes.shape import Shape
 
@@ -21,8 +22,8 @@ def triangulated(shape: Shape, fineness: int = FINENESS) -> tuple[np.ndarray, np
     if isinstance(shape, Mesh):
         return shape.points, shape.triangles
     directions, triangles = sphere(fineness)
-    if isinstance(shape, Box):  # as many triangles across a thin side as across a wide one
-        directions = directions * shape.half
+    if isinstance(shape, Box | Cylinder):  # as many triangles across a thin side as across a wide one
+        directions = directions * (shape.half if isinstance(shape, Box) else [shape.radius, shape.radius, shape.half])
         directions /= np.linalg.norm(directions, axis=1)[:, None]
     return directions * reach(shape, directions)[:, None], triangles
 
