@@ -18,8 +18,9 @@ TARGET = Path(__file__).with_name("decks.md")
 GUIDE = """# From your LS-DYNA deck to a running bag in ten minutes
 
 `billow import-deck` reads a keyword file of LS-DYNA, or a starter deck of Radioss (below), and writes a case: the bag's
-mesh at the start, its flat cut, curves, `case.toml` with a comment behind each value that says which field it comes
-from, and a report of **every** field of the airbag, material and contact cards. `billow export-deck` goes the other way.
+mesh at the start, its flat cut, curves, `case.toml` with a comment behind each value that says which field it is
+from, and a report of **every** field of the airbag, material and contact cards. `billow export-deck` goes the other
+way.
 
 ## The first run
 
@@ -68,7 +69,8 @@ tolerance.
 **Normals** may point anywhere: neighbours are made to agree, and the sign of the volume decides. An edge of three
 shells is refused with its place and shells.
 
-**Several airbags.** `--airbag 2` takes the second.
+**Several airbags.** If *AIRBAG_INTERACTION joins them they become chambers of one case, with orifices between them; a
+part of both sets is the wall between two. Otherwise `--airbag 2` takes the second.
 
 **A deck of a mesh alone.** What it does not say comes from a case: `--base CASE.toml`, with the bag's parts by
 `--part`.
@@ -135,8 +137,8 @@ BESIDES = """Besides: *NODE, *ELEMENT_SHELL (_THICKNESS, _BETA), *PART, *SECTION
 *INCLUDE and *PARAMETER."""
 
 
-RADIOSS_BESIDES = """Besides: /NODE, /SHELL, /SH3N, /PART, /SURF (PART, SEG, SURF, MAT, PROP), /GRNOD (NODE, PART, GRNOD,
-SURF), /FUNCT, /MOVE_FUNCT, /XREF, /EREF, /PARAMETER and #include."""
+RADIOSS_BESIDES = """Besides: /NODE, /SHELL, /SH3N, /PART, /SURF (PART, SEG, SURF, MAT, PROP), /GRNOD (NODE, PART,
+GRNOD, SURF), /FUNCT, /MOVE_FUNCT, /XREF, /EREF, /PARAMETER and #include."""
 
 
 def render() -> str:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +28,7 @@ from billow.decks.obstacles import put_obstacles, turn_of
 from billow.decks.radioss.starter_file import is_starter
 from billow.decks.radioss.translate import translated as of_starter
 from billow.decks.report import Report
+from billow.decks.several_bags import put_bags, turned
 from billow.decks.shared_tables import NO_AIRBAG, Options, put_bag_tables, raised, rest_of_base
 from billow.decks.tables import Model
 from billow.decks.units import SYSTEMS, Units, find_units
@@ -77,13 +77,17 @@ def translated(path: Path, options: Options) -> tuple[Context, BagMesh]:
     is_mesh = path.suffix.lower() in SUFFIXES
     model = mesh_model(path) if is_mesh else Model(Deck(path, options.allow_outside))
     report = Report()
-    block = gas.choose(model.all("AIRBAG"), options.airbag)
+    joined = gas.joined(model.all("AIRBAG")) if options.airbag is None else []
+    block = joined[0] if joined else gas.choose(model.all("AIRBAG"), options.airbag)
     units = _units(model, block, options, path, report)
     context = Context(model, units, report)
     base = read_toml(options.base) if options.base is not None else {}
     context.tables |= {"title": _title(model), "bag": {}, "fabric": {}, "gas": {}}
     context.turn = turn_of(context, options.parts)
-    bag, place = _bag(context, block, options)
+    if joined:
+        bag, place = put_bags(context, joined, Choices(options.parts, options.close, options.merge))
+    else:
+        bag, place = _bag(context, block, options)
     _fabric(context, bag, place, options, base)
     rest_of_base(context, base, block is None, path)
     attached = put_fixed(context, bag)
@@ -135,10 +139,7 @@ def _bag(context: Context, block: Block | None, options: Options) -> tuple[BagMe
         members, segments, place, vents = airbag.parts, airbag.segments, airbag.place, airbag.vents
         context.airbag = airbag
     bag = bag_mesh(context.model, members, segments, vents, place, context.units, choices, context.report)
-    if context.turn is not None:
-        bag.start = replace(bag.start, points=context.turned(bag.start.points))
-        if bag.reference is not None:
-            bag.reference = replace(bag.reference, points=context.turned(bag.reference.points))
+    turned(context, bag)
     if block is not None:
         put_jets(context, context.airbag, bag)
     return bag, place
