@@ -128,7 +128,8 @@ beside it. What differs from decks of LS-DYNA:
 - LAW19 is linear in Green strain in a case; LAW58 has straight lines or functions, in the measure of `--fabric-curves`,
   and no crimp that couples warp and weft. Damping is Billow's own.
 - `/XREF` is the flat cut of each part by nodes, `/EREF` by elements.
-- Not read: `/MONVOL/COMMU1` and the other volumes, `/LEAK/MAT`, `/RBODY`, sensors other than TIME, `/INIVEL`. They are
+- Volumes of `/MONVOL/COMMU1` become chambers of one case, with orifices between them.
+- Not read: the other volumes, `/LEAK/MAT`, `/RBODY`, sensors other than TIME, `/INIVEL`. They are
   listed, and the mesh of such a deck can be taken alone, with `--part` and `--base`.
 """
 

@@ -96,3 +96,66 @@ def test_what_two_bags_cannot_share_is_refused(use):
 def test_an_interaction_with_a_bag_that_is_not_there_is_named_by_line(use):
     with pytest.raises(InputError, match=r"E-DCK-004(.|\n)*bag\.k:\d+"):
         use(deck("1,5,2000,0.7"))
+
+
+VOLUME = """/MONVOL/COMMU1/{0}
+cube
+{0:10d}
+
+        12                           0.0            101000.0               293.0
+{1}         0         0
+         1
+{2:10d}         9                 0.0                 0.5
+         0         0
+"""
+
+
+def starter() -> str:
+    text = (
+        "#RADIOSS STARTER\n/BEGIN\ntwo cubes\n      2022\n"
+        + "".join(f"{u:>20}" for u in ("kg", "m", "s"))
+        + "\n/NODE\n"
+    )
+    for (x, y, z), k in NODE.items():
+        text += f"{k:10d}" + "".join(f"{1e-3 * v:20.1f}" for v in (x, y, z)) + "\n"
+    number = 0
+    for part, faces in BOX.items():
+        text += f"/SHELL/{part}\n"
+        for cell in faces:
+            number += 1
+            text += "".join(f"{n:10d}" for n in (number, *cell)) + "\n"
+        text += f"/PART/{part}\nwall {part}\n         1         1\n"
+    text += "/PROP/TYPE9/1\nfabric\n\n\n" + " " * 20 + "3.E-4".rjust(20) + "\n" + "1.".rjust(20) + "\n"
+    text += (
+        "/MAT/LAW19/1\nnylon\n"
+        + "800.".rjust(20)
+        + "\n"
+        + "4.E8".rjust(20)
+        + "3.5E8".rjust(20)
+        + "0.2".rjust(20)
+        + "\n"
+    )
+    text += "".join("1.E7".rjust(20) for _ in range(3)) + "\n"
+    text += "/MAT/GAS/CSTA/12\nair\n" + "1005.".rjust(20) + "718.".rjust(20) + "\n"
+    text += (
+        "/SURF/PART/1\na\n         1         3\n/SURF/PART/2\nb\n         2         3\n/SURF/PART/9\nc\n         3\n"
+    )
+    text += "/FUNCT/21\nflow\n" + "".join(a.rjust(20) + b.rjust(20) + "\n" for a, b in (("0.", "1."), ("0.02", "1.")))
+    text += "/FUNCT/22\nheat\n" + "".join(a.rjust(20) + "600.".rjust(20) + "\n" for a in ("0.", "1."))
+    text += "/PROP/INJECT1/31\ninflator\n         1         1\n        12        21        22\n"
+    first = VOLUME.format(1, "         1\n        31\n", 2)
+    return text + first + VOLUME.format(2, "         0\n", 1) + "/END\n"
+
+
+def test_volumes_of_radioss_that_communicate(tmp_path):
+    (tmp_path / "bag_0000.rad").write_text(starter())
+    report = import_deck(tmp_path / "bag_0000.rad", tmp_path / "case")
+    case = Case.load(tmp_path / "case" / "case.toml")
+    assert not report.of("refused")
+    shape = build_shape(case.bag)
+    volumes = shape.surface.chambers.volumes(shape.surface.triangles, shape.positions)
+    assert shape.surface.chambers.names == ("bag_1", "bag_2")
+    assert volumes == pytest.approx([0.027, 0.027])
+    assert [(one.chamber, one.gas) for one in case.inflators] == [("bag_1", {"bag_1_gas_12": 1.0})]
+    (hole,) = case.gas.orifices  # both say it, but it is one
+    assert (hole.area, set(hole.between)) == (pytest.approx(0.5 * 0.09), {"bag_1", "bag_2"})

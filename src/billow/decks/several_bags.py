@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from billow.decks.airbag import put_airbag
+from billow.decks.airbag_gas import Airbag
 from billow.decks.bag_mesh import BagMesh, Choices, bag_mesh
 from billow.decks.block import Block
 from billow.decks.cards import Cards, Field
 from billow.decks.context import Context
-from billow.decks.draft import plain, said
-from billow.decks.flat_reference import NO_SURFACE
+from billow.decks.draft import Said, plain, said
+from billow.decks.flat_reference import NO_SURFACE, reference_of
 from billow.decks.jets import put_jets
 from billow.geometry.mesh_file import CellMesh
 
@@ -25,27 +27,36 @@ FAR = 1_000_000
 
 def put_bags(context: Context, blocks: list[Block], choices: Choices) -> tuple[BagMesh, str]:
     """One mesh and the tables of the gas of all bags; each is a chamber, bag_ID. Raises InputError as for one bag."""
+    names = {_number(context, block) or k: block for k, block in enumerate(blocks, 1)}
+    bag, place = join(context, names, put_airbag, choices, reference_of)
+    for block in context.model.all("AIRBAG_INTERACTION"):
+        _interaction(context, block, names, bag)
+    return bag, place
+
+
+def chamber(number: int) -> str:
+    """Name of the chamber that an airbag becomes."""
+    return f"bag_{number}"
+
+
+def join(
+    context: Context, blocks: dict[int, Block], put: Callable[[Context, Block], Airbag], choices: Choices, references
+) -> tuple[BagMesh, str]:
+    """blocks: of airbags, by number. put: reads one. references: as `bag_mesh` has it."""
     meshes: list[tuple[str, BagMesh]] = []
-    for k, block in enumerate(blocks, 1):
-        name = f"bag_{_number(context, block) or k}"
+    for number, block in blocks.items():
         own = replace(context, tables={"bag": {}, "gas": {}})
-        airbag = put_airbag(own, block)
+        airbag = put(own, block)
         bag = bag_mesh(
             context.model, airbag.parts, airbag.segments, airbag.vents, airbag.place, context.units, choices,
-            context.report,
+            context.report, references,
         )  # fmt: skip
         turned(context, bag)
         put_jets(own, airbag, bag)
-        _join_tables(context, own.tables, name, block)
+        _join_tables(context, own.tables, chamber(number), block)
         context.airbag = context.airbag or airbag
-        meshes.append((name, bag))
-    bag = _joined(context, meshes)
-    names = {
-        (_number(context, block) or k): name for k, (block, (name, _)) in enumerate(zip(blocks, meshes, strict=True), 1)
-    }
-    for block in context.model.all("AIRBAG_INTERACTION"):
-        _interaction(context, block, names, bag)
-    return bag, meshes[0][1].place
+        meshes.append((chamber(number), bag))
+    return _joined(context, meshes), meshes[0][1].place
 
 
 def turned(context: Context, bag: BagMesh) -> None:
@@ -171,7 +182,7 @@ def _joined(context: Context, meshes: list[tuple[str, BagMesh]]) -> BagMesh:
     )  # fmt: skip
 
 
-def _interaction(context: Context, block: Block, names: dict[int, str], bag: BagMesh) -> None:
+def _interaction(context: Context, block: Block, names: dict[int, Block], bag: BagMesh) -> None:
     """A hole between two bags: AREA, or that of the part PID, times SF."""
     report, cards = context.report, Cards(context.model.deck.parameters, block)
     f = context.card(cards, "interaction")
@@ -179,7 +190,7 @@ def _interaction(context: Context, block: Block, names: dict[int, str], bag: Bag
     for name in ("AB1", "AB2"):
         if f[name].whole not in names:
             raise f[name].bad(f"the airbags of the deck are {', '.join(map(str, names))}")
-        ends.append(names[f[name].whole])
+        ends.append(chamber(f[name].whole))
         report.mapped(f[name], ends[-1])
     if f["LCID"].whole:
         report.refused(f["LCID"], "a flow against a difference of pressure: give AREA and SF")
@@ -193,11 +204,9 @@ def _interaction(context: Context, block: Block, names: dict[int, str], bag: Bag
         report.mapped(f["AREA"], area)
         report.ignored(f["PID"], "AREA counts")
     else:
-        cells = bag.start.cells[bag.start.part == f["PID"].whole]
-        if not len(cells):
+        area = area_of(bag, [f["PID"].whole])
+        if not area:
             raise f["PID"].bad("AREA is 0, and no part of the bags has this number")
-        a, b, c, d = (bag.start.points[np.where(cells[:, k] < 0, cells[:, 2], cells[:, k])] for k in range(4))
-        area = float(0.5 * np.linalg.norm(np.cross(c - a, d - b), axis=1).sum())
         for name in ("AREA", "PID"):
             report.approximated(f[name], f"a hole of the area of part {f['PID'].whole} at the start", area)
     discharge: object = min(share, 1.0)
@@ -206,8 +215,18 @@ def _interaction(context: Context, block: Block, names: dict[int, str], bag: Bag
     elif share > 1.0:
         area *= share
     report.mapped(f["SF"], "curve" if share < 0.0 else share)
+    put_hole(context, ends, said(area, f["AREA"]), said(discharge, f["SF"]))
+
+
+def area_of(bag: BagMesh, parts: Iterable[int]) -> float:
+    """Of parts of the mesh at the start [m^2]."""
+    cells = bag.start.cells[np.isin(bag.start.part, list(parts))]
+    a, b, c, d = (bag.start.points[np.where(cells[:, k] < 0, cells[:, 2], cells[:, k])] for k in range(4))
+    return float(0.5 * np.linalg.norm(np.cross(c - a, d - b), axis=1).sum())
+
+
+def put_hole(context: Context, ends: list[str], area: Said, discharge: Said) -> None:
+    """An orifice between two chambers."""
     orifices = context.tables["gas"].setdefault("orifices", [])
-    orifices.append({
-        "name": f"interaction_{len(orifices) + 1}", "between": ends, "area": said(area, f["AREA"]),
-        "discharge": said(discharge, f["SF"]),
-    })  # fmt: skip
+    name = f"interaction_{len(orifices) + 1}"
+    orifices.append({"name": name, "between": ends, "area": area, "discharge": discharge})
