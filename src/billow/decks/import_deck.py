@@ -12,6 +12,7 @@ from billow.base.errors import InputError
 from billow.base.toml_file import read_toml
 from billow.case.schema import Case
 from billow.decks import airbag as gas
+from billow.decks.airbag_gas import put_silence
 from billow.decks.bag_mesh import BagMesh, Choices, bag_mesh, material_of
 from billow.decks.block import Block
 from billow.decks.cards import Field
@@ -88,6 +89,7 @@ def translated(path: Path, options: Options) -> tuple[Context, BagMesh]:
         bag, place = put_bags(context, joined, Choices(options.parts, options.close, options.merge))
     else:
         bag, place = _bag(context, block, options)
+    put_silence(context)
     _fabric(context, bag, place, options, base)
     rest_of_base(context, base, block is None, path)
     attached = put_fixed(context, bag)

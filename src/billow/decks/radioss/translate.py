@@ -10,6 +10,7 @@ import numpy as np
 
 from billow.base.toml_file import read_toml
 from billow.decks.airbag import NO_CHOICE
+from billow.decks.airbag_gas import put_silence
 from billow.decks.bag_mesh import BagMesh, Choices, bag_mesh
 from billow.decks.block import Block
 from billow.decks.cards import Cards, Field
@@ -51,6 +52,7 @@ def translated(path: Path, options: Options) -> tuple[Context, BagMesh]:
         bag, place = _bags(context, Choices(options.parts, options.close, options.merge))
     else:
         bag, place = _bag(context, block, options)
+    put_silence(context)
     put_cloth(context, bag, place, options, base)
     rest_of_base(context, base, block is None, path)
     if bag.held:
