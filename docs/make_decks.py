@@ -18,8 +18,9 @@ TARGET = Path(__file__).with_name("decks.md")
 GUIDE = """# From your LS-DYNA deck to a running bag in ten minutes
 
 `billow import-deck` reads a keyword file of LS-DYNA, or a starter deck of Radioss (below), and writes a case: the bag's
-mesh at the start, its flat cut, curves, `case.toml` with a comment behind each value that says which field it comes
-from, and a report of **every** field of airbag, material and contact cards. `billow export-deck` goes the other way.
+mesh at the start, its flat cut, curves, `case.toml` with a comment behind each value that says which field it is
+from, and a report of **every** field of the airbag, material and contact cards. `billow export-deck` goes the other
+way.
 
 ## The first run
 
@@ -68,7 +69,8 @@ tolerance.
 **Normals** may point anywhere: neighbours are made to agree, and the sign of the volume decides. An edge of three
 shells is refused with its place and shells.
 
-**Several airbags.** `--airbag 2` takes the second.
+**Several airbags.** If *AIRBAG_INTERACTION joins them they become chambers of one case, with orifices between them; a
+part of both sets is the wall between two. Otherwise `--airbag 2` takes the second.
 
 **A deck of a mesh alone.** What it does not say comes from a case: `--base CASE.toml`, with the bag's parts by
 `--part`.
@@ -130,7 +132,8 @@ beside it. What differs from decks of LS-DYNA:
 - LAW19 is linear in Green strain in a case; LAW58 has straight lines or functions, in the measure of `--fabric-curves`,
   and no crimp that couples warp and weft. Damping is Billow's own.
 - `/XREF` is the flat cut of each part by nodes, `/EREF` by elements.
-- Not read: `/MONVOL/COMMU1` and the other volumes, `/LEAK/MAT`, `/RBODY`, sensors other than TIME, `/INIVEL`. They are
+- Volumes of `/MONVOL/COMMU1` become chambers of one case, with orifices between them.
+- Not read: the other volumes, `/LEAK/MAT`, `/RBODY`, sensors other than TIME, `/INIVEL`. They are
   listed, and the mesh of such a deck can be taken alone, with `--part` and `--base`.
 """
 

@@ -154,3 +154,11 @@ def test_exits_that_an_acceleration_opens_are_refused_and_an_overpressure_is_the
     assert case.bag.vents.opening_pressure == pytest.approx(50e3)
     names = {row.field.split(".")[1] for row in report.of("refused")}
     assert names == {"TDP", "AZP", "AMAGP", "TDURP", "RBIDP"}
+
+
+def test_an_airbag_without_a_mass_flow_does_not_get_the_inflator_of_a_case_by_default(use):
+    cards = "*AIRBAG_HYBRID\n1,1\n293,1.01e-4,,8.314,1\n0,,0\n0,,1\n0,0,,0.028,1,29\n\n"
+    case, report = use(cards)
+    (inflator,) = case.inflators
+    assert inflator.delay == 10.0
+    assert any("nothing flows in" in remark for remark in report.remarks)

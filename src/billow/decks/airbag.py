@@ -18,7 +18,7 @@ NO_CHOICE = InputError.declare(
     "E-DCK-015",
     "the deck has {count} airbags of which none was chosen",
     where="{place}",
-    why="they are {listed}; their coupling by *AIRBAG_INTERACTION is not read",
+    why="they are {listed}; no *AIRBAG_INTERACTION joins them, or one is of a kind that is not read",
     cause="a model with several cushions",
     remedy="choose one by its number in this list: --airbag 1",
 )
@@ -59,6 +59,14 @@ def choose(blocks: list[Block], wanted: int | None) -> Block | None:
     if why:
         raise NOT_READ(keyword=chosen.name, place=chosen.place, why=why)
     return chosen
+
+
+def joined(blocks: list[Block]) -> list[Block]:
+    """All airbags of a deck, if *AIRBAG_INTERACTION joins them and all are read; else none."""
+    if not any(b.name == "AIRBAG_INTERACTION" for b in blocks):
+        return []
+    bags = [b for b in blocks if "REFERENCE" not in b.name and b.name != "AIRBAG_INTERACTION"]
+    return bags if len(bags) > 1 and all(known(b.name) in READ for b in bags) else []
 
 
 def _why_not(name: str) -> str | None:

@@ -13,13 +13,17 @@ import numpy as np
 from billow.decks.block import Block
 from billow.decks.cards import Cards, Field
 from billow.decks.context import Context
-from billow.decks.draft import Said, said
+from billow.decks.draft import Said, plain, said
 
 GAS_CONSTANT = 8.31446261815324
 AIR = 0.0289652
 """Molar mass [kg/mol] of air."""
 NITROGEN = 0.0280134
 """Molar mass [kg/mol]."""
+NEVER = 10.0
+"""Delay [s] of an inflator that does not blow within any run."""
+WARM = 293.0
+"""Temperature [K] of what does not matter."""
 
 
 @dataclass
@@ -114,6 +118,17 @@ def put_inflator(context: Context, name: str, gas: str, flow: Said, temperature:
     context.tables.setdefault("inflator", []).append(
         {"name": name, "gas": {gas: 1.0}, "mass_flow": flow, "temperature": temperature, "jets": {"count": 0}}
     )
+
+
+def put_silence(context: Context) -> None:
+    """An inflator that blows later than any run lasts, if no card of an airbag has one: a case has one."""
+    if context.airbag is None or context.tables.get("inflator"):
+        return
+    gas = next(iter(plain(context.tables.get("gas", {}).get("initial", {}).get("gas", {}))), "N2")
+    flow = Said({"time": [0.0, 0.01], "value": [1e-6, 0.0]}, "nothing flows in")
+    put_inflator(context, "none", gas, flow, Said(WARM, flow.source))
+    context.tables["inflator"][0]["delay"] = Said(NEVER, flow.source)
+    context.report.remarks.append(f"nothing flows in: the inflator of the case has a delay of {NEVER:g} s")
 
 
 def flow_of(context: Context, one: Field, number: str = "") -> Said:

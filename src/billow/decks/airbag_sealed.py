@@ -1,23 +1,16 @@
-"""Airbags into which nothing flows: ADIABATIC_GAS_MODEL and SIMPLE_PRESSURE_VOLUME.
-
-A case with gas has an inflator, so theirs is one that blows only ten seconds later.
-"""
+"""Airbags into which nothing flows: ADIABATIC_GAS_MODEL and SIMPLE_PRESSURE_VOLUME."""
 
 from __future__ import annotations
 
-from billow.decks.airbag_gas import AIR, GAS_CONSTANT, Airbag, core, put_inflator, put_species
+from billow.decks.airbag_gas import AIR, GAS_CONSTANT, WARM, Airbag, core, put_species
 from billow.decks.block import Block
-from billow.decks.cards import Field
 from billow.decks.context import Context
-from billow.decks.draft import Said, said
+from billow.decks.draft import said
 
-NEVER = 10.0
-"""Delay [s] of an inflator that does not blow within any run."""
 THIN = 1000.0
 """Least pressure [Pa] around a bag."""
 SOFT = 1000.0
 """Largest molar heat capacity [J/(mol K)]: a gas that hardly cools."""
-WARM = 293.0
 
 
 def adiabatic(context: Context, block: Block) -> Airbag:
@@ -38,7 +31,6 @@ def adiabatic(context: Context, block: Block) -> Airbag:
     report.mapped(f["P0"], inside)
     context.tables["gas"]["initial"] = {"gas": {"gas_1": 1.0}, "pressure": said(inside, f["P0"])}
     report.ignored(f["RO"], "pressure depends on volume alone: the density of the gas has no effect")
-    _sealed(context, f["GAMMA"])
     return airbag
 
 
@@ -64,11 +56,4 @@ def pressure_volume(context: Context, block: Block) -> Airbag:
     )
     report.approximated(f["CN"], how, inside)
     report.approximated(f["BETA"], how, f["BETA"].number or 1.0)
-    _sealed(context, f["CN"])
     return airbag
-
-
-def _sealed(context: Context, source: Field) -> None:
-    flow = Said({"time": [0.0, 0.01], "value": [1e-6, 0.0]}, f"{source.place} nothing flows in")
-    put_inflator(context, "none", "gas_1", flow, Said(WARM, flow.source))
-    context.tables["inflator"][-1]["delay"] = Said(NEVER, flow.source)

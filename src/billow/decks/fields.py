@@ -66,6 +66,7 @@ CARDS: dict[str, dict[str, str]] = {
         "gas": "LCMF . . MWGAS . GASA GASB GASC",
         "orifice": "NODEID VECID ORIFARE",
     },
+    "AIRBAG_INTERACTION": {"interaction": "AB1 AB2 AREA SF PID LCID IFLOW"},
     "MAT_FABRIC": {
         "elastic": "MID RO EA EB . PRBA PRAB .",
         "shear": "GAB . . CSE EL PRL LRATIO DAMP",
@@ -163,6 +164,7 @@ TARGETS = {
     "CA": "inflator.jets.cone", "INFG": "inflator.jets", "INFO": "inflator.jets", "SID3": "bag.parts",
     "STYPE3": "bag.parts", "LCTC23": "bag.vents.discharge", "PPOP": "bag.vents.opening_pressure",
     "FS": "friction", "ENDTIM": "run.end_time", "DT": "run.frames", "FRIC": "obstacles.friction",
+    "AB1": "gas.orifices.between", "AB2": "gas.orifices.between", "SF": "gas.orifices.discharge",
     "BLOCK": "bag.vents.blockage", "IBLOCK": "bag.vents.blockage", "IVSETID": "bag.parts", "IVTYPE": "bag.parts",
     "VNTCOF": "bag.vents.discharge", "NZ": "gas.cell", "SWTIME": "gas.switch_time", "LCMF": "inflator.mass_flow",
     "MWAIR": "gas.species.molar_mass", "AIRA": "gas.species.a", "AIRB": "gas.species.b", "AIRC": "gas.species.c",

@@ -12,6 +12,7 @@ from billow.base.errors import InputError
 from billow.base.toml_file import read_toml
 from billow.case.schema import Case
 from billow.decks import airbag as gas
+from billow.decks.airbag_gas import put_silence
 from billow.decks.bag_mesh import BagMesh, Choices, bag_mesh, material_of
 from billow.decks.block import Block
 from billow.decks.cards import Field
@@ -29,6 +30,7 @@ from billow.decks.obstacles import put_obstacles
 from billow.decks.radioss.starter_file import is_starter
 from billow.decks.radioss.translate import translated as of_starter
 from billow.decks.report import Report
+from billow.decks.several_bags import put_bags
 from billow.decks.shared_tables import NO_AIRBAG, Options, put_bag_tables, rest_of_base
 from billow.decks.straps import put_straps
 from billow.decks.tables import Model
@@ -82,12 +84,17 @@ def translated(path: Path, options: Options) -> tuple[Context, BagMesh]:
     is_mesh = path.suffix.lower() in SUFFIXES
     model = mesh_model(path) if is_mesh else Model(Deck(path, options.allow_outside))
     report = Report()
-    block = gas.choose(model.all("AIRBAG"), options.airbag)
+    joined = gas.joined(model.all("AIRBAG")) if options.airbag is None else []
+    block = joined[0] if joined else gas.choose(model.all("AIRBAG"), options.airbag)
     units = _units(model, block, options, path, report)
     context = Context(model, units, report)
     base = read_toml(options.base) if options.base is not None else {}
     context.tables |= {"title": _title(model), "bag": {}, "fabric": {}, "gas": {}}
-    bag, place = _bag(context, block, options)
+    if joined:
+        bag, place = put_bags(context, joined, Choices(options.parts, options.close, options.merge))
+    else:
+        bag, place = _bag(context, block, options)
+    put_silence(context)
     _fabric(context, bag, place, options, base)
     rest_of_base(context, base, block is None, path)
     _run(context, base)

@@ -81,7 +81,7 @@ class Deck:
             data = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
         starts = [found.start() for found in _KEYWORD.finditer(data)]
         line, counted = 1, 0
-        for start, end in zip(starts, [*starts[1:], len(data)], strict=True):
+        for start, end in zip(starts, [*starts, len(data)][1:], strict=True):
             line, counted = line + data.count(b"\n", counted, start), start
             stop = data.find(b"\n", start, end)
             stop = end if stop < 0 else stop

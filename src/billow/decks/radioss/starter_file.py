@@ -104,7 +104,7 @@ class StarterDeck:
         data = data.removeprefix(b"\xef\xbb\xbf").replace(b"\r\n", b"\n").replace(b"\r", b"\n")
         starts = [found.start() for found in _HEAD.finditer(data)]
         line, counted = 1, 0
-        for start, end in zip(starts, [*starts[1:], len(data)], strict=True):
+        for start, end in zip(starts, [*starts, len(data)][1:], strict=True):
             line, counted = line + data.count(b"\n", counted, start), start
             stop = data.find(b"\n", start, end)
             stop = end if stop < 0 else stop

@@ -3,24 +3,28 @@
 from __future__ import annotations
 
 from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from billow.base.toml_file import read_toml
 from billow.decks.airbag import NO_CHOICE
+from billow.decks.airbag_gas import put_silence
 from billow.decks.bag_mesh import BagMesh, Choices, bag_mesh
 from billow.decks.block import Block
 from billow.decks.cards import Cards, Field
 from billow.decks.context import Context
+from billow.decks.draft import said
 from billow.decks.radioss.cloth import put_cloth
 from billow.decks.radioss.columns import card
 from billow.decks.radioss.flat_cut import reference_of
 from billow.decks.radioss.starter_file import StarterDeck, kind_of, words
-from billow.decks.radioss.starter_model import StarterModel
+from billow.decks.radioss.starter_model import StarterModel, number_of
 from billow.decks.radioss.surroundings import put_interfaces, put_run, put_walls
-from billow.decks.radioss.volume import airbag1
+from billow.decks.radioss.volume import airbag1, communications
 from billow.decks.report import Report
+from billow.decks.several_bags import area_of, chamber, join, put_hole
 from billow.decks.shared_tables import NO_AIRBAG, Options, put_bag_tables, rest_of_base
 from billow.decks.units import SYSTEMS
 
@@ -28,7 +32,7 @@ ALWAYS = {"BEGIN", "END", "TITLE", "UNIT"}
 BY_FIELD = ("MONVOL", "MAT", "INTER")
 """Keywords of which every line is named."""
 NOTHING = {("MAT", "VOID"), ("MAT", "LAW0")}
-READ = ("AIRBAG1",)
+READ = ("AIRBAG1", "COMMU1")
 
 
 def translated(path: Path, options: Options) -> tuple[Context, BagMesh]:
@@ -44,7 +48,11 @@ def translated(path: Path, options: Options) -> tuple[Context, BagMesh]:
     base = read_toml(options.base) if options.base is not None else {}
     context.tables |= {"title": _title(model), "bag": {}, "fabric": {}, "gas": {}}
     block = _choose(model, options.airbag)
-    bag, place = _bag(context, block, options)
+    if options.airbag is None and block is not None and kind_of(block) == "COMMU1":
+        bag, place = _bags(context, Choices(options.parts, options.close, options.merge))
+    else:
+        bag, place = _bag(context, block, options)
+    put_silence(context)
     put_cloth(context, bag, place, options, base)
     rest_of_base(context, base, block is None, path)
     if bag.held:
@@ -74,7 +82,8 @@ def _choose(model: StarterModel, wanted: int | None) -> Block | None:
     if not bags:
         return None
     listed = "; ".join(f"{k}: {b.name} at {b.place}" for k, b in enumerate(bags, 1))
-    if (wanted is None and len(bags) > 1) or (wanted is not None and not 1 <= wanted <= len(bags)):
+    joined = all(kind_of(b) == "COMMU1" for b in bags)
+    if (wanted is None and len(bags) > 1 and not joined) or (wanted is not None and not 1 <= wanted <= len(bags)):
         raise NO_CHOICE(count=len(bags), listed=listed, place=bags[0].place)
     return bags[(wanted or 1) - 1]
 
@@ -100,6 +109,37 @@ def _bag(context: Context, block: Block | None, options: Options) -> tuple[BagMe
         members, segments, place, vents = airbag.parts, airbag.segments, airbag.place, airbag.vents
         context.airbag = airbag
     return bag_mesh(model, members, segments, vents, place, context.units, choices, context.report, reference_of), place
+
+
+def _bags(context: Context, choices: Choices) -> tuple[BagMesh, str]:
+    """All /MONVOL/COMMU1 as chambers of one case, and the holes between them."""
+    model, report = context.model, context.report
+    blocks = {number_of(b): b for b in model.find("MONVOL", "COMMU1")}
+    bag, place = join(context, blocks, airbag1, choices, reference_of)
+    pairs: dict[tuple[int, int], int] = {}
+    for number, block in blocks.items():
+        own = replace(context, units=model.deck.units_of(block))
+        for f in communications(context, block):
+            other = f["bag_ID"].whole
+            if other not in blocks:
+                raise f["bag_ID"].bad(f"the volumes that communicate are {', '.join(map(str, blocks))}")
+            report.mapped(f["bag_ID"], chamber(other), "gas.orifices.between")
+            for name in ("dPCdef", "Tcom", "dtPCdef", "fct_IDCt", "fct_IDCP"):
+                if f[name].number:
+                    report.refused(f[name], "a hole between chambers is open from the start, and its area constant")
+            pair = (min(number, other), max(number, other))
+            pairs[pair] = pairs.get(pair, 0) + 1
+            area = own.si(f["Acom"], "area")
+            if f["surf_IDc"].whole:
+                area = (f["Acom"].number or 1.0) * area_of(bag, model.surface(f["surf_IDc"].whole, f["surf_IDc"])[0])
+                report.approximated(f["surf_IDc"], "a hole of its area at the start", area, "gas.orifices.area")
+            report.mapped(f["Acom"], area, "gas.orifices.area")
+            if pairs[pair] == 1 and area:
+                put_hole(context, [chamber(number), chamber(other)], said(area, f["Acom"]), said(1.0, f["Acom"]))
+    for (one, other), count in pairs.items():
+        if count == 1:
+            report.remarks.append(f"volumes {one} and {other}: gas flows both ways, though one of them alone says so")
+    return bag, place
 
 
 def _fixed(context: Context, bag: BagMesh) -> None:

@@ -17,8 +17,9 @@ from billow.decks.context import Context
 from billow.decks.draft import plain, said
 from billow.decks.radioss.columns import TARGETS, card
 from billow.decks.radioss.starter_model import StarterModel, kind_of, words
+from billow.decks.report import Report
 
-KEY = "MONVOL/AIRBAG1"
+KEY, COMMUNICATES = "MONVOL/AIRBAG1", "MONVOL/COMMU1"
 HOTTEST = 1500.0
 """Temperature [K] up to which terms of a heat capacity beyond T^2 are fitted."""
 PREDEFINED = {"N2", "O2", "CO2", "CO", "AR", "HE", "H2", "H2O"}
@@ -27,6 +28,23 @@ SPELLED = {"AR": "Ar", "HE": "He"}
 
 def airbag1(context: Context, block: Block) -> Airbag:
     """The tables of the gas. Raises InputError for fields that cannot be used."""
+    return _volume(context, block)[0]
+
+
+def communications(context: Context, block: Block) -> list[dict[str, Field]]:
+    """What /MONVOL/COMMU1 says of each bag that it is open to. The cards before are read again, into nothing."""
+    unseen = replace(context, tables={"bag": {}, "gas": {}}, report=Report())
+    cards = _volume(unseen, block)[1]
+    own, found = replace(context, units=context.model.deck.units_of(block)), []
+    count = card(own, cards, COMMUNICATES, "bags")["Nbag"]
+    context.report.mapped(count, count.whole, "gas.orifices")
+    for k in range(1, count.whole + 1):
+        f = card(own, cards, COMMUNICATES, "bag", f"[{k}]") | card(own, cards, COMMUNICATES, "area", f"[{k}]")
+        found.append(f)
+    return found
+
+
+def _volume(context: Context, block: Block) -> tuple[Airbag, Cards]:
     model: StarterModel = context.model
     context = replace(context, units=model.deck.units_of(block))
     cards, report = model.cards(block), context.report
@@ -53,7 +71,7 @@ def airbag1(context: Context, block: Block) -> Airbag:
         _vent(context, cards, f"[{k}]", found, scales, blocks)
     for k in range(1, holes["Nporsurf"].whole + 1):
         _porous(context, cards, f"[{k}]")
-    return found
+    return found, cards
 
 
 def mapped(context: Context, one: Field, value: object = "", note: str = "") -> None:

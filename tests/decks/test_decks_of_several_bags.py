@@ -1,0 +1,161 @@
+"""Bags that *AIRBAG_INTERACTION joins become chambers of one case."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from test_decks_of_others import CLOTH, GAS
+
+from billow.base.errors import InputError
+from billow.case.bag.build_bag import build_shape
+from billow.case.schema import Case
+from billow.decks.import_deck import Options, import_deck
+from billow.run.simulate import simulate
+
+BEGIN, END = GAS.index("*AIRBAG_HYBRID"), GAS.index("*CONTROL")
+X, Y, Z = (a.ravel() for a in np.meshgrid([0.0, 300.0, 600.0], [0.0, 300.0], [0.0, 300.0], indexing="ij"))
+NODE = {(x, y, z): k for k, (x, y, z) in enumerate(zip(X.tolist(), Y.tolist(), Z.tolist(), strict=True), 1)}
+
+
+def face(axis: int, at: float, begin: float) -> list[int]:
+    """Ids of a square face of a cube from `begin` to `begin` + 300 along x."""
+    ends = [[0.0, 300.0] if k else [begin, begin + 300.0] for k in range(3)]
+    u, v = (k for k in range(3) if k != axis)
+    corners = [(ends[u][a], ends[v][b]) for a, b in ((0, 0), (1, 0), (1, 1), (0, 1))]
+    return [NODE[tuple(np.insert([p, q], axis, at).tolist())] for p, q in corners]
+
+
+BOX = {  # two cubes, 1 and 2, and the wall 3 between them
+    1: [face(0, 0.0, 0.0), *(face(axis, at, 0.0) for axis in (1, 2) for at in (0.0, 300.0))],
+    2: [face(0, 600.0, 300.0), *(face(axis, at, 300.0) for axis in (1, 2) for at in (0.0, 300.0))],
+    3: [face(0, 300.0, 0.0)],
+}
+HYBRID = "*AIRBAG_HYBRID_ID\n{0},bag\n{0},1\n293,1.01e-4,,8.314,1\n0,,0\n0,,2\n{1},2,,0.028,0,29\n\n0,0,,0.029,1,29\n\n"
+
+
+def deck(interaction: str, second: str = HYBRID) -> str:
+    nodes = "".join(f"{k},{x!r},{y!r},{z!r}\n" for (x, y, z), k in NODE.items())
+    cells = [(part, cell) for part, faces in BOX.items() for cell in faces]
+    shells = "".join(f"{k},{part},{','.join(map(str, cell))}\n" for k, (part, cell) in enumerate(cells, 1))
+    parts = "".join(f"wall {n}\n{n},1,1\n" for n in BOX)
+    sets = "*SET_PART_LIST\n1\n1,3\n*SET_PART_LIST\n2\n2,3\n"
+    bags = HYBRID.format(1, 1) + second.format(2, 0)
+    gas = GAS[:BEGIN] + bags + f"*AIRBAG_INTERACTION\n{interaction}\n" + GAS[END:]
+    return f"*KEYWORD\n*NODE\n{nodes}*ELEMENT_SHELL\n{shells}*PART\n{parts}{sets}{CLOTH}{gas}*END\n"
+
+
+@pytest.fixture
+def use(tmp_path):
+    def make(text: str, **options):
+        (tmp_path / "bag.k").write_text(text)
+        report = import_deck(tmp_path / "bag.k", tmp_path / "case", Options(**options))
+        return Case.load(tmp_path / "case" / "case.toml"), report
+
+    return make
+
+
+def test_two_bags_with_a_wall_between_them_are_two_chambers(use):
+    case, report = use(deck("1,2,2000,0.7"))
+    assert not report.of("refused")
+    shape = build_shape(case.bag)
+    chambers = shape.surface.chambers
+    assert chambers.names == ("bag_1", "bag_2")
+    assert chambers.volumes(shape.surface.triangles, shape.positions) == pytest.approx([0.027, 0.027])
+    wall = next(part for part in case.bag.parts if part.number == 3)
+    assert (wall.behind, wall.ahead) == ("bag_1", "bag_2")
+    (inflator,) = case.inflators
+    assert inflator.chamber == "bag_1"
+    (hole,) = case.gas.orifices
+    assert (set(hole.between), hole.discharge) == ({"bag_1", "bag_2"}, 0.7)
+    assert hole.area == pytest.approx(2000e-6)
+
+
+def test_gas_flows_from_bag_to_bag(use, tmp_path):
+    case, _ = use(deck("1,2,2000,0.7"))
+    short = Case.from_dict({**case.to_dict(), "run": {"end_time": 5e-3, "frames": 2}})
+    found = simulate(short, tmp_path / "run").histories
+    mass = [np.asarray(found[f"bag_{k}_mass [kg]"]) for k in (1, 2)]
+    assert mass[1][-1] > 1.01 * mass[1][0]
+    assert sum(mass)[-1] == pytest.approx(sum(mass)[0] + found["injected [kg]"][-1], rel=1e-9)
+
+
+def test_a_part_gives_the_area_and_one_bag_can_still_be_chosen(use, tmp_path):
+    case, report = use(deck("1,2,0,0.5,3"))
+    assert case.gas.orifices[0].area == pytest.approx(0.09)
+    assert {row.field for row in report.of("approximated")} >= {"AIRBAG_INTERACTION.AREA", "AIRBAG_INTERACTION.PID"}
+    import_deck(tmp_path / "bag.k", tmp_path / "one", Options(airbag=2))
+    assert len(Case.load(tmp_path / "one" / "case.toml").bag.parts) == 2
+
+
+def test_what_two_bags_cannot_share_is_refused(use):
+    second = HYBRID.replace("293,", "320,").replace("0.029,1,29", "0.029,1,31")
+    _, report = use(deck("1,2,2000,0.7,0,0,1", second))
+    assert {row.field.split(".", 1)[1] for row in report.of("refused")} == {"IFLOW", "gas at the start", "ambient"}
+
+
+def test_an_interaction_with_a_bag_that_is_not_there_is_named_by_line(use):
+    with pytest.raises(InputError, match=r"E-DCK-004(.|\n)*bag\.k:\d+"):
+        use(deck("1,5,2000,0.7"))
+
+
+VOLUME = """/MONVOL/COMMU1/{0}
+cube
+{0:10d}
+
+        12                           0.0            101000.0               293.0
+{1}         0         0
+         1
+{2:10d}         9                 0.0                 0.5
+         0         0
+"""
+
+
+def starter() -> str:
+    text = (
+        "#RADIOSS STARTER\n/BEGIN\ntwo cubes\n      2022\n"
+        + "".join(f"{u:>20}" for u in ("kg", "m", "s"))
+        + "\n/NODE\n"
+    )
+    for (x, y, z), k in NODE.items():
+        text += f"{k:10d}" + "".join(f"{1e-3 * v:20.1f}" for v in (x, y, z)) + "\n"
+    number = 0
+    for part, faces in BOX.items():
+        text += f"/SHELL/{part}\n"
+        for cell in faces:
+            number += 1
+            text += "".join(f"{n:10d}" for n in (number, *cell)) + "\n"
+        text += f"/PART/{part}\nwall {part}\n         1         1\n"
+    text += "/PROP/TYPE9/1\nfabric\n\n\n" + " " * 20 + "3.E-4".rjust(20) + "\n" + "1.".rjust(20) + "\n"
+    text += (
+        "/MAT/LAW19/1\nnylon\n"
+        + "800.".rjust(20)
+        + "\n"
+        + "4.E8".rjust(20)
+        + "3.5E8".rjust(20)
+        + "0.2".rjust(20)
+        + "\n"
+    )
+    text += "".join("1.E7".rjust(20) for _ in range(3)) + "\n"
+    text += "/MAT/GAS/CSTA/12\nair\n" + "1005.".rjust(20) + "718.".rjust(20) + "\n"
+    text += (
+        "/SURF/PART/1\na\n         1         3\n/SURF/PART/2\nb\n         2         3\n/SURF/PART/9\nc\n         3\n"
+    )
+    text += "/FUNCT/21\nflow\n" + "".join(a.rjust(20) + b.rjust(20) + "\n" for a, b in (("0.", "1."), ("0.02", "1.")))
+    text += "/FUNCT/22\nheat\n" + "".join(a.rjust(20) + "600.".rjust(20) + "\n" for a in ("0.", "1."))
+    text += "/PROP/INJECT1/31\ninflator\n         1         1\n        12        21        22\n"
+    first = VOLUME.format(1, "         1\n        31\n", 2)
+    return text + first + VOLUME.format(2, "         0\n", 1) + "/END\n"
+
+
+def test_volumes_of_radioss_that_communicate(tmp_path):
+    (tmp_path / "bag_0000.rad").write_text(starter())
+    report = import_deck(tmp_path / "bag_0000.rad", tmp_path / "case")
+    case = Case.load(tmp_path / "case" / "case.toml")
+    assert not report.of("refused")
+    shape = build_shape(case.bag)
+    volumes = shape.surface.chambers.volumes(shape.surface.triangles, shape.positions)
+    assert shape.surface.chambers.names == ("bag_1", "bag_2")
+    assert volumes == pytest.approx([0.027, 0.027])
+    assert [(one.chamber, one.gas) for one in case.inflators] == [("bag_1", {"bag_1_gas_12": 1.0})]
+    (hole,) = case.gas.orifices  # both say it, but it is one
+    assert (hole.area, set(hole.between)) == (pytest.approx(0.5 * 0.09), {"bag_1", "bag_2"})
