@@ -131,17 +131,18 @@ def wake(n, edges_from, nodes, normal, ways, reach, full_gap, gap_out, impulse_o
     own place on: of all that do, and of those among them that may need an impulse. reach: distances [m] at which a node
     and a triangle matter, and two edges, and at which any pair may need an impulse. What sleeps is farther apart than
     that, so that it has the full gap and no impulse."""
+    near, edges_near, pressing = reach
     for chunk in prange((n + CHUNK - 1) // CHUNK):
         first = chunk * CHUNK
         awake, able = first, first
         for k in range(first, min(n, first + CHUNK)):
             apart = least_apart(k, edges_from, nodes, normal, ways)
-            if apart > (reach[1] if k >= edges_from else reach[0]):
+            if apart > (edges_near if k >= edges_from else near):
                 gap_out[k], impulse_out[k] = full_gap, 0.0
                 continue
             found_out[0, awake] = k
             awake += 1
-            if apart <= reach[2] or impulse_out[k] > 0.0:
+            if apart <= pressing or impulse_out[k] > 0.0:
                 found_out[1, able] = k
                 able += 1
         count_out[0, chunk], count_out[1, chunk] = awake - first, able - first
@@ -151,6 +152,7 @@ def wake(n, edges_from, nodes, normal, ways, reach, full_gap, gap_out, impulse_o
 def wake_struck(n, edges_from, nodes, normal, ways, struck, is_found, reach, found_out, count_out):
     """Likewise, those that were not found before, although one of their nodes was struck: nodes whose velocity an
     impulse changed by more than others are ready for. struck: (nodes,) bool; is_found: (2, pairs) bool."""
+    near, edges_near, pressing = reach
     for chunk in prange((n + CHUNK - 1) // CHUNK):
         first = chunk * CHUNK
         awake, able = first, first
@@ -160,12 +162,12 @@ def wake_struck(n, edges_from, nodes, normal, ways, struck, is_found, reach, fou
             ):
                 continue
             apart = least_apart(k, edges_from, nodes, normal, ways)
-            if apart > (reach[1] if k >= edges_from else reach[0]):
+            if apart > (edges_near if k >= edges_from else near):
                 continue
             if not is_found[0, k]:
                 found_out[0, awake] = k
                 awake += 1
-            if apart <= reach[2]:
+            if apart <= pressing:
                 found_out[1, able] = k
                 able += 1
         count_out[0, chunk], count_out[1, chunk] = awake - first, able - first

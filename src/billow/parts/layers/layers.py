@@ -43,7 +43,7 @@ LEAST_FLOOR = 1e-8
 TOLERANCE = 1.0 / 150.0
 """Largest error of position that the filter leaves, in gaps."""
 
-SKIN, MOST_SKIN, WIDER = 0.5, 0.2, 1.4
+SKIN, MOST_SKIN, WIDER = 0.5, 0.2, 1.25
 """How far a node may stray from its path before the list is spent: in gaps at least, in mean edges at most; and the
 factor by which it changes from list to list. More where impulses throw nodes off."""
 
@@ -212,7 +212,7 @@ class Layers(Part):
         np.maximum(skin, CALMING * pairs.skin, out=skin)
         if thrown is not None:
             np.maximum(skin, thrown, out=skin)
-        paths = Paths(positions, velocities, skin, self._limits.near, time)
+        paths = Paths(positions, velocities, skin, *self._limits.near, time)
         found, pairs.room = find_pairs(self._mesh, paths, pairs.room)
         gap, impulse = np.full(len(found.key), NEW), np.zeros(len(found.key))
         carry_over(

@@ -44,13 +44,14 @@ PARALLEL_FROM = 1000
 
 class Paths(NamedTuple):
     """Nodes on their way: positions [m] and velocities [m/s], (nodes, 3); skin: how far each may stray [m], (nodes,).
-    near: distances that matter, of a node and a triangle, and of two edges, which is no more [m]; time: how long the
-    pairs have to serve [s]."""
+    near: distance of a node and a triangle that matters [m]; edges_near: of two edges, which is no more [m]; time: how
+    long the pairs have to serve [s]."""
 
     positions: np.ndarray
     velocities: np.ndarray
     skin: np.ndarray
-    near: tuple[float, float]
+    near: float
+    edges_near: float
     time: float
 
 
@@ -108,9 +109,9 @@ def _boxes(n, m, mesh, paths, drift, box_out, edge_box_out, node_box):
     """Boxes, low and high corner, around the paths of n triangles, m edges, and nodes, seen by who flies with the
     velocity `drift` [m/s]."""
     triangles, edges = mesh[0], mesh[1]
-    positions, velocities, skin, near, time = paths
+    positions, velocities, skin, near, edges_near, time = paths
     for i in prange(len(positions)):
-        reach = 0.5 * near[0] + skin[i]
+        reach = 0.5 * near + skin[i]
         for k in range(3):
             way = time * (velocities[i, k] - drift[k])
             node_box[i, k] = positions[i, k] + min(0.0, way) - reach
@@ -123,8 +124,8 @@ def _boxes(n, m, mesh, paths, drift, box_out, edge_box_out, node_box):
     for e in prange(m):
         a, b = edges[e, 0], edges[e, 1]
         for k in range(3):
-            edge_box_out[e, k] = min(node_box[a, k], node_box[b, k]) + 0.5 * (near[0] - near[1])
-            edge_box_out[e, 3 + k] = max(node_box[a, 3 + k], node_box[b, 3 + k]) - 0.5 * (near[0] - near[1])
+            edge_box_out[e, k] = min(node_box[a, k], node_box[b, k]) + 0.5 * (near - edges_near)
+            edge_box_out[e, 3 + k] = max(node_box[a, 3 + k], node_box[b, 3 + k]) - 0.5 * (near - edges_near)
 
 
 @kernel
@@ -180,7 +181,7 @@ def _keep_near(kind, s, triangle, end, mesh, paths, ends, one, other, normal, bl
     """Of a slice's candidates of one kind keep those that may come near; ends: of those of each triangle, from
     `triangle` on, which become the numbers of those that are kept."""
     triangles, edges, free = mesh[0], mesh[1], mesh[4]
-    positions, velocities, skin, near, time = paths
+    positions, velocities, skin, near, edges_near, time = paths
     t, before, into, at = triangle, 0, 0, 0
     members, place = np.empty((BLOCK, 4), np.int32), np.empty(BLOCK, np.int64)
     while at < end:
@@ -213,9 +214,9 @@ def _keep_near(kind, s, triangle, end, mesh, paths, ends, one, other, normal, bl
             per = 1.0 / math.sqrt(square) if square > 0.0 else 0.0
             x, y, z = per * block[X + j], per * block[Y + j], per * block[Z + j]
             if kind == 0:
-                reach = near[0] + skin[a] + max(skin[b], skin[c], skin[d])
+                reach = near + skin[a] + max(skin[b], skin[c], skin[d])
             else:
-                reach = near[1] + max(skin[a], skin[b]) + max(skin[c], skin[d])
+                reach = edges_near + max(skin[a], skin[b]) + max(skin[c], skin[d])
             if square > reach * reach:
                 at_a = along(positions, a, x, y, z) + time * along(velocities, a, x, y, z)
                 at_b = along(positions, b, x, y, z) + time * along(velocities, b, x, y, z)

@@ -92,6 +92,7 @@ def scan(
     changed since the last scan: (nodes,) bool. chunk_out, (chunks, 3): pairs that are too slow, the largest lack [m]
     beyond the tolerance, and the number whose true distance falls short."""
     share, highest, least = floor_of
+    on_triangle, across = near
     for chunk in prange((n + CHUNK - 1) // CHUNK):
         slow, worst, short = 0.0, 0.0, 0.0
         for i in range(chunk * CHUNK, min(n, (chunk + 1) * CHUNK)):
@@ -107,7 +108,7 @@ def scan(
             of_c, of_e = along(velocities, c, x, y, z), along(velocities, e, x, y, z)
             speed = weight[k, 0] * of_a + weight[k, 1] * of_b + weight[k, 2] * of_c + weight[k, 3] * of_e
             goal = aim[slot[k]] if slot[k] >= 0 else speed_wanted(d, floor, dt)
-            lack, wanted, reach = goal - speed, min(d, 0.5 * floor), near[1] if k >= edges_from else near[0]
+            lack, wanted, reach = goal - speed, min(d, 0.5 * floor), across if k >= edges_from else on_triangle
             after = between(
                 k < edges_from, along(positions, a, x, y, z) + dt * of_a, along(positions, b, x, y, z) + dt * of_b,
                 along(positions, c, x, y, z) + dt * of_c, along(positions, e, x, y, z) + dt * of_e,
