@@ -139,24 +139,24 @@ def _closest_within(x, y, z, a, b, c, degree, near):
         away = math.sqrt(px * px + py * py + pz * pz)
         nx, ny, nz = _sign(x) * px / away, _sign(y) * py / away, _sign(z) * pz / away
         return away / a, a * nx, a * ny, a * nz, nx, ny, nz
-    exponent = degree - 2.0
+    exponent, aa, bb, cc = degree - 2.0, 1.0 / (a * a), 1.0 / (b * b), 1.0 / (c * c)
     wx, wy, wz = (px / a) ** exponent, (py / b) ** exponent, (pz / c) ** exponent
-    back, qx, qy, qz, wx, wy, wz = _onto_surface(px, py, pz, wx, wy, wz, a, b, c, degree)
+    back, qx, qy, qz, wx, wy, wz = _onto_surface(px, py, pz, wx, wy, wz, aa, bb, cc, degree)
     if 1.0 / back >= near:
         return 1.0 / back, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     measure = 1.0 / back
-    gx, gy, gz = degree / (a * a) * wx * qx, degree / (b * b) * wy * qy, degree / (c * c) * wz * qz
+    gx, gy, gz = degree * aa * wx * qx, degree * bb * wy * qy, degree * cc * wz * qz
     multiplier = ((px - qx) * gx + (py - qy) * gy + (pz - qz) * gz) / (gx * gx + gy * gy + gz * gz)
     tolerance = 1e-4 * max(a, b, c)  # Newton doubles its digits: the next step would be of the order of 1e-8
     for _ in range(NEWTON_STEPS):
         # Curvature terms are kept positive: inside, beyond a curvature centre, Newton would run to a farthest point.
         curvature = multiplier * degree * (degree - 1.0)
-        dx = max(0.1, 1.0 + curvature / (a * a) * wx)
-        dy = max(0.1, 1.0 + curvature / (b * b) * wy)
-        dz = max(0.1, 1.0 + curvature / (c * c) * wz)
+        dx = 1.0 / max(0.1, 1.0 + curvature * aa * wx)
+        dy = 1.0 / max(0.1, 1.0 + curvature * bb * wy)
+        dz = 1.0 / max(0.1, 1.0 + curvature * cc * wz)
         rx, ry, rz = px - qx - multiplier * gx, py - qy - multiplier * gy, pz - qz - multiplier * gz
-        change = (gx * rx / dx + gy * ry / dy + gz * rz / dz) / (gx * gx / dx + gy * gy / dy + gz * gz / dz)
-        sx, sy, sz = (rx - gx * change) / dx, (ry - gy * change) / dy, (rz - gz * change) / dz
+        change = (gx * rx * dx + gy * ry * dy + gz * rz * dz) / (gx * gx * dx + gy * gy * dy + gz * gz * dz)
+        sx, sy, sz = (rx - gx * change) * dx, (ry - gy * change) * dy, (rz - gz * change) * dz
         # Steps are shortened to stay near the surface, where the quadratic model holds.
         step = abs(sx) + abs(sy) + abs(sz)
         shrink = min(1.0, 0.3 * min(a, b, c) / step) if step > 0.0 else 1.0
@@ -164,8 +164,8 @@ def _closest_within(x, y, z, a, b, c, degree, near):
         wx = _power_after(wx, qx, sx, a, exponent)
         wy = _power_after(wy, qy, sy, b, exponent)
         wz = _power_after(wz, qz, sz, c, exponent)
-        _, qx, qy, qz, wx, wy, wz = _onto_surface(qx + sx, qy + sy, qz + sz, wx, wy, wz, a, b, c, degree)
-        gx, gy, gz = degree / (a * a) * wx * qx, degree / (b * b) * wy * qy, degree / (c * c) * wz * qz
+        _, qx, qy, qz, wx, wy, wz = _onto_surface(qx + sx, qy + sy, qz + sz, wx, wy, wz, aa, bb, cc, degree)
+        gx, gy, gz = degree * aa * wx * qx, degree * bb * wy * qy, degree * cc * wz * qz
         multiplier = ((px - qx) * gx + (py - qy) * gy + (pz - qz) * gz) / (gx * gx + gy * gy + gz * gz)
         if shrink == 1.0 and step < tolerance:
             break
@@ -175,14 +175,13 @@ def _closest_within(x, y, z, a, b, c, degree, near):
 
 
 @scalar
-def _onto_surface(x, y, z, wx, wy, wz, a, b, c, degree):
+def _onto_surface(x, y, z, wx, wy, wz, aa, bb, cc, degree):
     """Radial projection of a point of the first octant: its share of the way from the centre, 1/G; the point; and
-    (q/a)^(n-2) there for each axis, from those of the point before, wx to wz.
+    (q/a)^(n-2) there for each axis, from those of the point before, wx to wz. aa to cc: 1/a^2 to 1/c^2 [1/m^2].
 
     Powers are what a closest point costs, so none is taken twice: slopes and curvatures follow from these three.
     """
-    ux, uy, uz = x / a, y / b, z / c
-    value = wx * ux * ux + wy * uy * uy + wz * uz * uz
+    value = wx * aa * x * x + wy * bb * y * y + wz * cc * z * z
     if degree == 2.0:
         back = 1.0 / math.sqrt(value)
     elif abs(value - 1.0) < SHORT:
