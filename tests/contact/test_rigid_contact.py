@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from billow.geometry.shapes.box import Box
 from billow.geometry.shapes.half_space import HalfSpace
 from billow.geometry.shapes.pose import of_plane, quaternion_about, rotation_matrix
-from billow.geometry.shapes.super_ellipsoid import SuperEllipsoid, closest_point, radial_measure
+from billow.geometry.shapes.super_ellipsoid import SuperEllipsoid, _power_after, closest_point
 from billow.parts.bodies.contact import (
     ContactState,
     Nodes,
@@ -24,6 +24,11 @@ from billow.parts.bodies.penalty import A_REFERENCE
 NODES = 200
 points = st.tuples(st.floats(-1, 1), st.floats(-1, 1), st.floats(-1, 1)).filter(lambda p: np.dot(p, p) > 1e-3)
 radii = st.tuples(*[st.floats(0.05, 0.5)] * 3).filter(lambda r: max(r) < 4.0 * min(r))
+
+
+def radial_measure(x, y, z, a, b, c, degree):
+    """Below 1 inside, 1 on the surface, homogeneous of degree one."""
+    return (abs(x / a) ** degree + abs(y / b) ** degree + abs(z / c) ** degree) ** (1.0 / degree)
 
 
 @given(point=points, radius=st.floats(0.05, 0.5))
@@ -165,6 +170,12 @@ def test_a_node_pinched_between_two_obstacles_settles_with_both():
         motion.body[1, :3] += dt * motion.body[1, 3:6]
         both += pushed.any(axis=1).all()
     assert both > 30
+
+
+@given(q=st.floats(1e-6, 0.5), share=st.floats(-0.02, 0.02), radius=st.floats(0.05, 0.5), exponent=st.floats(0.0, 8.0))
+def test_a_power_follows_from_the_one_before_to_rounding(q, share, radius, exponent):
+    found = _power_after((q / radius) ** exponent, q, share * q, radius, exponent)
+    assert found == pytest.approx(((q + share * q) / radius) ** exponent, rel=4e-15, abs=0.0)
 
 
 @given(seed=st.integers(0, 1000), dt=st.sampled_from([1e-7, 1e-5, 1e-3]))

@@ -111,9 +111,10 @@ class Loads:
 
     entries: forces of fabric [N] and a third of the area vectors [m^2] of the triangles, (entries, COLUMNS), as an
     `Assembly` sums them up. volumes: of the chambers [m^3], (chambers,). gauge: uniform pressure in the chambers above
-    ambient [Pa], (chambers + 1,), the last one, of the surroundings, zero. node_force: other forces [N], (nodes, 3), of
-    the few who act on few nodes. corner_force: forces on the corners of the triangles [N], (triangles, 3, 3), of those
-    who act everywhere; (0, 3, 3) as long as nobody does.
+    ambient [Pa], (chambers + 1,), the last one, of the surroundings, zero; who sets it sets it in every step.
+    node_force: other forces [N], (nodes, 3), of the few who act on few nodes; zero at the start of a step, because who
+    gives it to the nodes leaves zeros. corner_force: forces on the corners of the triangles [N], (triangles, 3, 3), of
+    those who act everywhere; (0, 3, 3) as long as nobody does.
     """
 
     def __init__(self, entries: int, surface: Surface):
