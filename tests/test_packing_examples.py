@@ -31,5 +31,13 @@ def test_a_pressed_stack_keeps_the_order_of_its_layers(tmp_path):
     assert h["press_centre_z [m]"][-1] == pytest.approx(0.005, abs=1e-12)
     assert h["press_force_z [N]"].max() > 1.0
     assert h["drive_work [J]"][-1] == h["press_drive_work [J]"][-1] > 0.0
+    # The fabric holds next to nothing: what the cushion holds is judged against the work of the press.
+    driven = (h["drive_work [J]"] - h["body_kinetic [J]"]).max()
+    assert driven > 2.0 * result.ledger["largest_internal_energy_joule"]
+    assert result.ledger["penalty_scale_joule"] == pytest.approx(driven)
+    criteria = {line["name"]: line for line in result.record["quality"]["criteria"]}
+    cushion = criteria["penalty energy of self-contact, of peak internal"]
+    assert cushion["measured"] == pytest.approx(100.0 * h["self_contact [J]"].max() / driven)
+    assert cushion["measured"] < 25.0  # 84 % of what is stored
     top = (result.reference + result.displacement[-1])[:, 2].max()
     assert 0.002 < top < 0.0051

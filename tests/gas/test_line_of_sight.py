@@ -10,6 +10,7 @@ from billow.parts.gas.supply.inflator import JetRing
 from billow.parts.gas.supply.jets import Jets, aim
 from billow.parts.gas.supply.line_of_sight import (
     HEIGHT,
+    MOST,
     NEARNESS,
     NO_WALLS,
     THRUST,
@@ -64,9 +65,28 @@ def test_the_same_as_all_pairs(seed, count, size, jets):
     found, share, seen = lit_triangles(triangles, *NO_WALLS, positions, *ring, 0.005)
     assert np.array_equal(found, lit[~hidden])
     assert seen == len(set(jet_of_lit[~hidden]))
-    for k in set(jet_of_lit[~hidden]):  # each jet pushes along its axis with all it has
+    corners = positions[triangles[found]]
+    area = 0.5 * np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    for k in set(jet_of_lit[~hidden]):  # along its axis with all it has, if it takes no more than twice
         mine = jet_of_lit[~hidden] == k
-        assert np.isclose(0.5 * np.sum(share[mine] * of_lit[~hidden][mine, THRUST]), 1.0, rtol=1e-12)
+        forward = 0.5 * np.sum(share[mine] * of_lit[~hidden][mine, THRUST])
+        force = np.linalg.norm(share[mine] @ area[mine])
+        assert force < MOST + 1e-12
+        assert np.isclose(forward, 1.0, rtol=1e-12) or (forward < 1.0 and np.isclose(force, MOST, rtol=1e-12))
+
+
+def test_a_wall_that_a_jet_grazes_takes_no_more_than_twice_its_thrust():
+    """One triangle whose normal leans: thrust over the cosine of that angle, and never more than twice the thrust."""
+    ring = Jets(JetRing(1, 0.0, 0.005, 0.0), np.array([0]), UP, X).nozzles(np.zeros((1, 3)))
+    flat = np.array([[0.02, 0.0, 0.0], [-0.01, 0.017, 0.0], [-0.01, -0.017, 0.0]])
+    for degrees in (0.0, 45.0, 59.0, 61.0, 85.0, 89.0):
+        angle = np.radians(degrees)
+        turn = np.array([[np.cos(angle), 0, np.sin(angle)], [0, 1, 0], [-np.sin(angle), 0, np.cos(angle)]])
+        corners = flat @ turn.T + 0.1 * UP
+        found, share, seen = lit_triangles(np.array([[0, 1, 2]]), *NO_WALLS, corners, *ring, 0.005)
+        force = share[0] * 0.5 * np.linalg.norm(np.cross(corners[1] - corners[0], corners[2] - corners[0]))
+        assert (found.tolist(), seen) == ([0], 1)
+        assert np.isclose(force, min(MOST, 1.0 / np.cos(angle)), rtol=1e-12)
 
 
 def test_shreds_hide_each_other():

@@ -9,7 +9,7 @@ import numpy as np
 
 from billow.base.errors import InputError
 from billow.case import schema
-from billow.case.bag.build_bag import build_shape, build_straps, build_tear_seams
+from billow.case.bag.build_bag import build_shape, build_straps, build_tear_seams, fold_plan
 from billow.case.fabric.build_fabric import build_fabric
 from billow.case.gas.build_gas import build_gas
 from billow.case.gas.models import GAS_MODELS
@@ -85,7 +85,8 @@ def build_model(case: schema.Case) -> Model:
     shape = build_shape(case.bag)
     if getattr(case.bag, "relax", None):
         tense = tense_case(case)
-        shape = replace(shape, positions=relaxed_start(build_model(tense), case.bag.relax, tense.digest()))
+        is_exact = fold_plan(case.bag).keeps_lengths
+        shape = replace(shape, positions=relaxed_start(build_model(tense), case.bag.relax, tense.digest(), is_exact))
     check_closed(shape.surface, shape.positions, "bag")
     law = build_fabric(case.fabric)
     membranes = build_membranes(case, shape, law)

@@ -156,7 +156,7 @@ class SelfContact(Part):
         return {"self_contact_energy_joule": float(history.energy("self_contact").max())}
 
     def verdicts(self, books: Mapping[str, float], history) -> Iterator[Criterion]:
-        share = books["self_contact_energy_joule"] / max(books["largest_internal_energy_joule"], 1e-300)
+        share = books["self_contact_energy_joule"] / max(books["penalty_scale_joule"], 1e-300)
         finer = "a smaller bag.element_size or run.dt_scale"
         yield criterion("penalty energy of self-contact, of peak internal", 100.0 * share, 5, 20, "%", finer)
 

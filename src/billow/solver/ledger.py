@@ -11,7 +11,8 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 from billow.base.quality import SMALLER_STEPS, Criterion, criterion
-from billow.parts.part import LOST, MOTION, RECEIVED, STORED, Account, Booking, Quantity
+from billow.parts.bodies.bodies import BODY_KINETIC
+from billow.parts.part import DRIVE_WORK, LOST, MOTION, RECEIVED, STORED, Account, Booking, Quantity
 
 
 @dataclass
@@ -104,6 +105,9 @@ class Ledger:
         largest = max(self.largest_energy, 1e-300)
         stored = sum(history.energy(account.name) for account in self.accounts if account.side == STORED)
         worst = max(self.largest_gain, -self.largest_loss)
+        # What drives gave to fabric and gas: their work, less what moves the bodies that they drive.
+        moving = history.energy(BODY_KINETIC.name)
+        driven = history.energy(DRIVE_WORK.name) - (moving - moving[0])
         return {
             "energy_residual_joule": self.residual,
             "energy_residual_of_injected": worst / injected if injected else 0.0,
@@ -111,6 +115,7 @@ class Ledger:
             "energy_gain_of_largest": self.largest_gain / largest,
             "energy_loss_of_largest": -self.largest_loss / largest,
             "largest_internal_energy_joule": float(stored.max()),
+            "penalty_scale_joule": max(float(stored.max()), float(driven.max())),
         }
 
     @staticmethod

@@ -5,10 +5,11 @@ from __future__ import annotations
 import numba
 import numpy as np
 import pytest
-from flights import MASS, Scene, box, flock_of, kinetic
+from flights import MASS, Scene, box, enclosure, flock_of, kinetic
 
 from billow.geometry import search_grid
 from billow.parts.gas.corpuscular.flight import STANDOFF
+from billow.parts.gas.corpuscular.winding_number import winding_numbers
 
 CUBE = box()
 DT = 1e-4
@@ -149,6 +150,26 @@ def test_an_inner_wall_separates_two_rooms_and_its_opening_joins_them():
             assert not scene.bank.held[inner].any()
         else:
             assert (flock.chamber == before).all()
+
+
+def test_an_opening_that_flaps_mistakes_no_particle():
+    """An opening turns so far in a step that straight paths pass a triangle of it, and back: by the winding number each
+    particle is in the chamber that flight says, with the overlap that it counts."""
+    triangles, positions, behind, ahead = box(rooms=2)
+    inner, rng = (behind == 0) & (ahead == 1), np.random.default_rng(3)
+    flapping = (positions[:, 0] == 1.0) & (np.abs(positions[:, 1:] - 0.5).max(axis=1) < 0.4)
+    flock = random_flock(6000, rng)
+    flock.chamber[:] = rng.integers(0, 2, 6000)
+    flock.position[:, 0] += flock.chamber
+    scene = Scene(triangles, positions, flock, behind, ahead, np.where(inner, 1.0, 0.0))
+    passed = 0
+    for _ in range(10):
+        end = scene.positions.copy()
+        end[flapping] = positions[flapping] + rng.uniform(-0.1, 0.1, (flapping.sum(), 3))
+        passed += scene.advance(DT, end).passed
+        winding = winding_numbers(flock.position, flock.chamber, enclosure(triangles, end, behind, ahead))
+        np.testing.assert_array_equal(winding, 1 + flock.overlap)
+    assert passed > 1000
 
 
 def test_every_passage_of_a_step_counts_and_has_its_sign():

@@ -329,7 +329,7 @@ class Bodies(Part):
         return {"rigid_contact_energy_joule": float(np.sum(rigid, axis=0).max()) if rigid else 0.0}
 
     def verdicts(self, books: Mapping[str, float], history) -> Iterator[Criterion]:
-        share = books["rigid_contact_energy_joule"] / max(books["largest_internal_energy_joule"], 1e-300)
+        share = books["rigid_contact_energy_joule"] / max(books["penalty_scale_joule"], 1e-300)
         stiffer = "a larger slope of plates and free obstacles"
         yield criterion("penalty energy of rigid contact, of peak internal", 100.0 * share, 5, 10, "%", stiffer)
 

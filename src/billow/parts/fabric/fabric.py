@@ -220,18 +220,23 @@ class Fabric(Part):
         return int(np.count_nonzero(travel > farthest))
 
     def inverted_elements(self, positions: np.ndarray) -> int:
-        """Number of fabric triangles that face against every one of their neighbours; positions: [m], (nodes, 3).
+        """Number of taut fabric triangles that face against every one of their neighbours; positions: [m], (nodes, 3).
 
-        Fabric without compression folds through zero area while it crumples, and unfolds again: that is no fault. A
-        triangle that still lies the wrong way round in an inflated bag is.
+        A membrane in space has no side that a triangle could be turned to, only neighbours. Where fabric is wrinkled or
+        slack, its smaller principal stretch below one, it lies in folds finer than elements, and a triangle that faces
+        against its neighbours is one of them, which unfolds as it is pulled. One that is pulled both ways does not.
         """
         normals = area_vectors(self.surface.triangles, positions)
         first, second = _neighbours(self.surface.triangles.astype(np.int64))
         agree = np.zeros(len(normals), dtype=bool)
         same = np.einsum("ij,ij->i", normals[first], normals[second]) > 0.0
         agree[first[same]] = agree[second[same]] = True
-        elements = np.concatenate([membrane.elements for membrane in self.membranes])
-        return int(np.count_nonzero(~agree[elements]))
+        triangles, count = self.surface.triangles, 0
+        for membrane in self.membranes:
+            odd = ~agree[membrane.elements]
+            if odd.any():
+                count += np.count_nonzero(odd & (membrane.least_stretch(triangles, positions) > 1.0))
+        return int(count)
 
     def guard(self, state: FabricState, moment: Moment) -> None:
         """Raises NumericalStop E-NUM-005 if fabric is stretched beyond tearing."""

@@ -223,6 +223,11 @@ class Membrane:
         c1, c2, c12 = self.cauchy_green(triangles, positions)
         return np.sqrt(0.5 * (c1 + c2) + np.sqrt((0.5 * (c1 - c2)) ** 2 + c12**2))
 
+    def least_stretch(self, triangles: np.ndarray, positions: np.ndarray) -> np.ndarray:
+        """Smallest principal stretch [-], as `stretch`."""
+        c1, c2, c12 = self.cauchy_green(triangles, positions)
+        return np.sqrt(np.maximum(0.5 * (c1 + c2) - np.sqrt((0.5 * (c1 - c2)) ** 2 + c12**2), 0.0))
+
     @property
     def crossing_time(self) -> float:
         """Time [s] that the fastest wave takes across the smallest altitude."""

@@ -243,10 +243,10 @@ class Layers(Part):
         }
 
     def verdicts(self, books: Mapping[str, float], history) -> Iterator[Criterion]:
-        share = books["self_contact_energy_joule"] / max(books["largest_internal_energy_joule"], 1e-300)
+        largest = max(books["penalty_scale_joule"], 1e-300)
+        share = books["self_contact_energy_joule"] / largest
         finer = "a smaller bag.element_size or run.dt_scale"
         yield criterion("penalty energy of self-contact, of peak internal", 100.0 * share, 5, 20, "%", finer)
-        largest = max(books["largest_internal_energy_joule"], 1e-300)
         created = books["layer_impact_created_joule"] / largest
         yield criterion(
             "energy created by layers that meet, of peak internal", 100.0 * created, 0.1, 1, "%", SMALLER_STEPS

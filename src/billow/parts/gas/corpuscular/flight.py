@@ -196,7 +196,7 @@ def _fly(n, flock, particle_mass, walls, swept, grid, motion, response, seed, st
                 position[p, 0], position[p, 1], position[p, 2] = x1, y1, z1
                 p += 1
                 continue
-            struck, skip, since, lap = 0, none, now - _TIE, overlap[p]
+            struck, skip, passed, since, lap = 0, none, none, now - _TIE, overlap[p]
             while True:
                 # First crossing on the path from (px, py, pz) to (x1, y1, z1), searched in pieces that the lists of one
                 # cell cover. Written out here: a call with this many arrays costs as much as the search.
@@ -230,8 +230,10 @@ def _fly(n, flock, particle_mass, walls, swept, grid, motion, response, seed, st
                             continue
                         if not may_cross(swept, s, x0, y0, z0, x1, y1, z1, STANDOFF):
                             continue
+                        # An opening that turns in the step can be passed, and passed back, by a straight path.
+                        after = now + _LATER if s == passed else since
                         when, which, cut, a, b, c = crossing(
-                            nodes, orientation, s, start, end, x0, y0, z0, x1, y1, z1, BOTH, since
+                            nodes, orientation, s, start, end, x0, y0, z0, x1, y1, z1, BOTH, after
                         )
                         out = OUTWARD if behind[s] == home else INWARD
                         if when <= now and which != out:
@@ -257,7 +259,7 @@ def _fly(n, flock, particle_mass, walls, swept, grid, motion, response, seed, st
                     comes_in = outward != (behind[t] == home)
                     if comes_in or lap > 0:
                         lap += 1 if comes_in else -1
-                        now, since, skip = fraction, fraction + _LATER, none
+                        now, since, skip, passed = fraction, fraction + _LATER, none, none
                         px, py, pz = x0 + vx * (now * dt), y0 + vy * (now * dt), z0 + vz * (now * dt)
                         continue
                 if struck == MOST_HITS:
@@ -298,7 +300,7 @@ def _fly(n, flock, particle_mass, walls, swept, grid, motion, response, seed, st
                     tally_out[chunk, 1] += 1
                     exit_out[p] = np.int32(t)
                     through_out[chunk, passage[t]] += mass if outward else -mass
-                    now, since, skip = fraction, fraction - _TIE, t
+                    now, since, skip, passed = fraction, fraction - _TIE, none, t
                     home = ahead[t] if outward else behind[t]
                     px, py, pz = x0 + vx * (now * dt), y0 + vy * (now * dt), z0 + vz * (now * dt)
                     if home < 0:
@@ -309,7 +311,8 @@ def _fly(n, flock, particle_mass, walls, swept, grid, motion, response, seed, st
                 leaves = vx * nx + vy * ny + vz * nz - travel * rate
                 leaves = -leaves if outward else leaves
                 speed = math.sqrt(vx * vx + vy * vy + vz * vz)
-                since, skip = now - _TIE, t if stays_away(swept, t, leaves * dt, speed * dt) else none
+                since, passed = now - _TIE, none
+                skip = t if stays_away(swept, t, leaves * dt, speed * dt) else none
                 x0, y0, z0 = px - vx * (now * dt), py - vy * (now * dt), pz - vz * (now * dt)
                 x1, y1, z1 = px + vx * left, py + vy * left, pz + vz * left
             position[p, 0], position[p, 1], position[p, 2] = x1, y1, z1

@@ -12,9 +12,13 @@ import math
 import numpy as np
 
 from billow.base.compiled import inlined, scalar
+from billow.geometry.triangle import double_area_vector
 
 REACH = 1.5
 """Radius of the footprint in radii of the Gaussian; 99 % of the momentum flux lies within (1 - e^-4.5)."""
+
+MOST = 2.0
+"""Force of a jet on all it falls on, at most, in its thrust: no wall can do more than turn it back."""
 
 SQUARES, WIDEST = 24, 0.2
 """Squares along each axis, from -WIDEST to WIDEST (lateral over axial distance)."""
@@ -41,12 +45,22 @@ def lit_triangles(triangles, walls, turned_round, positions, holes, frames, ring
         triangles, walls, turned_round, positions, holes, frames, ring, diameter
     )
     hide(of_lit, jet_of_lit, screens, jet_of_screen, jets)
-    # Their thrust is along the axis of the jet.
-    along, n = np.zeros(jets), 0
+    # Their thrust is along the axis of the jet, unless all that it falls on lies nearly along it.
+    along, total, n = np.zeros(jets), np.zeros((jets, 3)), 0
     for m in range(len(lit)):
         if of_lit[m, WEIGHT] > 0.0:
-            along[jet_of_lit[m]] += 0.5 * of_lit[m, WEIGHT] * of_lit[m, THRUST]
+            w, k = lit[m], jet_of_lit[m]
+            along[k] += 0.5 * of_lit[m, WEIGHT] * of_lit[m, THRUST]
+            t = walls[w] if len(walls) > 0 else w
+            nx, ny, nz = double_area_vector(positions, triangles[t, 0], triangles[t, 1], triangles[t, 2])
+            part = -0.5 * of_lit[m, WEIGHT] if len(walls) > 0 and turned_round[w] else 0.5 * of_lit[m, WEIGHT]
+            total[k, 0] += part * nx
+            total[k, 1] += part * ny
+            total[k, 2] += part * nz
             n += 1
+    for k in range(jets):
+        x, y, z = total[k]
+        along[k] = max(along[k], math.sqrt(x * x + y * y + z * z) / MOST)
     found, share, seen = np.empty(n, np.int64), np.empty(n), 0
     n = 0
     for m in range(len(lit)):
