@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import prange
 
-from billow.base.compiled import kernel, scalar
+from billow.base.compiled import kernel
 from billow.geometry.cut_cells import CutCells
 from billow.geometry.lattice_clipping import NORMAL, PLACE, WEIGHT
 
@@ -43,7 +43,7 @@ class Patches(NamedTuple):
         triangles, velocity [m/s]: of the walls and their nodes."""
         cells = len(in_old)
         start = np.zeros(cells + 1, np.int32)
-        cuts = (old.start, old.order, old.triangle), (new.start, new.order, new.triangle)
+        cuts = old.start, old.order, old.triangle, new.start, new.order, new.triangle
         _count(cells, in_old, in_new, *cuts, start)
         np.cumsum(start, out=start)
         n = int(start[-1])
@@ -62,15 +62,17 @@ class Patches(NamedTuple):
 
 
 @kernel
-def _count(n, in_old, in_new, old, new, start_out):
+def _count(
+    n, in_old, in_new, old_start, old_order, old_triangle, new_start, new_order, new_triangle, start_out
+):  # fmt: skip
     for i in prange(n):
         a, b = in_old[i], in_new[i]
-        f, f_end = (old[0][a], old[0][a + 1]) if a >= 0 else (0, 0)
-        g, g_end = (new[0][b], new[0][b + 1]) if b >= 0 else (0, 0)
+        f, f_end = (old_start[a], old_start[a + 1]) if a >= 0 else (0, 0)
+        g, g_end = (new_start[b], new_start[b + 1]) if b >= 0 else (0, 0)
         found = 0
         while f < f_end or g < g_end:
-            first = old[2][old[1][f]] if f < f_end else 2**31
-            second = new[2][new[1][g]] if g < g_end else 2**31
+            first = old_triangle[old_order[f]] if f < f_end else 2**31
+            second = new_triangle[new_order[g]] if g < g_end else 2**31
             f, g = f + (first <= second), g + (second <= first)
             found += 1
         start_out[i + 1] = found
@@ -78,61 +80,63 @@ def _count(n, in_old, in_new, old, new, start_out):
 
 @kernel
 def _fill(
-    n, in_old, in_new, old, new, start, old_rows, new_rows, triangles, velocity, triangle_out, old_out, new_out,
-    of_old_out, of_new_out, rows_out,
+    n, in_old, in_new, old_start, old_order, old_triangle, new_start, new_order, new_triangle, start, old_rows,
+    new_rows, triangles, velocity, triangle_out, old_out, new_out, of_old_out, of_new_out, rows_out,
 ):  # fmt: skip
     """Patches of n cells; places and velocities are those of the fragment after the step if there is one."""
     for i in prange(n):
         a, b = in_old[i], in_new[i]
-        f, f_end = (old[0][a], old[0][a + 1]) if a >= 0 else (0, 0)
-        g, g_end = (new[0][b], new[0][b + 1]) if b >= 0 else (0, 0)
+        f, f_end = (old_start[a], old_start[a + 1]) if a >= 0 else (0, 0)
+        g, g_end = (new_start[b], new_start[b + 1]) if b >= 0 else (0, 0)
         for q in range(start[i], start[i + 1]):
-            first = old[2][old[1][f]] if f < f_end else 2**31
-            second = new[2][new[1][g]] if g < g_end else 2**31
-            t = min(first, second)
+            first = old_triangle[old_order[f]] if f < f_end else 2**31
+            second = new_triangle[new_order[g]] if g < g_end else 2**31
+            t, x, y, z = min(first, second), 0.0, 0.0, 0.0
             triangle_out[q], old_out[q], new_out[q], rows_out[q, BEFORE] = t, -1, -1, 0.0
-            a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
+            u, v, w = triangles[t, 0], triangles[t, 1], triangles[t, 2]
             if first <= second:
-                at = old[1][f]
+                at = old_order[f]
                 old_out[q] = at
                 of_old_out[at] = q
-                x, y, z = old_rows[at, NORMAL], old_rows[at, NORMAL + 1], old_rows[at, NORMAL + 2]
-                rows_out[q, BEFORE] = np.sqrt(x * x + y * y + z * z)
-                x, y, z = old_rows[at, WEIGHT], old_rows[at, WEIGHT + 1], old_rows[at, WEIGHT + 2]
-                for d in range(3):
-                    rows_out[q, AT + d] = old_rows[at, PLACE + d]
-                    rows_out[q, SPEED + d] = x * velocity[a, d] + y * velocity[b, d] + z * velocity[c, d]
+                x, y, z = 0.5 * old_rows[at, NORMAL], 0.5 * old_rows[at, NORMAL + 1], 0.5 * old_rows[at, NORMAL + 2]
+                rows_out[q, BEFORE] = 2.0 * np.sqrt(x * x + y * y + z * z)
+                if second > first:  # it ends
+                    wu, wv, ww = old_rows[at, WEIGHT], old_rows[at, WEIGHT + 1], old_rows[at, WEIGHT + 2]
+                    for d in range(3):
+                        rows_out[q, AT + d] = old_rows[at, PLACE + d]
+                        rows_out[q, SPEED + d] = wu * velocity[u, d] + wv * velocity[v, d] + ww * velocity[w, d]
                 f += 1
             if second <= first:
-                at = new[1][g]
+                at = new_order[g]
                 new_out[q] = at
                 of_new_out[at] = q
-                x, y, z = new_rows[at, WEIGHT], new_rows[at, WEIGHT + 1], new_rows[at, WEIGHT + 2]
+                x += 0.5 * new_rows[at, NORMAL]
+                y += 0.5 * new_rows[at, NORMAL + 1]
+                z += 0.5 * new_rows[at, NORMAL + 2]
+                wu, wv, ww = new_rows[at, WEIGHT], new_rows[at, WEIGHT + 1], new_rows[at, WEIGHT + 2]
                 for d in range(3):
                     rows_out[q, AT + d] = new_rows[at, PLACE + d]
-                    rows_out[q, SPEED + d] = x * velocity[a, d] + y * velocity[b, d] + z * velocity[c, d]
+                    rows_out[q, SPEED + d] = wu * velocity[u, d] + wv * velocity[v, d] + ww * velocity[w, d]
                 g += 1
-            _face(old_out[q], new_out[q], old_rows, new_rows, 0.5, rows_out, q)
-
-
-@scalar
-def _face(f, g, old_rows, new_rows, middle, rows_out, q):
-    """Normal and area of patch q of the fragments f and g."""
-    x, y, z = 0.0, 0.0, 0.0
-    if f >= 0:
-        early = 1.0 - middle
-        x, y, z = early * old_rows[f, NORMAL], early * old_rows[f, NORMAL + 1], early * old_rows[f, NORMAL + 2]
-    if g >= 0:
-        x += middle * new_rows[g, NORMAL]
-        y += middle * new_rows[g, NORMAL + 1]
-        z += middle * new_rows[g, NORMAL + 2]
-    area = np.sqrt(x * x + y * y + z * z)
-    share = 1.0 / area if area > 0.0 else 0.0
-    rows_out[q, SIDE], rows_out[q, SIDE + 1], rows_out[q, SIDE + 2] = share * x, share * y, share * z
-    rows_out[q, AREA] = area
+            area = np.sqrt(x * x + y * y + z * z)
+            share = 1.0 / area if area > 0.0 else 0.0
+            rows_out[q, SIDE], rows_out[q, SIDE + 1], rows_out[q, SIDE + 2] = share * x, share * y, share * z
+            rows_out[q, AREA] = area
 
 
 @kernel
 def _turn(n, old, new, old_rows, new_rows, middle, rows_out):
     for q in prange(n):
-        _face(old[q], new[q], old_rows, new_rows, middle, rows_out, q)
+        x, y, z = 0.0, 0.0, 0.0
+        f, g = old[q], new[q]
+        if f >= 0:
+            early = 1.0 - middle
+            x, y, z = early * old_rows[f, NORMAL], early * old_rows[f, NORMAL + 1], early * old_rows[f, NORMAL + 2]
+        if g >= 0:
+            x += middle * new_rows[g, NORMAL]
+            y += middle * new_rows[g, NORMAL + 1]
+            z += middle * new_rows[g, NORMAL + 2]
+        area = np.sqrt(x * x + y * y + z * z)
+        share = 1.0 / area if area > 0.0 else 0.0
+        rows_out[q, SIDE], rows_out[q, SIDE + 1], rows_out[q, SIDE + 2] = share * x, share * y, share * z
+        rows_out[q, AREA] = area

@@ -30,7 +30,7 @@ class Scratch:
         """An array of any content, until the next one of this name."""
         size, kept = math.prod(shape), self._kept.get(name)
         if kept is None or len(kept) < size:
-            kept = self._kept[name] = np.empty(size + size // 4)
+            kept = self._kept[name] = np.empty(size + size // 16)
         return kept[:size].reshape(shape)
 
     def zeros(self, name: str, *shape: int) -> np.ndarray:
