@@ -48,16 +48,16 @@ MUTANTS = (
     Mutant(
         "no element is ever inverted",
         "parts/fabric/fabric.py",
-        "return int(np.count_nonzero(~agree[elements]))",
+        "return int(count)",
         "return 0",
-        PROMISES + "test_fabric_that_ends_turned_over_fails_the_run",
+        PROMISES + "test_fabric_that_ends_turned_over_and_taut_fails_the_run",
     ),
     Mutant(
         "inverted elements are not reported",
         "parts/fabric/fabric.py",
         '"inverted_elements": float(self.inverted_elements(moment.positions))',
         '"inverted_elements": 0.0',
-        PROMISES + "test_fabric_that_ends_turned_over_fails_the_run",
+        PROMISES + "test_fabric_that_ends_turned_over_and_taut_fails_the_run",
     ),
     Mutant(
         "sign of the energy gain in the ledger",

@@ -67,6 +67,15 @@ def test_the_rim_lies_where_it_was_pushed_to():
     assert np.abs(shape.positions[shape.fixed] - flat[shape.fixed]).max() == 0.0
 
 
+def test_a_passenger_bag_with_side_panels():
+    """Tucked, its rims are side panels of 0.16 m between front and rear; its vents ride along."""
+    bag, tuck = {"shape": "passenger", "element_size": 0.025}, {**TUCK, "across": "y"}
+    plan, shape, flat = built(bag, tuck, {"kind": "leporello", "across": "x", "lines": [0.15, 0.33]})
+    assert crossings(shape) == 0
+    assert np.abs(plan.folded(flat) - shape.positions).max() < 1e-12
+    assert np.ptp(shape.positions[:, 1]) == pytest.approx(0.9 - 2.0 * 0.08, abs=0.001)
+
+
 @pytest.mark.parametrize("bag", [SQUARE, DRIVER], ids=["square", "round"])
 @pytest.mark.parametrize("size", [0.02, 0.01])
 def test_what_is_tucked_is_folded_across(bag, size):

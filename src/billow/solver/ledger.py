@@ -105,9 +105,9 @@ class Ledger:
         largest = max(self.largest_energy, 1e-300)
         stored = sum(history.energy(account.name) for account in self.accounts if account.side == STORED)
         worst = max(self.largest_gain, -self.largest_loss)
-        # What drives gave to fabric and gas: their work, less what moves the bodies that they drive.
+        # What drives gave to fabric and gas: their work, less what set bodies moving.
         moving = history.energy(BODY_KINETIC.name)
-        driven = history.energy(DRIVE_WORK.name) - (moving - moving[0])
+        driven = history.energy(DRIVE_WORK.name) - (moving - moving[0]).clip(min=0.0)
         return {
             "energy_residual_joule": self.residual,
             "energy_residual_of_injected": worst / injected if injected else 0.0,
