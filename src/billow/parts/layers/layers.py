@@ -43,13 +43,13 @@ LEAST_FLOOR = 1e-8
 TOLERANCE = 1.0 / 150.0
 """Largest error of position that the filter leaves, in gaps."""
 
-SKIN, MOST_SKIN, WIDER = 0.5, 0.2, 1.25
+SKIN, MOST_SKIN, WIDER = 0.5, 0.2, 1.4
 """How far a node may stray from its path before the list is spent: in gaps at least, in mean edges at most; and the
 factor by which it changes from list to list. More where impulses throw nodes off."""
 
-WORK_OF_PAIR, WORK_IN_STEP = 0.5, 0.12
-"""Of each pair in a search and in a step, in looks at two triangles whose boxes meet. The skin goes on being widened,
-or narrowed, as long as this takes less work for each step that a list serves."""
+WORK_OF_PAIR, WORK_IN_STEP = 1.0, 0.15
+"""Of each pair in a search and in a step, in looks at two triangles whose boxes meet. The skin is widened as long as
+pairs are the smaller part of the work."""
 
 USUAL, UNUSUAL = 1.5, 4.0
 """Stray of a node, in means of all, from which on its skin is wider, and the most times by which it is."""
@@ -60,7 +60,7 @@ CALMING = 0.7
 READY = 0.1
 """Change of a node's way in a step, by impulses, that sleeping pairs are ready for, in gaps."""
 
-MOST_STEPS = 40.0
+MOST_STEPS = 100.0
 """For which a list is made, at most: more than lists serve, since boxes around longer paths are hardly larger."""
 
 FARTHEST_WAY, MOST_WAY = 0.2, 0.8
@@ -112,7 +112,7 @@ class Layers(Part):
         return Limits(self.friction, spring, self.gap, near, floor, TOLERANCE * self.gap, READY * self.gap)
 
     def start(self, bag) -> Pairs:
-        return Pairs.none(self.surface.node_count, len(self._mesh.triangles), SKIN * self.gap, WIDER)
+        return Pairs.none(self.surface.node_count, len(self._mesh.triangles), SKIN * self.gap)
 
     # --- in a step -------------------------------------------------------------------------------------------------
 
@@ -197,13 +197,9 @@ class Layers(Part):
     ) -> None:  # fmt: skip
         """A new list for the coming steps of about dt [s]. way: that each node used of its skin in the last list
         [m]; thrown: how far impulses may throw nodes off their paths in the first step [m]; both (nodes,)."""
-        if thrown is None:
-            served = max(1.0, pairs.age / dt)
-            work = (pairs.looked_at + WORK_OF_PAIR * len(pairs)) / served + WORK_IN_STEP * len(pairs)
-            if work > pairs.work:
-                pairs.wider = 1.0 / pairs.wider
-            pairs.work = work
-            pairs.width = max(SKIN * self.gap, min(MOST_SKIN * self.edge, pairs.wider * pairs.width))
+        of_pairs = (WORK_OF_PAIR + WORK_IN_STEP * max(1.0, pairs.age / dt)) * len(pairs)
+        wider = WIDER * pairs.width if of_pairs < pairs.looked_at else pairs.width / WIDER
+        pairs.width = max(SKIN * self.gap, min(MOST_SKIN * self.edge, wider))
         speed = math.sqrt(3.0 * float(velocities.var(axis=0).mean()))
         farthest = min(MOST_WAY, FARTHEST_WAY * pairs.width / (SKIN * self.gap)) * self.edge
         time = max(1.01 * dt, min(MOST_STEPS * dt, farthest / max(speed, 1e-9))) + dt / APPROACH

@@ -47,8 +47,7 @@ class Pairs:
 
     path_start [m], path_velocity [m/s]: (nodes, 3), of all nodes when the list was made; skin: how far each may stray
     from this path [m], (nodes,). age: of the list; horizon: age at which it is spent [s]; width: of the skin where
-    nothing is thrown off [m]; wider: factor by which it changes from list to list; work: in each step that the list
-    before served, in looks; looked_at: of the search, as in `search.Found`. last_resorts: steps so far in which nodes
+    nothing is thrown off [m]. looked_at: of the search, as in `search.Found`. last_resorts: steps so far in which nodes
     had to move together.
 
     What follows is known of the present positions only, and measured again where it is missing. awake: indices of
@@ -70,8 +69,6 @@ class Pairs:
     age: float
     horizon: float
     width: float
-    wider: float
-    work: float
     looked_at: int
     last_resorts: int
     awake: np.ndarray = field(metadata={"constant": True})
@@ -84,12 +81,12 @@ class Pairs:
     room: Room | None = field(default=None, metadata={"constant": True})
 
     @classmethod
-    def none(cls, nodes: int, triangles: int, width: float, wider: float) -> Pairs:
+    def none(cls, nodes: int, triangles: int, width: float) -> Pairs:
         """No pairs yet, and a list that is spent."""
         return cls(
             np.zeros(0, np.int64), np.zeros(2 * triangles + 1, np.int64), np.zeros((0, 4), np.int32), np.zeros((0, 3)),
             np.zeros(0), np.zeros(0), np.zeros((nodes, 3)), np.zeros((nodes, 3)), np.zeros(nodes), 0.0, -1.0, width,
-            wider, 0.0, 0, 0,
+            0, 0,
             np.zeros(0, np.int64), np.zeros((0, 4)), np.zeros(0), np.zeros(0, np.int64), np.zeros(0, np.int32),
             np.zeros(nodes, np.bool_),
         )  # fmt: skip
