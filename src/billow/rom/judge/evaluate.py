@@ -47,7 +47,7 @@ SWEEP_MODES = (1, 2, 4, 6, 8, 10, 12, 16)
 
 @dataclass(frozen=True, eq=False)
 class SweepModel:
-    """One model of the learning curve, not calibrated, so that all of its answers are believed: number of training runs,
+    """One model of the learning curve, not calibrated, so that all it answers is believed: number of training runs,
     [s] that making them (`generation`) and learning from them took, errors on the unseen runs with several numbers of
     modes."""
 
