@@ -139,9 +139,7 @@ def _design_in(path: Path) -> dict[str, float | str]:
             raise ValueError("it holds a number, or the name of a level, for each parameter, and at least one")
     except (OSError, ValueError) as error:
         remedy = "give the design.toml that the explorer saved, or --set NAME=VALUE"
-        raise NOT_AN_ASSIGNMENT(
-            text=f"@{path}", what=f"the design in {path} cannot be used", why=error, remedy=remedy
-        ) from error
+        raise NOT_AN_ASSIGNMENT(what=f"the design in {path} cannot be used", why=error, remedy=remedy) from error
     return {name: float(value) if type(value) is int else value for name, value in content.items()}
 
 

@@ -47,8 +47,9 @@ SWEEP_MODES = (1, 2, 4, 6, 8, 10, 12, 16)
 
 @dataclass(frozen=True, eq=False)
 class SweepModel:
-    """One model of the learning curve: number of training runs, [s] that making them (`generation`) and learning from
-    them took, errors on the unseen runs with several numbers of modes."""
+    """One model of the learning curve, not calibrated, so that all it answers is believed: number of training runs,
+    [s] that making them (`generation`) and learning from them took, errors on the unseen runs with several numbers of
+    modes."""
 
     runs: int
     generation: float

@@ -19,6 +19,8 @@ from billow.rom.learn.force_modes import learn_force_inputs
 from billow.rom.learn.left_out import left_out
 from billow.rom.learn.progress import Progress, stages
 from billow.rom.learn.reduction import DEFAULT_MEMORY, Reduction, reduce_runs
+from billow.rom.learn.shrinkage import Agreement, disbelieved, shrunk
+from billow.rom.learn.shrinkage import factors as believed
 from billow.rom.learn.side_by_side import side_by_side
 from billow.rom.learn.simple_answers import BASELINES, comparisons, simple_coefficients
 from billow.rom.surrogate.basis import Basis
@@ -156,12 +158,14 @@ def train(
     begun = time.perf_counter()
     for_folds = replace(recipe, epochs=surrogate.training["epochs"])
     with import_network().one_thread():
-        factors, judgement = _calibrate(dataset, runs, folds, for_folds, progress, client)
+        factors, judgement, agreements = _calibrate(dataset, runs, folds, for_folds, progress, client)
+    part = believed(agreements)
+    lost = whole.lost_by_time + disbelieved(agreements, part)
     return replace(
-        surrogate,
+        shrunk(surrogate, part),
         judgement=judgement,
         training=surrogate.training | {"calibration_seconds": time.perf_counter() - begun},
-        intervals=Intervals(np.array(LEVELS), factors, whole.lost_by_time, whole.lost_by_node),
+        intervals=Intervals(np.array(LEVELS), factors, lost, whole.lost_by_node),
     )
 
 
@@ -248,8 +252,9 @@ def held_out(groups: Sequence[tuple[str, ...]]) -> list[tuple[str, ...]]:
     return folds[:enough]
 
 
-def _calibrate(dataset: Dataset, runs, folds, recipe: Recipe, progress, client) -> tuple[np.ndarray, Judgement]:
-    """Factors for `LEVELS`: [-], (levels, 3), and the judgement, of surrogates that each learn without one fold."""
+def _calibrate(dataset: Dataset, runs, folds, recipe: Recipe, progress, client):
+    """From surrogates that each learn without one fold: factors for `LEVELS`, [-], (levels, 3); the judgement; and the
+    agreement of each run. Each is judged with what the others say of the part to believe."""
     counts, errors, reductions = np.zeros((3, BINS)), [], []
 
     def trainings():
@@ -258,14 +263,21 @@ def _calibrate(dataset: Dataset, runs, folds, recipe: Recipe, progress, client) 
             reductions.append(reduce_runs(dataset, others, recipe.modes, recipe.seed, recipe.memory, client))
             yield partial(train_networks, dataset, reductions[-1], recipe, None)
 
-    surrogates = side_by_side(trainings(), 1, 1 + len(folds), progress)
-    for fold, surrogate, reduction in zip(folds, surrogates, reductions, strict=True):
-        simple = simple_coefficients(reduction.design, reduction.coefficients, surrogate.parameters)
-        every = slice(None, None, -(-surrogate.nodes // MOST_NODES))
+    surrogates = list(side_by_side(trainings(), 1, 1 + len(folds), progress))
+    agreements = {}
+    for fold, surrogate in zip(folds, surrogates, strict=True):
         for run in fold:
+            agreements[run] = Agreement.of(surrogate, dataset.design([run])[0], read_run(dataset, run))
+    for fold, learned, reduction in zip(folds, surrogates, reductions, strict=True):
+        simple = simple_coefficients(reduction.design, reduction.coefficients, learned.parameters)
+        every = slice(None, None, -(-learned.nodes // MOST_NODES))
+        for run in fold:
+            others = [one for other, one in agreements.items() if other != run]
+            part = believed(others)
+            surrogate, lost = shrunk(learned, part), reduction.lost_by_time + disbelieved(others, part)
             design, whole = dataset.design([run])[0], read_run(dataset, run)
             truth = whole[:, every]
-            scales = scale(surrogate, reduction.lost_by_time, reduction.lost_by_node, design, surrogate.times, every)
+            scales = scale(surrogate, lost, reduction.lost_by_node, design, surrogate.times, every)
             error = surrogate.predict(design, extrapolate=True)[:, every] - truth
             # A held node would be covered by any interval, so it does not count.
             counts += histogram(np.where(np.any(truth != 0.0, axis=0), error, np.nan), scales)
@@ -273,7 +285,7 @@ def _calibrate(dataset: Dataset, runs, folds, recipe: Recipe, progress, client) 
             errors.append(_distances(whole, surrogate.bases, [own, *(answer(design) for answer in simple.values())]))
     own, *others = np.mean(errors, axis=0).tolist()
     judgement = Judgement(HELD_OUT, len(errors), comparisons(own, dict(zip(BASELINES, others, strict=True))))
-    return quantiles(counts / len(errors)), judgement
+    return quantiles(counts / len(errors)), judgement, list(agreements.values())
 
 
 def _distances(truth: np.ndarray, bases: tuple[Basis, ...], answers: list[np.ndarray]) -> list[float]:

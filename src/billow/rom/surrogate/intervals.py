@@ -28,7 +28,8 @@ _LOWEST, _HIGHEST, BINS = -6.0, 6.0, 6_000
 @dataclass(frozen=True, eq=False)
 class Intervals:
     """levels: [-], (levels,); factors: [-], (levels, 3), half width of an interval over its scale, for x, y and z
-    lost_by_time: [m2], (3, times); lost_by_node: [m2], (3, nodes): mean square of what the basis cannot represent
+    lost_by_time: [m2], (3, times); lost_by_node: [m2], (3, nodes): mean square of what the basis cannot represent; by
+        time also of what was not believed of the networks (rom/learn/shrinkage.py)
     """
 
     levels: np.ndarray
