@@ -268,3 +268,12 @@ def test_a_run_with_a_mesh_goes_on_in_the_same_bits_and_carries_its_file(small_c
     assert len(told["triangles"]) == len(triangles)
     energy = next(c for c in straight.record["quality"]["criteria"] if c["name"].startswith("energy residual"))
     assert energy["verdict"] == "PASS", energy
+
+
+def test_a_sharp_solid_knows_its_inside():
+    """Before an acute edge the normals of its faces disagree about the side; their weighted sum does not."""
+    points = np.array([[0.0, 0.0, 0.0], [0.05, 0.0, 0.0], [0.0, 0.05, 0.0], [0.01, 0.01, 0.1]])
+    mesh = Mesh(points, np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]))
+    tries = np.random.default_rng(8).uniform([-0.03, -0.03, -0.03], [0.07, 0.07, 0.14], (4000, 3))
+    shares = np.linalg.solve(np.vstack([points.T, np.ones(4)]), np.vstack([tries.T, np.ones(len(tries))]))
+    assert np.array_equal(mesh.distance(tries)[0] < 0.0, (shares > 0.0).all(axis=0))

@@ -10,10 +10,13 @@ from hypothesis import strategies as st
 from billow.case.obstacles.obstacles import Plate, build_body
 from billow.case.obstacles.obstacles import SuperEllipsoid as ImpactorTable
 from billow.geometry.shapes.box import Box
+from billow.geometry.shapes.cylinder import Cylinder
 from billow.geometry.shapes.half_space import HalfSpace
 from billow.geometry.shapes.kinds import SHAPES, from_description
+from billow.geometry.shapes.mesh import Mesh
 from billow.geometry.shapes.pose import Pose, of_plane, quaternion_about
 from billow.geometry.shapes.super_ellipsoid import SuperEllipsoid
+from billow.geometry.shapes.triangulated import sphere
 from billow.parts.bodies import rigid_body
 from billow.parts.bodies.bodies import Bodies
 from billow.parts.bodies.body import Body, Carried
@@ -94,7 +97,13 @@ def test_energy_of_a_spinning_body_is_that_of_its_inertia():
     assert rigid_body.kinetic_energy(rigid, state) == pytest.approx(expected, rel=1e-12)
 
 
-EACH_SHAPE = [HalfSpace(), SuperEllipsoid(np.array([0.1, 0.08, 0.09]), 3.0), Box(np.array([0.1, 0.06, 0.08]), 0.01)]
+EACH_SHAPE = [
+    HalfSpace(),
+    SuperEllipsoid(np.array([0.1, 0.08, 0.09]), 3.0),
+    Box(np.array([0.1, 0.06, 0.08]), 0.01),
+    Mesh(*sphere(1)),
+    Cylinder(0.1, 0.06, 0.01),
+]
 
 
 @pytest.mark.parametrize("shape", EACH_SHAPE, ids=lambda s: s.kind)

@@ -106,7 +106,7 @@ class Mesh:
 
     def describe(self) -> dict:
         return {
-            "kind": self.kind, "points": self.points.round(7).tolist(), "triangles": self.triangles.tolist(),
+            "kind": self.kind, "points": self.points.tolist(), "triangles": self.triangles.tolist(),
             "thickness": float(self.thickness),
         }  # fmt: skip
 
