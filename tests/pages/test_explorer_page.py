@@ -233,6 +233,13 @@ HEAD = {
 }  # fmt: skip
 
 
+def test_an_obstacle_without_a_shape_is_refused(place):
+    wrong = HEAD | {"kind": "dragon"}
+    model = replace(made_surrogate(60, width=8), obstacles=(LockedObstacle(wrong, fixed(wrong)),))
+    path = model.save(place / "spoilt.safetensors")
+    assert CliRunner().invoke(app, ["explore", str(path)]).exception.code == "E-ROM-004"
+
+
 def fixed(described):
     return np.column_stack([numbers_of(described), np.zeros((len(numbers_of(described)), len(PARAMETERS)))])
 

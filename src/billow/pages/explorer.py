@@ -10,6 +10,7 @@ import numpy as np
 
 from billow import __version__
 from billow.base.errors import InputError
+from billow.geometry.shapes.kinds import from_description
 from billow.geometry.shapes.super_ellipsoid import SuperEllipsoid
 from billow.pages.html import page, web_file
 from billow.pages.mesh import closed, colours, holes
@@ -23,7 +24,7 @@ from billow.rom.surrogate.design_space import distinct, from_unit, to_unit
 from billow.rom.surrogate.judgement import require_won
 from billow.rom.surrogate.prediction import LEVEL, describe_judgement
 from billow.rom.surrogate.surrogate import Surrogate
-from billow.rom.surrogate.surrogate_file import network_content
+from billow.rom.surrogate.surrogate_file import DAMAGED, network_content
 
 NEEDS_FORCES = InputError.declare(
     "E-PAG-001",
@@ -46,7 +47,8 @@ TRIED = 20
 def explorer_page(surrogate: Surrogate, coupled: Coupled | None, path: Path) -> str:
     """The page. path: the file, whose SHA-256 it shows.
 
-    InputError E-PAG-001 if the surrogate needs forces, E-ROM-023 and E-CPL-007 if a verdict keeps it from answering.
+    IntegrityError E-ROM-004 if an obstacle is damaged; InputError E-PAG-001 if the surrogate needs forces,
+    E-ROM-023 and E-CPL-007 if a verdict keeps it from answering.
     """
     if surrogate.forces is not None:
         raise NEEDS_FORCES(path=path)
@@ -55,7 +57,7 @@ def explorer_page(surrogate: Surrogate, coupled: Coupled | None, path: Path) -> 
     if coupled is not None:
         coupled.require_judged()
     open_eyed = surrogate.despite_verdict()
-    tensors, record = _of_bag(open_eyed)
+    tensors, record = _of_bag(open_eyed, path)
     if coupled is not None:
         of_body, record["coupled"] = _of_coupled(coupled)
         # A motion follows from all shapes before: what each loses would add up, to 1 % of a velocity in half precision.
@@ -69,7 +71,7 @@ def explorer_in_report(surrogate: Surrogate, path: Path) -> str | None:
     return None if surrogate.forces is not None else explorer_page(surrogate.despite_verdict(), None, path)
 
 
-def _of_bag(surrogate: Surrogate) -> tuple[dict[str, np.ndarray], dict]:
+def _of_bag(surrogate: Surrogate, path: Path) -> tuple[dict[str, np.ndarray], dict]:
     regression, intervals = surrogate.regression, surrogate.intervals
     modes = np.stack([basis.modes for basis in surrogate.bases])
     designs = surrogate.designs
@@ -91,7 +93,7 @@ def _of_bag(surrogate: Surrogate) -> tuple[dict[str, np.ndarray], dict]:
         "colours": colours(),
         **network_content(regression),
     }
-    obstacles = _obstacles(surrogate, tensors)
+    obstacles = _obstacles(surrogate, tensors, path)
     interval = None
     if intervals is not None:
         mean = intervals.lost_by_node.mean(axis=1, keepdims=True)
@@ -116,12 +118,18 @@ def _of_bag(surrogate: Surrogate) -> tuple[dict[str, np.ndarray], dict]:
     return tensors, record
 
 
-def _obstacles(surrogate: Surrogate, tensors: dict[str, np.ndarray]) -> list[dict]:
+def _obstacles(surrogate: Surrogate, tensors: dict[str, np.ndarray], path: Path) -> list[dict]:
     """Put locked obstacles into `tensors`: a super-ellipsoid as the numbers that the design decides, any other as the
     mesh of its surface; returns what they are called, and which are not drawn because their surface would change."""
     low, high = surrogate.reference.min(axis=0).astype(float), surrogate.reference.max(axis=0).astype(float)
     told = []
+    middle = from_unit(np.full((1, len(surrogate.parameters)), 0.5), surrogate.parameters)[0]
     for k, obstacle in enumerate(surrogate.obstacles):
+        try:
+            from_description(obstacle.at(middle))
+        except (KeyError, TypeError, ValueError, IndexError) as error:
+            why = f"the obstacle {obstacle.name} has no shape"
+            raise DAMAGED(path=path, why=why, command="billow train FOLDER") from error
         ellipsoid = obstacle.like["kind"] == SuperEllipsoid.kind
         if ellipsoid:
             entries = ("radii", "degree", "center", "rotation")

@@ -7,8 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from billow.geometry.shapes.kinds import from_description
-
 EXACT = 1e-9
 """Of the largest value: how exactly the numbers of an obstacle must be affine functions of the design."""
 MOST = 64
@@ -55,13 +53,13 @@ class LockedObstacle:
         raise KeyError(name)
 
     def require_whole(self, design: np.ndarray) -> None:
-        """ValueError unless it is the description of an obstacle at a design."""
-        if not (isinstance(self.name, str) and self.name.isprintable()):
-            raise ValueError("the name of an obstacle is no text in one line")
+        """ValueError or KeyError unless it has a name, a kind and a place. Whether there is such a shape, only the geometry of
+        the solver knows, which answers do without."""
+        if not all(isinstance(text, str) and text.isprintable() for text in (self.name, self.like["kind"])):
+            raise ValueError("the name or kind of an obstacle is no text in one line")
         there = self.at(design)
         if np.shape(there["center"]) != (3,) or np.shape(there["rotation"]) != (3, 3):
             raise ValueError(f"the obstacle {self.name} has no place")
-        from_description(there)
 
 
 def locked_obstacles(described: Sequence[Sequence[dict]], designs: np.ndarray) -> tuple[LockedObstacle, ...]:
