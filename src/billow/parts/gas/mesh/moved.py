@@ -12,6 +12,7 @@ from numba import prange
 from billow.base.compiled import kernel, scalar
 from billow.base.errors import NumericalStop
 from billow.geometry.cut_cells import CutCells, neighbours, unite
+from billow.geometry.lattice_clipping import NORMAL
 from billow.parts.gas.mesh.balance import add_fluxes, add_walls, forget_slopes, gather, hand_back, new_states
 from billow.parts.gas.mesh.cell_maps import blend, cell_here, geometry, spread, through, triangle_of
 from billow.parts.gas.mesh.clusters import Clusters, find_clusters
@@ -92,7 +93,7 @@ class Moved:
             self.new.centroid, whole, centroid,
         )  # fmt: skip
         self.booked = np.zeros(len(self.walls.triangles))
-        flux = take("flux", n, 3, VALUES)
+        flux, doors = take("flux", n, 3, VALUES), self._doors()
         for part in range(parts):
             begin, end = part / parts, (part + 1) / parts
             self.middle = middle = 0.5 * (begin + end)
@@ -101,7 +102,7 @@ class Moved:
                 volume, aperture,
             )  # fmt: skip
             pace = pace_of(self.held, self.sound)
-            clusters = find_clusters(self.key, self.beside, volume, aperture, pace, dt / self.h)
+            clusters = find_clusters(self.key, self.beside, volume, aperture, pace, doors, dt / self.h)
             self.of, self.clusters, self.aperture = clusters.of, clusters, aperture
             self.adopted, self.lost = self.adopted + clusters.adopted, self.lost + clusters.lost
             count = len(clusters.before)
@@ -178,6 +179,18 @@ class Moved:
         return NEGATIVE(
             chamber=self.walls.name, x=x, y=y, z=z, time=1e3 * time, volume=clusters.after[first], energy=energy
         )
+
+    def _doors(self) -> np.ndarray:
+        """Openings to other rooms in each cell [faces], the larger of those before and after, (cells,)."""
+        free = np.flatnonzero(self.is_link)
+        if not len(free):
+            return np.zeros(len(self.key))
+        both = []
+        for old, of in ((True, self.old_cell_of_fragment), (False, self.cell_of_fragment)):
+            mine, (rows, _) = self.fragments_of(free, old), self.fragments(old)
+            size = np.sqrt((rows[mine, NORMAL : NORMAL + 3] ** 2).sum(axis=1))
+            both.append(np.bincount(of[mine], size, len(self.key)))
+        return np.maximum(*both)
 
     def before(self, cluster: np.ndarray) -> np.ndarray:
         """The gas that comes to a hole, (5,); cluster: of each of its fragments."""
