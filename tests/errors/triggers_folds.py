@@ -11,6 +11,7 @@ from billow.apps.folding.folder import fold_case
 from billow.case.schema import Case
 
 LEPORELLO = {"kind": "leporello", "first_line": 0.12, "panel": 0.06}
+ROLL = {"kind": "roll", "to": 0.1, "core": 0.03}
 TWO_LINES = {**LEPORELLO, "lines": [0.1, 0.2]}
 TUBE = {"shape": "rectangular", "length": 0.8, "width": 0.2, "mouth_radius": 0.02, "element_size": 0.02}
 
@@ -39,7 +40,8 @@ TRIGGERS: dict[str, Callable[[Here], object]] = {
     "E-GEO-048": bag(element_size=0.02, folds=[{**LEPORELLO, "lines": [0.16, 0.345]}]),
     "E-GEO-049": bag(element_size=0.02, folds=[TWO_LINES, {**TWO_LINES, "lines": [0.12, 0.2], "across": "y"}]),
     "W-MESH-008": warned("W-MESH-008", case(LEPORELLO, vents={"count": 1, "diameter": 0.04, "distance": 0.175})),
-    "W-GAS-020": warned("W-GAS-020", case(LEPORELLO, gas={"model": "mesh", "cell": 0.05})),
+    "W-GAS-020": warned("W-GAS-020", case(ROLL, gas={"model": "mesh", "cell": 0.05}, element_size=0.016)),
+    "W-GAS-140": warned("W-GAS-140", case(ROLL, gas={"model": "mesh", "cell": 0.05}, element_size=0.016)),
     "W-FAB-006": warned("W-FAB-006", case(LEPORELLO, fabric={"self_contact": True})),
     "W-FAB-007": warned("W-FAB-007", case(fabric={"friction": 0.2})),
     "W-MESH-009": warned("W-MESH-009", case({**LEPORELLO, "layer_gap": 0.0005})),

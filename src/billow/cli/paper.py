@@ -16,7 +16,8 @@ NO_REPORT = InputError.declare(
     "the report cannot be made",
     where="billow paper",
     cause="no study was named, a component other than x, y or z, or a case for the paper's recipe that has no study",
-    remedy="billow paper --locked STUDY --out FOLDER; --paper-recipe z adds the paper's networks; --tubes RUN RUN",
+    remedy="billow paper --locked STUDY --out FOLDER; --paper-recipe z adds the paper's networks; --tubes RUN RUN, "
+    "--gas RUN --gas RUN",
 )
 
 
@@ -41,6 +42,10 @@ def paper(
         tuple[Path, Path] | None,
         typer.Option(metavar="RUN RUN", help="LS-DYNA paper, 5.3: runs by uniform pressure and by particles."),
     ] = None,
+    gas: Annotated[
+        list[Path] | None,
+        typer.Option(metavar="RUN", help="LS-DYNA paper, 5.1 or 5.2: a run by one gas or on one mesh; for each again."),
+    ] = None,
     kept: Annotated[Path | None, typer.Option(help="Folder for finished fits (default: OUT/kept).")] = None,
     memory: Memory = 4.0,
 ) -> None:
@@ -49,8 +54,10 @@ def paper(
     A study may be incomplete: the report lists what is missing. An interrupted command continues where it stopped:
     every fit is kept, and the paper's networks are saved every 30 s.
 
-    --tubes writes section 5.3 of the LS-DYNA paper from two runs of examples/paper/window_tubes_*.toml.
+    --tubes writes section 5.3 of the LS-DYNA paper from two runs of examples/paper/window_tubes_*.toml; --gas, once for
+    each run, section 5.1 or 5.2 from runs of one case by several gases, or with several values of gas.cell.
     """
+    from billow.reproductions.gas_paper.gases import write_gases
     from billow.reproductions.gas_paper.window_tubes import write_tubes
     from billow.reproductions.rom_paper.available import available
     from billow.reproductions.rom_paper.case_results import case_results
@@ -71,8 +78,8 @@ def paper(
         check_recipe(Recipe(epochs=paper_recipe_epochs, memory=memory_bytes(memory, "paper")))
     for wrong, why in (
         (
-            jets is None and tubes is None and not any(folders.values()),
-            "none of --locked, --free and --jets names a study, and --tubes no runs",
+            jets is None and tubes is None and not gas and not any(folders.values()),
+            "none of --locked, --free and --jets names a study, and --tubes and --gas no runs",
         ),
         (paper_recipe not in (None, "x", "y", "z"), f"--paper-recipe {paper_recipe} is not one of x, y and z"),
         (paper_recipe and not folders.get(paper_recipe_case), f"--paper-recipe-case {paper_recipe_case} has no study"),
@@ -84,8 +91,10 @@ def paper(
         if tubes is not None:
             runs = dict(zip(("uniform pressure", "particles"), map(Result.open, tubes), strict=True))
             console.print(f"LS-DYNA paper, 5.3: {write_tubes(out, runs)}")
-            if jets is None and not any(folders.values()):
-                return
+        if gas:
+            console.print(f"LS-DYNA paper, several gases: {write_gases(out, [Result.open(run) for run in gas])}")
+        if jets is None and not any(folders.values()):
+            return
         for case in CASES:
             folder = folders[case.name]
             if folder is None:

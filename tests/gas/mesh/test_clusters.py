@@ -16,7 +16,7 @@ def in_a_row(volumes, apertures, pace=0.0, after=None):
     aperture = np.zeros((n, 3))
     aperture[: n - 1, 2] = apertures
     volume = np.array([volumes, volumes if after is None else after], float)
-    return find_clusters(key, neighbours(key), volume, aperture, np.full((n, 3), pace), 1e-3)
+    return find_clusters(key, neighbours(key), volume, aperture, np.full((n, 3), pace), np.zeros(n), 1e-3)
 
 
 def test_full_cells_stand_alone():

@@ -260,5 +260,5 @@ def test_two_chambers_share_no_wall_by_mistake():
     gas = mesh_in(bag, 0.05)
     assert isinstance(bag.surface.chambers, Chambers)
     state = gas.start(bag)
-    for walls, cut, volume in zip(gas.walls, gas.cut(state), state.volume, strict=True):
+    for walls, cut, volume in zip(gas.rooms(state).walls, gas.cut(state), state.volume, strict=True):
         assert cut.total * gas.cell**3 == pytest.approx(volume, rel=1e-12), walls.name

@@ -58,12 +58,16 @@ def _corpuscular(case, shape: BagShape, supply: Supply) -> GasModel:
 
 
 def _mesh(case, shape: BagShape, supply: Supply) -> GasModel:
-    """Raises as `_require_geometry`."""
+    """Raises as `_require_geometry` and `find_strips`."""
+    from billow.case.bag.build_bag import build_shape, fold_plan
+    from billow.geometry.folding.strips import find_strips
     from billow.parts.gas.mesh.mesh_gas import MeshGas
 
     _require_geometry(supply)
-    area = float(flat_area(shape.reference).sum())
-    return MeshGas(supply, shape.surface, area, case.gas.cell, case.gas.advection, case.gas.flow_limit)
+    area, plan, strips = float(flat_area(shape.reference).sum()), fold_plan(case.bag), None
+    if plan is not None and supply.chambers.count == 1:
+        strips = find_strips(plan, build_shape(case.bag))
+    return MeshGas(supply, shape.surface, area, case.gas.cell, case.gas.advection, case.gas.flow_limit, strips)
 
 
 class Kind(NamedTuple):

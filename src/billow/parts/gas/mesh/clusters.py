@@ -49,17 +49,20 @@ class Clusters(NamedTuple):
 
 
 def find_clusters(
-    key: np.ndarray, beside: np.ndarray, volume: np.ndarray, aperture: np.ndarray, pace: np.ndarray, courant: float
-) -> Clusters:
+    key: np.ndarray, beside: np.ndarray, volume: np.ndarray, aperture: np.ndarray, pace: np.ndarray, doors: np.ndarray,
+    courant: float,
+) -> Clusters:  # fmt: skip
     """key: of the cells, ascending, (n,). beside: their neighbours, (n, 6). volume: (2, n), at the start and at the
-    end [cells]. aperture: mean of each upper face, (n, 3). pace: |u_d| + c [m/s], (n, 3). courant: dt/h [s/m]."""
+    end [cells]. aperture: mean of each upper face, (n, 3). pace: |u_d| + c [m/s], (n, 3). doors: openings to other
+    rooms in each [faces], (n,). courant: dt/h [s/m]."""
     n = len(key)
     root, chosen = np.empty(n, np.int32), np.empty(n, np.int32)
-    _choose(n, beside, volume, aperture, pace, courant, chosen)
+    leaving = doors * pace.max(axis=1, initial=0.0) * courant
+    _choose(n, beside, volume, aperture, pace, leaving, courant, chosen)
     of, start, members = np.empty(n, np.int32), np.empty(n + 1, np.int32), np.empty(n, np.int32)
     before, after = np.empty(n), np.empty(n)
     adopted, lost, count = _join(
-        key, beside, volume, aperture, pace, courant, chosen, root, of, start, members, before, after
+        key, beside, volume, aperture, pace, leaving, courant, chosen, root, of, start, members, before, after
     )
     return Clusters(of, start[: count + 1], members, before[:count], after[:count], adopted, lost)
 
@@ -71,13 +74,13 @@ def _crossing(pace, i, j, d, aperture, courant):
 
 
 @kernel
-def _choose(n, beside, volume, aperture, pace, courant, chosen_out):
+def _choose(n, beside, volume, aperture, pace, leaving, courant, chosen_out):
     for i in prange(n):
         chosen_out[i] = i
         least, both = min(volume[0, i], volume[1, i]), volume[0, i] + volume[1, i]
         if least > FULL:
             continue
-        need = 0.0
+        need = leaving[i]
         for d in range(3):
             up, down = beside[i, 2 * d + 1], beside[i, 2 * d]
             if up >= 0 and aperture[i, d] > 0.0:
@@ -138,7 +141,7 @@ def _find(key, wanted):
 
 
 @scalar
-def _take_in_crowded(beside, volume, aperture, pace, courant, chosen, root, before, after, crowded_out):
+def _take_in_crowded(beside, volume, aperture, pace, leaving, courant, chosen, root, before, after, crowded_out):
     """Clusters through whose faces more flows than they hold join the one behind their widest face; those for
     which that is no help are marked."""
     n, joined = len(chosen), 0
@@ -148,6 +151,7 @@ def _take_in_crowded(beside, volume, aperture, pace, courant, chosen, root, befo
         alone = before[r] == volume[0, r] and after[r] == volume[1, r]
         if alone and min(before[r], after[r]) > SMALL:
             continue
+        need[r] += leaving[i]
         for face in range(6):
             j, d = beside[i, face], face // 2
             if j < 0 or root[j] == r:
@@ -217,7 +221,8 @@ def _adopt(key, volume, chosen, root, before, after, crowded):
 
 @scalar
 def _join(
-    key, beside, volume, aperture, pace, courant, chosen, root, of_out, start_out, members_out, before_out, after_out
+    key, beside, volume, aperture, pace, leaving, courant, chosen, root, of_out, start_out, members_out, before_out,
+    after_out,
 ):  # fmt: skip
     n, crowded = len(key), np.zeros(len(key), np.bool_)
     _settle(chosen, root)
@@ -226,7 +231,9 @@ def _join(
         _settle(chosen, root)
     _measure(root, volume, before_out, after_out)
     for _ in range(ROUNDS):  # what is inside out by more than a cell needs several neighbours
-        taken = _take_in_crowded(beside, volume, aperture, pace, courant, chosen, root, before_out, after_out, crowded)
+        taken = _take_in_crowded(
+            beside, volume, aperture, pace, leaving, courant, chosen, root, before_out, after_out, crowded
+        )
         if taken > 0:
             _settle(chosen, root)
             _measure(root, volume, before_out, after_out)

@@ -8,6 +8,7 @@ import numpy as np
 
 from billow.base.errors import Concern
 from billow.geometry.cut_cells import CutCells
+from billow.geometry.folding.strips import Strips
 from billow.geometry.lattice_clipping import NORMAL
 from billow.parts.part import Setting
 
@@ -21,11 +22,19 @@ MOST_CELLS = 3e6
 
 SHARED = Concern.declare(
     "W-GAS-020",
-    "{share:.0f} % of the fabric lies in cells that hold more than two layers of a chamber",
+    "{share:.0f} % of the fabric lies in cells that hold more than two layers of a chamber, or of a strip of it",
     where="gas.cell; the start shape",
     why="gas in a cell is one: it goes from layer to layer of a fold at once, where in a bag it goes around the fold",
     cause="a folded bag, or cells much larger than its folds",
     remedy="reduce gas.cell, or take gas.model = corpuscular for what happens before the folds open",
+)
+UNPARTED = Concern.declare(
+    "W-GAS-140",
+    "the gas does not see {what}",
+    where="bag.folds; gas.model",
+    why="gas in a cell is one, unless fold lines with a row of nodes in either panel part the bag into strips",
+    cause="a roll, or a hole on a fold line",
+    remedy="fold with half or leporello folds, whose lines lie clear of holes, or take gas.model = corpuscular",
 )
 FEW_CELLS = Concern.declare(
     "W-GAS-021",
@@ -44,8 +53,12 @@ MANY_CELLS = Concern.declare(
 )
 
 
-def mesh_concerns(cell: float, cuts: tuple[CutCells, ...], setting: Setting) -> Iterator[Concern]:
-    """cell: its edge [m]. cuts: the cells of each chamber at the start."""
+def mesh_concerns(
+    cell: float, cuts: tuple[CutCells, ...], strips: Strips | None, setting: Setting
+) -> Iterator[Concern]:
+    """cell: its edge [m]. cuts: the cells of each room at the start."""
+    for what in strips.missing if strips is not None else ():
+        yield UNPARTED(what=what)
     shared, whole = 0.0, 0.0
     for cut in cuts:
         area = np.linalg.norm(cut.fragments.rows[:, NORMAL : NORMAL + 3], axis=1)

@@ -23,14 +23,16 @@ from billow.parts.gas.supply.supply import Supply
 
 @dataclass(frozen=True)
 class Ways:
-    """All ways into the chambers, out of them and between them, as they lie in their walls.
+    """All ways into the rooms, out of them and between them, as they lie in their walls.
 
-    supply and surface: of the bag. walls: of its chambers. cell: edge of a cell [m]."""
+    supply: its chambers are the rooms. surface: of the bag. walls: of the rooms. cell: edge of a cell [m]. origin: of
+    each passage its number in the bag, below zero for one that is always open."""
 
     supply: Supply
     surface: Surface
     walls: tuple[Walls, ...]
     cell: float
+    origin: tuple[int, ...]
 
     @cached_property
     def through_walls(self) -> list[tuple[np.ndarray, np.ndarray]]:
@@ -62,18 +64,30 @@ class Ways:
         return [np.flatnonzero(walls.outer & np.isin(walls.index, fabric)) for walls in self.walls]
 
     def links(self, chamber: int, is_open: np.ndarray) -> np.ndarray:
-        """Walls of a chamber that gas passes freely, (triangles,) bool."""
-        free = np.zeros(len(self.walls[chamber].index), np.bool_)
-        for k, row in enumerate(self.supply.passages.rows):
-            if self.is_link(k, is_open):
-                for side, own in zip((row.behind, row.ahead), self.through_walls[k], strict=True):
-                    if side == chamber:
-                        free[own] = True
-        return free
+        """Walls of a room that gas passes freely, (triangles,) bool."""
+        name = is_open.tobytes()
+        if name not in self._links:
+            self._links.clear()
+            self._links[name] = [np.zeros(len(walls.index), np.bool_) for walls in self.walls]
+            for k, row in enumerate(self.supply.passages.rows):
+                if self.is_link(k, is_open):
+                    for side, own in zip((row.behind, row.ahead), self.through_walls[k], strict=True):
+                        self._links[name][side][own] = True
+        return self._links[name][chamber]
+
+    @cached_property
+    def _links(self) -> dict[bytes, list[np.ndarray]]:
+        """By what is open."""
+        return {}
 
     def is_link(self, k: int, is_open: np.ndarray) -> bool:
         row = self.supply.passages.rows[k]
-        return row.kind == OPENING and OUTSIDE not in (row.behind, row.ahead) and row.coefficient > 0.0 and is_open[k]
+        between = OUTSIDE not in (row.behind, row.ahead)
+        return row.kind == OPENING and between and row.coefficient > 0.0 and self.is_open(k, is_open)
+
+    def is_open(self, k: int, is_open: np.ndarray) -> bool:
+        """is_open: of the bag's passages."""
+        return self.origin[k] < 0 or bool(is_open[self.origin[k]])
 
 
 @dataclass(frozen=True)
@@ -90,7 +104,7 @@ class Place:
 
     @classmethod
     def find(
-        cls, row: Passage, walls: tuple[np.ndarray, np.ndarray], chambers: list[Moved], corners: np.ndarray | None,
+        cls, row: Passage, walls: tuple[np.ndarray, np.ndarray], chambers: dict[int, Moved], corners: np.ndarray | None,
         old: bool,
     ) -> Place:  # fmt: skip
         """walls: its triangles in both chambers. corners: share of each triangle's corners that is touched."""
@@ -109,22 +123,23 @@ class Place:
 
 @dataclass
 class Exchange:
-    """A step of the structure. present: area of each passage [m^2]. places: of each passage, where it lies in the
-    surface before and after the step, which count as the time says; fabric counts as after it. mouths, cooling:
-    fragments of each source's mouth, and of the outer fabric of each chamber if it loses heat."""
+    """A step of the structure. chambers: by the number of their room. present: area of each passage [m^2]. places: of
+    each passage, where it lies in the surface before and after the step, which count as the time says; fabric counts as
+    after it. mouths, cooling: fragments of each source's mouth, and of the outer fabric of each room if it loses
+    heat."""
 
     ways: Ways
     gas: MeshState
-    chambers: list[Moved]
+    chambers: dict[int, Moved]
     positions: np.ndarray
     velocity: np.ndarray
     present: list[float]
     places: list[tuple[Place, ...]]
     mouths: list[np.ndarray]
-    cooling: list[np.ndarray]
+    cooling: dict[int, np.ndarray]
 
     @classmethod
-    def begin(cls, ways: Ways, gas: MeshState, chambers: list[Moved], bag: Bag, velocity: np.ndarray) -> Exchange:
+    def begin(cls, ways: Ways, gas: MeshState, chambers: dict[int, Moved], bag: Bag, velocity: np.ndarray) -> Exchange:
         """Look up the fragments, and how much of every passage is blocked."""
         supply, triangles = ways.supply, bag.surface.triangles
         passages = supply.passages
@@ -138,17 +153,17 @@ class Exchange:
             times = (False,) if row.kind == FABRIC else (True, False)
             places.append(tuple(Place.find(row, walls, chambers, corners, old) for old in times))
         mouths = zip(supply.sources, ways.mouths, strict=True)
-        losing = () if supply.heat_conductance is None else zip(chambers, ways.cooling_walls, strict=True)
+        losing = {} if supply.heat_conductance is None else chambers
         return cls(
             ways, gas, chambers, bag.positions, velocity, [float(a[0]) for a in sums], places,
             [chambers[source.inflator.chamber].fragments_of(own) for source, own in mouths],
-            [chamber.fragments_of(own) for chamber, own in losing],
+            {c: chamber.fragments_of(ways.cooling_walls[c]) for c, chamber in losing.items()},
         )  # fmt: skip
 
     def flow(self, middle: float, dt: float) -> None:
         """What flows in a part of dt [s] about the time `middle` [s], into `gained` of the chambers and the books."""
         for k, row in enumerate(self.ways.supply.passages.rows):
-            if row.coefficient > 0.0 and self.gas.is_open[k]:
+            if row.coefficient > 0.0 and self.ways.is_open(k, self.gas.is_open):
                 self._pass(k, middle, dt)
         self._blow(middle, dt)
         self._cool(dt)
@@ -170,7 +185,7 @@ class Exchange:
                 place.fragments, triangle, chamber.walls.triangles, self.velocity, self.ways.cell**2, place.share, sign,
                 middle, dt, 1.0 if row.kind == FABRIC else weight, books,
             )  # fmt: skip
-        gas.passed[k] += books[:, :-1].sum(axis=1)
+        gas.passed[self.ways.origin[k]] += books[:, :-1].sum(axis=1)
         if OUTSIDE in (row.behind, row.ahead):
             out, back = (0, 1) if row.ahead == OUTSIDE else (1, 0)
             gas.out += books[out, :-1]
@@ -180,19 +195,21 @@ class Exchange:
 
     def _link(self, k: int, dt: float) -> None:
         """Free flow; fragments before and after the step count as the time says, as those of walls do."""
-        row, (behind, ahead) = self.ways.supply.passages.rows[k], self.ways.through_walls[k]
+        row = self.ways.supply.passages.rows[k]
         a, b = self.chambers[row.behind], self.chambers[row.ahead]
         sides = (
-            (True, a.old, a.old_cell_of_fragment, b.old_cell_of_fragment, 1.0 - a.middle),
-            (False, a.new, a.cell_of_fragment, b.cell_of_fragment, a.middle),
+            (a.old, a.old_cell_of_fragment, b.old_cell_of_fragment, 1.0 - a.middle),
+            (a.new, a.cell_of_fragment, b.cell_of_fragment, a.middle),
         )
-        for old, cut, cell_a, cell_b, share in sides:
-            fragments = a.fragments_of(behind, old)
-            self.gas.passed[k] += link(
-                a.state, b.state, a.gained, b.gained, a.of[cell_a[fragments]], b.of[cell_b[b.fragments_of(ahead, old)]],
-                cut.fragments.rows, fragments, cut.triangle, a.walls.triangles, self.velocity,
-                self.ways.cell**2, share * dt, len(self.ways.supply.table),
+        for place, (cut, cell_a, cell_b, share) in zip(self.places[k], sides, strict=True):
+            fragments, there = place.both
+            passed = link(
+                a.state, b.state, a.total, b.total, a.gained, b.gained, a.of[cell_a[fragments]], b.of[cell_b[there]],
+                cut.fragments.rows, fragments, cut.triangle, a.walls.triangles, self.velocity, self.ways.cell**2,
+                dt, share, len(self.ways.supply.table),
             )  # fmt: skip
+            if self.ways.origin[k] >= 0:
+                self.gas.passed[self.ways.origin[k]] += passed
 
     def _blow(self, middle: float, dt: float) -> None:
         times = middle - 0.5 * dt, middle + 0.5 * dt
@@ -211,7 +228,7 @@ class Exchange:
 
     def _cool(self, dt: float) -> None:
         supply = self.ways.supply
-        for c, fragments in enumerate(self.cooling):
+        for c, fragments in self.cooling.items():
             if self.ways.supply.heat_conductance[c] == 0.0:
                 continue
             chamber = self.chambers[c]
@@ -247,7 +264,7 @@ class Exchange:
     def open_passages(self, time: float, dt: float) -> None:
         """Open what opens by the pressures on its own area at `time` [s], or bursts in the step after it."""
         for k, row in enumerate(self.ways.supply.passages.rows):
-            if not self.gas.is_open[k]:
+            if not self.ways.is_open(k, self.gas.is_open):
                 place = self.places[k][-1]
                 behind, ahead = (
                     self._pressures(c, own, len(place.fragments))
@@ -255,4 +272,4 @@ class Exchange:
                 )
                 rows, _ = self.chambers[place.main].fragments(False)
                 lead = mean_lead(behind, ahead, rows, place.fragments)
-                self.gas.is_open[k] = lead >= row.opens_at or time + dt >= row.bursts_at
+                self.gas.is_open[self.ways.origin[k]] = lead >= row.opens_at or time + dt >= row.bursts_at

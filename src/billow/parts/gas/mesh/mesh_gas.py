@@ -17,6 +17,7 @@ from billow.parts.gas.mesh.concerns import mesh_concerns
 from billow.parts.gas.mesh.exchange import Exchange
 from billow.parts.gas.mesh.fields import at_places, boxes_of, chamber_totals, is_inside, on_triangles
 from billow.parts.gas.mesh.moved import Moved
+from billow.parts.gas.mesh.rooms import NO_CELLS, join_sheets
 from billow.parts.gas.mesh.scratch import Scratch
 from billow.parts.gas.mesh.setup import VAN_LEER, Setup
 from billow.parts.gas.mesh.sheet import Sheet, fastest
@@ -33,6 +34,9 @@ MOST_PARTS = 4
 
 OFF_THE_PLANES = 0.37
 """Distance [cells] of the lattice's planes from the ends of the bag at the start, so that no panel lies in one."""
+
+LOOK_EVERY = 16
+"""Parts of steps between looks at strips that may join."""
 
 SECONDS_PER_CELL, SECONDS_PER_TRIANGLE = 0.9e-6, 2e-6
 """Rough cost of a full cell, and of what of a triangle is cut, in a part of a step."""
@@ -53,10 +57,12 @@ class MeshGas(Setup, SwitchableGas):
         rows = len(self.supply.passages.rows)
         gas = MeshState(
             (), positions, origin, np.zeros(rows, np.bool_), np.zeros((rows, 2)), np.zeros(species), np.zeros(species),
-            np.zeros(len(self.walls)), np.zeros(species),
+            np.zeros(self.supply.chambers.count), np.zeros(species),
+            np.arange(self.supply.chambers.count if self.strips is None else self.strips.count),
         )  # fmt: skip
-        sheets = []
-        for c, (walls, cut) in enumerate(zip(self.walls, self.cut(gas), strict=True)):
+        sheets, rooms = [], self.rooms(gas)
+        for room, (walls, cut) in enumerate(zip(rooms.walls, self.cut(gas), strict=True)):
+            c = next(c for c, some in enumerate(rooms.of_chamber) if room in some)
             p, t, y = float(initial.pressure[c]), float(initial.temperature[c]), initial.mass_fractions[c]
             gas_constant = mixture_gas_constant(self.table, y)
             some = cut.volume != 0.0
@@ -73,22 +79,24 @@ class MeshGas(Setup, SwitchableGas):
         for k, row in enumerate(self.supply.passages.rows):
             gas.is_open[k] = inside[row.behind] - inside[row.ahead] >= row.opens_at  # OUTSIDE, -1, is the last entry
         for c, sheet in enumerate(sheets):
-            sheet.force[self.ways.links(c, gas.is_open)] = 0.0
+            sheet.force[rooms.ways.links(c, gas.is_open)] = 0.0
         gas.volume = self.supply.chambers.volumes(bag.surface.triangles, positions)
         gas.start_masses, gas.start_energy = sum(s.masses for s in sheets), sum(s.energy for s in sheets)
         return gas
 
     def cut(self, gas: MeshState) -> tuple[CutCells, ...]:
-        """The cells of every chamber as the surface stands."""
-        if gas.cuts is None or not np.array_equal(gas.cuts[0], gas.positions):
-            gas.cuts = gas.positions.copy(), self._cut(gas, gas.positions)
+        """The cells of every room as the surface stands."""
+        now = gas.positions, gas.joined
+        if gas.cuts is None or not all(map(np.array_equal, gas.cuts[::2], now)):
+            gas.cuts = gas.positions.copy(), self._cut(gas, gas.positions), gas.joined.copy()
         return gas.cuts[1]
 
     def _cut(self, gas: MeshState, positions: np.ndarray) -> tuple[CutCells, ...]:
         if gas.window is None:
             gas.window = Window.none()
         places = (positions - gas.origin) / self.cell
-        return tuple(cut_cells(walls.triangles, walls.sign, places, gas.window) for walls in self.walls)
+        walls = self.rooms(gas).walls
+        return tuple(cut_cells(w.triangles, w.sign, places, gas.window) if len(w.index) else NO_CELLS for w in walls)
 
     def advance(self, gas: MeshState, bag: Bag, time: float, dt: float, loads: Loads) -> None:
         """Raises NumericalStop E-NUM-020 and E-NUM-021."""
@@ -96,9 +104,9 @@ class MeshGas(Setup, SwitchableGas):
         if dt > 0.0 and np.isfinite(bag.positions).all():  # others stop a run whose fabric is nowhere
             self._flow(gas, bag, time, dt)
         corner_force, ambient = loads.at_corners(), self.supply.ambient.pressure
-        for walls, sheet in zip(self.walls, gas.sheets, strict=True):
+        for walls, sheet in zip(self.rooms(gas).walls, gas.sheets, strict=True):
             add_load(
-                len(walls.index), walls.triangles, walls.index, bag.positions, sheet.force, walls.sign, walls.outer,
+                walls.own, walls.triangles, walls.index, bag.positions, sheet.force, walls.sign, walls.outer,
                 ambient, corner_force,
             )  # fmt: skip
 
@@ -108,31 +116,45 @@ class MeshGas(Setup, SwitchableGas):
         new = self._cut(gas, positions) if moved else old
         velocity = (positions - before) / dt
         parts = max(1, math.ceil(dt / self.longest_part(gas)))
-        second_order = self.advection == VAN_LEER
+        second_order, rooms = self.advection == VAN_LEER, self.rooms(gas)
         if gas.scratch is None:
             gas.scratch = [Scratch() for _ in gas.sheets]
-        chambers = [
-            Moved.begin(
-                self.walls[c], gas.sheets[c], gas.scratch[c], self.table, self.cell, gas.origin, (old[c], new[c]),
+        chambers = {
+            c: Moved.begin(
+                rooms.walls[c], gas.sheets[c], gas.scratch[c], self.table, self.cell, gas.origin, (old[c], new[c]),
                 velocity,
-                self.ways.links(c, gas.is_open), second_order,
+                rooms.ways.links(c, gas.is_open), second_order,
             )
-            for c in range(len(gas.sheets))
-        ]  # fmt: skip
-        exchange = Exchange.begin(self.ways, gas, chambers, bag, velocity)
-        steps = (chamber.parts(s, before, dt, parts, time) for chamber, s in zip(chambers, gas.sheets, strict=True))
+            for c in rooms.lived_in
+        }  # fmt: skip
+        exchange = Exchange.begin(rooms.ways, gas, chambers, bag, velocity)
+        steps = (chamber.parts(gas.sheets[c], before, dt, parts, time) for c, chamber in chambers.items())
         for middle, *_ in zip(*steps, strict=True):
             exchange.flow(middle, dt / parts)
-        for chamber, sheet, cut in zip(chambers, gas.sheets, new, strict=True):
-            work, against = chamber.push(sheet, before, positions, self.supply.ambient.pressure)
+        for c, chamber in chambers.items():
+            work, against = chamber.push(gas.sheets[c], before, positions, self.supply.ambient.pressure)
             gas.work, gas.ambient_work = gas.work + float(work.sum()), gas.ambient_work + float(against.sum())
             gas.adopted, gas.lost = gas.adopted + chamber.adopted, gas.lost + chamber.lost
             gas.donors += chamber.donors
-            gas.inverted = max(gas.inverted, -cut.inverted / max(cut.total, 1e-300))
-        gas.positions, gas.cuts, gas.time = positions, (positions, new), time + dt
+        for some in rooms.of_chamber:
+            inside_out, whole = sum(new[c].inverted for c in some), sum(new[c].total for c in some)
+            gas.inverted = max(gas.inverted, -inside_out / max(whole, 1e-300))
+        gas.positions, gas.cuts, gas.time = positions, (positions, new, gas.joined.copy()), time + dt
         gas.parts += parts
         exchange.open_passages(time + dt, dt)
+        if self.strips is not None and gas.parts // LOOK_EVERY > (gas.parts - parts) // LOOK_EVERY:
+            for pair in rooms.meeting(new):
+                self._join(gas, *pair)
         self._close_books(gas)
+
+    def _join(self, gas: MeshState, first: int, second: int) -> None:
+        """Two rooms become one."""
+        before, sheets = self.rooms(gas).walls, list(gas.sheets)
+        gas.joined[gas.joined == second] = first
+        walls = self.rooms(gas).walls[first]
+        sheets[first] = join_sheets(self.table, sheets[first], sheets[second], before[first], before[second], walls)
+        sheets[second] = Sheet.empty(len(self.table))
+        gas.sheets, gas.scratch = tuple(sheets), None
 
     def longest_part(self, gas: MeshState) -> float:
         """Longest part of a step [s]."""
@@ -181,9 +203,9 @@ class MeshGas(Setup, SwitchableGas):
         # What the force at the end would have done is given back: another gas does it.
         back = gas.work - kept[0] - work
         gas.work, gas.ambient_work = kept[0] + work, kept[1] + ambient
-        rooms = [chamber_totals(self.table, sheet, v) for sheet, v in zip(gas.sheets, gas.volume, strict=True)]
-        masses = np.array([sheet.masses for sheet in gas.sheets])
-        energy = np.array([sheet.energy for sheet in gas.sheets])
+        rooms, sheets = self._rooms_now(gas)
+        masses = np.array([sum(sheet.masses for sheet in some) for some in sheets])
+        energy = np.array([sum(sheet.energy for sheet in some) for some in sheets])
         energy += back * energy / energy.sum()
         for sheet in gas.sheets:
             species = sheet.species
@@ -196,7 +218,7 @@ class MeshGas(Setup, SwitchableGas):
         """Work [J] of the force at the start of a step over its motion, halved, and the part of it against the
         ambient."""
         work, against, way = 0.0, 0.0, bag.positions - gas.positions
-        for walls, sheet in zip(self.walls, gas.sheets, strict=True):
+        for walls, sheet in zip(self.rooms(gas).walls, gas.sheets, strict=True):
             moves = way[walls.triangles]
             work += 0.5 * float(np.sum(sheet.force * moves))
             pull = self.supply.ambient.pressure * (walls.sign * walls.outer)[:, None]
@@ -210,21 +232,27 @@ class MeshGas(Setup, SwitchableGas):
 
     # --- what users see --------------------------------------------------------------------------------------------
 
+    def _rooms_now(self, gas: MeshState) -> tuple[list[tuple[float, float]], list[list[Sheet]]]:
+        """Of each chamber, its pressure [Pa] and temperature [K], and the gas of its rooms."""
+        sheets = [[gas.sheets[c] for c in some] for some in self.rooms(gas).of_chamber]
+        return [chamber_totals(self.table, *both) for both in zip(sheets, gas.volume.tolist(), strict=True)], sheets
+
     def totals(self, gas: MeshState) -> GasTotals:
-        rooms = [chamber_totals(self.table, sheet, v) for sheet, v in zip(gas.sheets, gas.volume, strict=True)]
+        rooms, sheets = self._rooms_now(gas)
         vented_by, leaked_by, passed = self.supply.outflow_by_name(gas.passed.tolist())
         volume, masses = float(gas.volume.sum()), sum(sheet.masses for sheet in gas.sheets)
-        mass = np.array([sheet.masses.sum() for sheet in gas.sheets])
+        mass = [sum(float(sheet.masses.sum()) for sheet in some) for some in sheets]
+        energy = [sum(sheet.energy for sheet in some) for some in sheets]
         heat = sum(p * v for (p, _), v in zip(rooms, gas.volume.tolist(), strict=True))
         gas_constant = mixture_gas_constant(self.table, masses)
         names = self.supply.chambers.names
-        each = zip(names, rooms, gas.volume.tolist(), mass.tolist(), gas.sheets, strict=True)
+        each = zip(names, rooms, gas.volume.tolist(), mass, energy, strict=True)
         return GasTotals(
             pressure=heat / volume,
             temperature=heat / gas_constant if gas_constant > 0.0 else self.supply.ambient.temperature,
             volume=volume,
             mass_by_species=masses,
-            energy=sum(sheet.energy for sheet in gas.sheets),
+            energy=sum(energy),
             injected=float(sum(i.delivered(gas.time) for i in self.supply.inflators)),
             vented=sum(vented_by.values()),
             leaked=sum(leaked_by.values()),
@@ -244,7 +272,7 @@ class MeshGas(Setup, SwitchableGas):
             passed=passed,
             chambers=()
             if len(names) == 1
-            else tuple(ChamberTotals(name, p, t, v, m, sheet.energy) for name, (p, t), v, m, sheet in each),
+            else tuple(ChamberTotals(name, p, t, v, m, e) for name, (p, t), v, m, e in each),
         )
 
     def fields(self, gas: MeshState) -> dict[str, np.ndarray]:
@@ -258,7 +286,7 @@ class MeshGas(Setup, SwitchableGas):
         return at_places(self, gas, self.cut(gas), places)
 
     def outside(self, positions: np.ndarray, places: np.ndarray, chamber: int) -> np.ndarray:
-        return ~is_inside(self, positions, places, chamber)
+        return ~is_inside(self.surface.triangles, self.supply.chambers, positions, places, chamber)
 
     def books(self, gas: MeshState) -> dict[str, float]:
         return {
@@ -279,11 +307,15 @@ class MeshGas(Setup, SwitchableGas):
     def concerns(self, setting: Setting) -> Iterator[Concern]:
         start = np.ascontiguousarray(setting.start)
         state = self.start(Bag(self.surface, start, np.zeros_like(start)))
-        return mesh_concerns(self.cell, self.cut(state), setting)
+        return mesh_concerns(self.cell, self.cut(state), self.strips, setting)
 
     def remarks(self, gas: MeshState) -> list[str]:
         cells = sum(len(sheet.key) for sheet in gas.sheets)
-        return [f"mesh gas: {cells} cells at the end, {gas.parts} parts of steps, {gas.donors} donor clusters"]
+        lines = [f"mesh gas: {cells} cells at the end, {gas.parts} parts of steps, {gas.donors} donor clusters"]
+        if self.strips is not None:
+            rooms = len(self.rooms(gas).lived_in)
+            lines.append(f"mesh gas: {self.strips.count} strips between fold lines, {rooms} rooms at the end")
+        return lines
 
     def seconds_per_step(self, gas: MeshState, dt: float, end: float) -> float:
         """Of a bag half inflated."""

@@ -11,6 +11,7 @@ import numpy as np
 from billow.base.compiled import scalar
 from billow.base.errors import NumericalStop
 from billow.geometry.cut_cells import CutCells, neighbours, unite
+from billow.geometry.lattice_clipping import NORMAL
 from billow.parts.gas.mesh.balance import add_fluxes, forget_slopes, gather, share_out
 from billow.parts.gas.mesh.cell_maps import blend, cell_here, geometry, spread, through
 from billow.parts.gas.mesh.clusters import find_clusters
@@ -103,7 +104,7 @@ class Moved:
             n, self.key, self.in_old, self.in_new, self.old.volume, self.new.volume, self.old.centroid,
             self.new.centroid, whole, centroid,
         )  # fmt: skip
-        patches = self.patches
+        patches, doors = self.patches, self._doors()
         flux, owed = take("flux", n, 3, VALUES), take("owed", len(self.walls.index))
         debts(len(owed), self.walls.triangles, positions, self.h**2, sheet.owed, owed)
         for part in range(parts):
@@ -116,7 +117,7 @@ class Moved:
             if parts > 1:
                 patches.turn(self.old, self.new, middle)
             pace = pace_of(self.held, self.sound)
-            clusters = find_clusters(self.key, self.beside, volume, aperture, pace, dt / self.h)
+            clusters = find_clusters(self.key, self.beside, volume, aperture, pace, doors, dt / self.h)
             self.of, self.clusters, self.aperture = clusters.of, clusters, aperture
             self.adopted, self.lost = self.adopted + clusters.adopted, self.lost + clusters.lost
             count = len(clusters.before)
@@ -203,6 +204,18 @@ class Moved:
         energy = held[-1] - 0.5 * float(momentum @ momentum) / m
         volume = self.clusters.after[cluster]
         return NEGATIVE(chamber=self.walls.name, x=x, y=y, z=z, time=1e3 * time, volume=volume, energy=energy)
+
+    def _doors(self) -> np.ndarray:
+        """Openings to other rooms in each cell [faces], the larger of those before and after, (cells,)."""
+        free = np.flatnonzero(self.is_link)
+        if not len(free):
+            return np.zeros(len(self.key))
+        both = []
+        for old, of in ((True, self.old_cell_of_fragment), (False, self.cell_of_fragment)):
+            mine, (rows, _) = self.fragments_of(free, old), self.fragments(old)
+            size = np.sqrt((rows[mine, NORMAL : NORMAL + 3] ** 2).sum(axis=1))
+            both.append(np.bincount(of[mine], size, len(self.key)))
+        return np.maximum(*both)
 
     def before(self, cluster: np.ndarray) -> np.ndarray:
         """The gas that comes to a hole, (5,); cluster: of each of its fragments."""

@@ -9,6 +9,9 @@ from billow.geometry.lattice_clipping import NORMAL, WEIGHT
 from billow.parts.gas.mesh.riemann import hllc
 from billow.parts.gas.mesh.thermodynamics import RHO, C, G, P, U, Y
 
+LARGEST_SHARE = 0.25
+"""Of a cluster's mass and internal energy that may leave through an opening in a part of a step."""
+
 
 @inlined
 def fragment_velocity(rows, f, triangles, t, velocity):
@@ -24,17 +27,20 @@ def fragment_velocity(rows, f, triangles, t, velocity):
 
 @scalar
 def link(
-    state_a, state_b, gained_a, gained_b, cluster_a, cluster_b, rows, fragments, triangle, triangles, velocity, area,
-    dt, species,
+    state_a, state_b, total_a, total_b, gained_a, gained_b, cluster_a, cluster_b, rows, fragments, triangle, triangles,
+    velocity, area, dt, weight, species,
 ):  # fmt: skip
-    """Exchange between two chambers through fragments whose normals point out of chamber a; returns the mass [kg] that
-    went from a to b, and back.
+    """Exchange between two rooms for a share `weight` of dt [s] through fragments whose normals point out of room a;
+    returns the mass [kg] that went from a to b, and back. total_a, total_b: what their clusters hold.
 
     The flux is that between gases at rest relative to the fragment, turned back to the frame of the lattice. The push
-    of walls at the pressure of the cluster, which closes every cell, is taken out again.
+    of walls at the pressure of the cluster, which closes every cell, is taken out again. At most a part of what a
+    cluster holds leaves it; through the rest of its openings nothing passes.
     """
-    forth, back = 0.0, 0.0
-    for m in range(len(fragments)):
+    n, k = len(fragments), area * dt * weight
+    flux = np.zeros((n, 5))  # mass, momentum, energy
+    gone_a, gone_b = np.zeros((len(state_a), 2)), np.zeros((len(state_b), 2))
+    for m in range(n):
         f, a, b = fragments[m], cluster_a[m], cluster_b[m]
         if not (state_a[a, P] > 0.0 and state_b[b, P] > 0.0):
             continue
@@ -53,19 +59,48 @@ def link(
             state_b[b, RHO], along_b, across_b, 0.0, state_b[b, P], 1.0 / (state_b[b, G] - 1.0), state_b[b, C],
         )  # fmt: skip
         up, c, along = (state_a, a, along_a) if mass > 0.0 else (state_b, b, along_b)
-        k, speed = size * area * dt, v[0] * v[0] + v[1] * v[1] + v[2] * v[2]
+        speed = v[0] * v[0] + v[1] * v[1] + v[2] * v[2]
         energy += 0.5 * mass * speed
         for d in range(3):
             across = up[c, U + d] - v[d] - along * normal[d]
             momentum = push * normal[d] + mass * across
             energy += momentum * v[d]
-            momentum += mass * v[d]
-            gained_a[a, species + d] -= k * momentum - area * dt * state_a[a, P] * rows[f, NORMAL + d]
-            gained_b[b, species + d] += k * momentum - area * dt * state_b[b, P] * rows[f, NORMAL + d]
+            flux[m, 1 + d] = size * k * (momentum + mass * v[d])
+        flux[m, 0], flux[m, 4] = size * k * mass, size * k * energy
+        gone_a[a, 0], gone_b[b, 0] = gone_a[a, 0] + max(flux[m, 0], 0.0), gone_b[b, 0] - min(flux[m, 0], 0.0)
+        gone_a[a, 1], gone_b[b, 1] = gone_a[a, 1] + max(flux[m, 4], 0.0), gone_b[b, 1] - min(flux[m, 4], 0.0)
+    forth, back = 0.0, 0.0
+    for m in range(n):
+        f, a, b = fragments[m], cluster_a[m], cluster_b[m]
+        if not (state_a[a, P] > 0.0 and state_b[b, P] > 0.0):
+            continue
+        part = min(_allowed(total_a, gone_a, a, weight, species), _allowed(total_b, gone_b, b, weight, species))
+        up, c = (state_a, a) if flux[m, 0] > 0.0 else (state_b, b)
+        for d in range(3):
+            momentum = part * flux[m, 1 + d]
+            gained_a[a, species + d] -= momentum - part * k * state_a[a, P] * rows[f, NORMAL + d]
+            gained_b[b, species + d] += momentum - part * k * state_b[b, P] * rows[f, NORMAL + d]
+        mass = part * flux[m, 0]
         for s in range(species):
-            gained_a[a, s] -= k * mass * up[c, Y + s]
-            gained_b[b, s] += k * mass * up[c, Y + s]
-        gained_a[a, species + 3] -= k * energy
-        gained_b[b, species + 3] += k * energy
-        forth, back = forth + max(k * mass, 0.0), back + max(-k * mass, 0.0)
+            gained_a[a, s] -= mass * up[c, Y + s]
+            gained_b[b, s] += mass * up[c, Y + s]
+        gained_a[a, species + 3] -= part * flux[m, 4]
+        gained_b[b, species + 3] += part * flux[m, 4]
+        forth, back = forth + max(mass, 0.0), back + max(-mass, 0.0)
     return forth, back
+
+
+@scalar
+def _allowed(total, gone, c, weight, species):
+    """Share of what would leave cluster c that may; gone: mass and energy, (clusters, 2)."""
+    mass, flow = 0.0, 0.0
+    for s in range(species):
+        mass += total[c, s]
+    for d in range(3):
+        flow += total[c, species + d] * total[c, species + d]
+    thermal, share = total[c, species + 3] - 0.5 * flow / mass, 1.0
+    if gone[c, 0] > 0.0:
+        share = min(share, weight * LARGEST_SHARE * mass / gone[c, 0])
+    if gone[c, 1] > 0.0:
+        share = min(share, weight * LARGEST_SHARE * thermal / gone[c, 1])
+    return max(share, 0.0)

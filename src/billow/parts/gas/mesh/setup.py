@@ -7,9 +7,10 @@ from functools import cached_property
 
 import numpy as np
 
+from billow.geometry.folding.strips import Strips
 from billow.geometry.surface import Surface
-from billow.parts.gas.mesh.exchange import Ways
-from billow.parts.gas.mesh.sheet import Walls
+from billow.parts.gas.mesh.rooms import Rooms
+from billow.parts.gas.mesh.state import MeshState
 from billow.parts.gas.supply.supply import Supply
 
 DONOR, VAN_LEER = "donor", "van_leer"
@@ -21,7 +22,7 @@ class Setup:
 
     supply: its sources have mouths, its passages triangles. surface: of the bag. fabric_area: as cut [m^2]. cell:
     edge of a cell [m]. advection: DONOR or VAN_LEER. flow_limit: part of a cell that gas may flow in a part of a
-    step."""
+    step. strips: of a folded bag, or None."""
 
     supply: Supply
     surface: Surface
@@ -29,16 +30,20 @@ class Setup:
     cell: float
     advection: str = VAN_LEER
     flow_limit: float = 1.0
+    strips: Strips | None = None
 
     @property
     def table(self) -> np.ndarray:
         return self.supply.table
 
     @cached_property
-    def walls(self) -> tuple[Walls, ...]:
-        chambers = self.supply.chambers
-        return tuple(Walls.of(self.surface, chambers, c) for c in range(chambers.count))
+    def _rooms(self) -> dict[bytes, Rooms]:
+        return {}
 
-    @cached_property
-    def ways(self) -> Ways:
-        return Ways(self.supply, self.surface, self.walls, self.cell)
+    def rooms(self, gas: MeshState) -> Rooms:
+        """The rooms there are now."""
+        name = gas.joined.tobytes()
+        if name not in self._rooms:
+            self._rooms.clear()  # strips that have joined never part
+            self._rooms[name] = Rooms.of(self.supply, self.surface, self.cell, self.strips, gas.joined)
+        return self._rooms[name]

@@ -1,4 +1,4 @@
-"""The gas of one chamber between steps, and the walls around it."""
+"""The gas of one room between steps, and the walls around it."""
 
 from __future__ import annotations
 
@@ -9,29 +9,32 @@ from numba import prange
 
 from billow.base.compiled import CHUNK, kernel
 from billow.geometry.chambers import OUTSIDE, Chambers
-from billow.geometry.surface import Surface
 from billow.parts.part import VARYING
 
 
 @dataclass(frozen=True)
 class Walls:
-    """What never changes of a chamber. index: (n,) int64, its triangles in the bag; triangles: (n, 3) uint32, as there;
-    sign: (n,), 1.0 where their normals point out of the chamber, else -1.0; outer: (n,) bool, whether the surroundings
-    are on the other side."""
+    """What is about a room. index: (n,) int64, its triangles, of which the first `own` are the bag's, the others
+    virtual; triangles: (n, 3) uint32; sign: (n,), 1.0 where their normals point out of the room, else -1.0; outer:
+    (n,) bool, whether the surroundings are on the other side."""
 
     name: str
     index: np.ndarray
     triangles: np.ndarray
     sign: np.ndarray
     outer: np.ndarray
+    own: int
 
     @classmethod
-    def of(cls, surface: Surface, chambers: Chambers, chamber: int) -> Walls:
-        behind, ahead = np.flatnonzero(chambers.behind == chamber), np.flatnonzero(chambers.ahead == chamber)
-        index = np.concatenate([behind, ahead])
-        sign = np.concatenate([np.ones(len(behind)), -np.ones(len(ahead))])
-        outer = np.concatenate([chambers.ahead[behind] == OUTSIDE, chambers.behind[ahead] == OUTSIDE])
-        return cls(chambers.names[chamber], index, surface.triangles[index], sign, outer)
+    def of(cls, triangles: np.ndarray, rooms: Chambers, room: int, bag: int) -> Walls:
+        """triangles: (all, 3), `bag` of them the bag's; rooms: on either side of each."""
+        behind, ahead = np.flatnonzero(rooms.behind == room), np.flatnonzero(rooms.ahead == room)
+        real, virtual = (behind[behind < bag], ahead[ahead < bag]), (behind[behind >= bag], ahead[ahead >= bag])
+        index = np.concatenate([*real, *virtual])
+        sign = np.concatenate([way * np.ones(len(some)) for some, way in zip(real + virtual, (1, -1) * 2, strict=True)])
+        other = np.where(sign > 0.0, rooms.ahead[index], rooms.behind[index])
+        own = len(real[0]) + len(real[1])
+        return cls(rooms.names[room], index, np.ascontiguousarray(triangles[index]), sign, other == OUTSIDE, own)
 
     def local(self, triangles: np.ndarray, sign: float) -> np.ndarray:
         """Numbers here of triangles of the bag, (m,), seen from the side that `sign` says."""
@@ -41,11 +44,11 @@ class Walls:
 
 @dataclass
 class Sheet:
-    """The gas of a chamber between steps.
+    """The gas of a room between steps.
 
     Of the cells that hold gas, in order of their keys: key (cells,) int64; held (cells, species + 4), masses [kg],
     momentum [kg m/s] and energy [J]; temperature [K] and speed of sound [m/s], (cells,). force: of the gas on corners
-    of the chamber's triangles [N], (triangles, 3, 3). owed: work [J] that each triangle got and the gas beside it did
+    of its triangles [N], (triangles, 3, 3). owed: work [J] that each triangle got and the gas beside it did
     not give yet, (triangles,).
     """
 
@@ -53,8 +56,15 @@ class Sheet:
     held: np.ndarray = field(metadata=VARYING)
     temperature: np.ndarray = field(metadata=VARYING)
     sound: np.ndarray = field(metadata=VARYING)
-    force: np.ndarray
-    owed: np.ndarray
+    force: np.ndarray = field(metadata=VARYING)
+    owed: np.ndarray = field(metadata=VARYING)
+
+    @classmethod
+    def empty(cls, species: int) -> Sheet:
+        """Of a room that has joined another."""
+        none = np.empty(0)
+        held, force = np.empty((0, species + 4)), np.empty((0, 3, 3))
+        return cls(np.empty(0, np.int64), held, none, none.copy(), force, none.copy())
 
     def pace(self) -> np.ndarray:
         """|u_d| + c of each cell [m/s], (cells, 3)."""

@@ -11,7 +11,8 @@ from billow.parts.gas.mesh.sheet import Sheet
 
 @dataclass
 class MeshState:
-    """sheets: the gas of each chamber. positions: of the surface [m], (nodes, 3). origin: of the lattice [m], (3,).
+    """sheets: the gas of each room. joined: (rooms,) int64, of each the one that has taken it in, or itself. positions:
+    of the surface [m], (nodes, 3). origin: of the lattice [m], (3,).
     Of the passages: is_open (passages,) bool; passed (passages, 2), mass [kg] gone from behind to ahead and back.
 
     Books, sums since the start: out and drawn (species,) [kg], to and from the surroundings; start_masses (species,)
@@ -28,6 +29,7 @@ class MeshState:
     drawn: np.ndarray
     volume: np.ndarray
     start_masses: np.ndarray
+    joined: np.ndarray
     time: float = 0.0
     start_energy: float = 0.0
     enthalpy_in: float = 0.0

@@ -1,0 +1,113 @@
+"""Examples 5.1 and 5.2 of the LS-DYNA paper by several gases, a column for each; or one example on meshes of several
+cell sizes. From runs of examples/paper/square_*.toml, or of any other case."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from billow.base.plot_style import styled
+from billow.pictures.scene import Plane
+from billow.pictures.section_figure import draw_bag, window_of
+from billow.results.result import Result
+
+SHOWN = (0.0, 0.2, 1.0 / 3.0, 2.0 / 3.0, 1.0)
+"""Times of the shapes, as parts of the shortest run."""
+CURVES = (
+    ("gas_energy [J]", "internal energy [kJ]", 1e-3, 0.0),
+    ("vented [kg]", "outgoing mass [g]", 1e3, 0.0),
+    ("pressure [Pa]", "pressure above ambient [kPa]", 1e-3, 1.0),
+    ("volume [m^3]", "volume [l]", 1e3, 0.0),
+)
+"""Column, label, scale, and how many times the ambient pressure is taken off."""
+COLUMNS = {
+    "pressure_kPa": "pressure above ambient at the end [kPa]",
+    "highest_kPa": "highest [kPa]",
+    "volume_l": "volume at the end [l]",
+    "outgoing_g": "outgoing mass [g]",
+    "energy_kJ": "internal energy at the end [kJ]",
+    "apart_percent": "pressure, rms difference from the first in the second half [%]",
+}
+
+
+def label(result: Result) -> str:
+    """What the gas of a run is, with its particles or cells."""
+    gas = result.case_toml["gas"]
+    if gas["model"] == "mesh":
+        return f"mesh, {1e3 * gas['cell']:g} mm, {gas['advection']}"
+    return f"{gas['particles']:,} particles" if gas["model"] == "corpuscular" else gas["model"].replace("-", " ")
+
+
+def summary(results: Sequence[Result]) -> list[dict[str, float]]:
+    """Numbers of each run at the end of the shortest, as COLUMNS."""
+    end, table = min(float(result.times[-1]) for result in results), []
+    late = np.linspace(0.5 * end, end, 201)
+    first = np.interp(late, results[0].histories["time [s]"], results[0].histories["pressure [Pa]"])
+    for result in results:
+        h, ambient = result.histories, result.case_toml["ambient"]["pressure"]
+        pressure = np.interp(late, h["time [s]"], h["pressure [Pa]"])
+        last = {name: float(np.interp(end, h["time [s]"], h[name])) for name, *_ in CURVES}
+        apart = np.sqrt(np.mean((pressure - first) ** 2)) / np.mean(first - ambient)
+        table.append(
+            {
+                "pressure_kPa": 1e-3 * (last["pressure [Pa]"] - ambient),
+                "highest_kPa": 1e-3 * float(h["pressure [Pa]"].max() - ambient),
+                "volume_l": 1e3 * last["volume [m^3]"],
+                "outgoing_g": 1e3 * last["vented [kg]"],
+                "energy_kJ": 1e-3 * last["gas_energy [J]"],
+                "apart_percent": 100.0 * float(apart),
+            }
+        )
+    return table
+
+
+def figure_of(results: Mapping[str, Result]) -> Figure:
+    """Sections through the middle, a column for each run and a row for each time; below, the curves."""
+    plane, end = Plane(np.eye(3)[1], 1e-6), min(float(result.times[-1]) for result in results.values())
+    frames = {
+        name: [int(np.abs(result.times - share * end).argmin()) for share in SHOWN] for name, result in results.items()
+    }
+    shapes = {
+        name: [results[name].reference + results[name].displacement[k] for k in some] for name, some in frames.items()
+    }
+    window = window_of(plane, [points for rows in shapes.values() for points in rows])
+    figure = Figure((3.6 * max(len(results), 3), 1.5 * len(SHOWN) + 3.2), layout="constrained", dpi=150)
+    above, below = figure.subfigures(2, 1, height_ratios=(1.5 * len(SHOWN), 3.2))
+    grid = above.subplots(len(SHOWN), len(results), squeeze=False)
+    for column, (name, rows) in zip(grid.T, shapes.items(), strict=True):
+        for axes, points, k in zip(column, rows, frames[name], strict=True):
+            draw_bag(axes, plane, points, results[name].triangles, colors="#0072b2", linewidths=0.7)
+            title = f"{1e3 * results[name].times[k]:.1f} ms"
+            title = f"{name}\n{title}" if axes is column[0] else title
+            axes.set(xlim=window[0], ylim=window[1], aspect="equal", title=title, xticks=[], yticks=[])
+    for axes, (name, text, scale, off) in zip(below.subplots(1, len(CURVES)), CURVES, strict=True):
+        for run, result in results.items():
+            h = result.histories
+            axes.plot(1e3 * h["time [s]"], scale * (h[name] - off * result.case_toml["ambient"]["pressure"]), label=run)
+        axes.set(xlabel="time [ms]", ylabel=text)
+    below.axes[0].legend(fontsize=7)
+    return figure
+
+
+def write_gases(folder: Path, runs: Sequence[Result]) -> Path:
+    """Write gases.md, its figure and its numbers, of runs of one case by several gases or on several meshes. Returns
+    the page."""
+    names = [f"{k + 1}: {label(result)}" for k, result in enumerate(runs)]
+    table = dict(zip(names, summary(runs), strict=True))
+    (folder / "gases.json").write_text(json.dumps(table, indent=1) + "\n")
+    with styled():
+        figure_of(dict(zip(names, runs, strict=True))).savefig(folder / "gases.png")
+    lines = [
+        f"# {runs[0].case_toml['title'] or 'One case'} by several gases", "",
+        "Numbers at the end of the shortest run.", "",
+        f"| | {' | '.join(COLUMNS.values())} |", f"|---|{'---|' * len(COLUMNS)}",
+        *(f"| {name} | {' | '.join(f'{row[key]:.4g}' for key in COLUMNS)} |" for name, row in table.items()), "",
+        "![sections and curves](gases.png)",
+    ]  # fmt: skip
+    page = folder / "gases.md"
+    page.write_text("\n".join(lines) + "\n")
+    return page
