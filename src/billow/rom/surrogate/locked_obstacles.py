@@ -53,8 +53,8 @@ class LockedObstacle:
         raise KeyError(name)
 
     def require_whole(self, design: np.ndarray) -> None:
-        """ValueError or KeyError unless it has a name, a kind and a place. Whether there is such a shape is a question to
-        the geometry of the solver, which answers do without."""
+        """ValueError or KeyError unless it has a name, a kind and a place. Whether there is such a shape is a question
+        to the geometry of the solver, which answers do without."""
         if not all(isinstance(text, str) and text.isprintable() for text in (self.name, self.like["kind"])):
             raise ValueError("the name or kind of an obstacle is no text in one line")
         there = self.at(design)
