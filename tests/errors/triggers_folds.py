@@ -39,7 +39,10 @@ TRIGGERS: dict[str, Callable[[Here], object]] = {
     "E-GEO-047": lambda here: fold_case(case()(here), here.place / "folded"),
     "E-GEO-048": bag(element_size=0.02, folds=[{**LEPORELLO, "lines": [0.16, 0.345]}]),
     "E-GEO-049": bag(element_size=0.02, folds=[TWO_LINES, {**TWO_LINES, "lines": [0.12, 0.2], "across": "y"}]),
-    "W-MESH-008": warned("W-MESH-008", case(LEPORELLO, vents={"count": 1, "diameter": 0.04, "distance": 0.175})),
+    "W-MESH-008": warned(
+        "W-MESH-008",
+        case(LEPORELLO, vents={"count": 1, "diameter": 0.04, "distance": 0.175}, fabric={"self_contact": False}),
+    ),
     "W-GAS-020": warned("W-GAS-020", case(ROLL, gas={"model": "mesh", "cell": 0.05}, element_size=0.016)),
     "W-GAS-140": warned("W-GAS-140", case(ROLL, gas={"model": "mesh", "cell": 0.05}, element_size=0.016)),
     "W-FAB-006": warned("W-FAB-006", case(LEPORELLO, fabric={"self_contact": True})),

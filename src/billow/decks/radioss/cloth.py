@@ -24,7 +24,7 @@ FABRICS_DIFFER = InputError.declare(
     where="{place}",
     why="{one} and {other} differ in {key}, and starter decks are read with one",
     cause="panels, reinforcements and tethers with materials of their own",
-    remedy="give all parts one material, import, and add [fabric.parts.NAME] to the case",
+    remedy="give all parts one material, import, and add the other fabrics to the case by hand",
 )
 WEAK = 0.01
 """Share of the stiffness under compression up to which fabric bears none in a case."""
