@@ -229,7 +229,7 @@ def test_the_figure_says_rating_times_and_distances(pair, tmp_path):
         "ISO/TS 18571",
         "RMS distance",
         "15.0 ms",
-        "distance [mm]",
+        f"distance from {pair[1].name} [mm]",
         "x [mm]",
         "z [mm]",
         pair[0].name,
