@@ -38,8 +38,8 @@ EXAMPLE: dict[str, Any] = {
     ],
     "run": {"end_time": 0.002, "frames": 2, "histories_per_frame": 2},
 }
-"""A sound case of 612 triangles that takes a tenth of a second. An obstacle from a mesh needs a file: meshes have inputs of
-their own."""
+"""A sound case of 612 triangles that takes a tenth of a second. An obstacle from a mesh needs a file: meshes
+have inputs of their own."""
 
 NUMBERS = [0, -1, 1, 1e-300, -1e300, 1e308, math.inf, -math.inf, math.nan, 10**30, 10**5000, True]
 TEXTS = ["", " ", "1", "0.3 mm", "1e999 m", "-0 %", "1 furlong", "nan", "0x10", "١٢ m", "1" * 300, "\x00", "a\nb", "😀"]
