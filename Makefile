@@ -4,12 +4,15 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 READY  := $(VENV)/.ready
 
-.PHONY: demo test lint bench verify trust mutants docs vendor clean
+.PHONY: demo test test-all lint bench verify trust mutants docs vendor clean
 
 demo: $(READY)            ## 60 deployments, a surrogate learned from them, demo/report.html
 	$(BIN)/billow demo --out demo
 
-test: $(READY)            ## the test suite, in two processes
+test: $(READY)            ## the test suite without its slow tests, in two processes
+	$(BIN)/python -m pytest -n 2 --dist worksteal -m "not slow"
+
+test-all: $(READY)        ## the whole test suite: half an hour on two cores
 	$(BIN)/python -m pytest -n 2 --dist worksteal
 
 lint: $(READY)            ## style and likely mistakes

@@ -16,6 +16,8 @@ TOGETHER = (
 )
 PROGRAM = """
 import sys
+import pytest
+
 from billow.cli.main import main
 for command in ("check case.toml", "tank forward tank.toml --out tank"):
     sys.argv = ["billow", *command.split()]
@@ -26,6 +28,7 @@ for command in ("check case.toml", "tank forward tank.toml --out tank"):
 """
 
 
+@pytest.mark.slow
 def test_variables_settings_and_a_terminal_of_ascii_change_nothing(tmp_path):
     variables = {k: v for name in TOGETHER for k, v in environments.HOSTILE[name].variables.items()}
     for name in TOGETHER:

@@ -84,6 +84,7 @@ def test_damage_is_always_damage():
     assert all(mutate_bytes(bytes(50), random) != bytes(50) for _ in range(200))
 
 
+@pytest.mark.slow
 def test_no_payload_is_executed_or_interpreted():
     succeeded, tried = payloads.escapes()
     assert tried >= 500
@@ -108,6 +109,7 @@ def test_an_attack_that_succeeds_is_noticed(monkeypatch):
         assert payloads.escapes()[0]
 
 
+@pytest.mark.slow
 def test_no_changed_file_is_loaded():
     goals = list(payloads.security(surrogates=500, runs=100))
     assert [(goal, count) for goal, _, count, _ in goals] == [("SEC-1", 0), ("SEC-1", 0), ("SEC-2", 0)]
