@@ -7,6 +7,8 @@ import subprocess
 import sys
 import tomllib
 
+import pytest
+
 from trust import environments
 
 TOGETHER = (
@@ -16,8 +18,6 @@ TOGETHER = (
 )
 PROGRAM = """
 import sys
-import pytest
-
 from billow.cli.main import main
 for command in ("check case.toml", "tank forward tank.toml --out tank"):
     sys.argv = ["billow", *command.split()]
