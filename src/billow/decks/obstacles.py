@@ -46,6 +46,11 @@ def put_obstacles(
             context.report.remarks.append(f"part {part} is left out: it has {name}; --part {part}=obstacle or =plate")
             continue
         obstacles.append(_part(context, part, material, kinds.get(part), velocity.get(part), motions, bag_points))
+    put_by_name(context, obstacles)
+
+
+def put_by_name(context: Context, obstacles: list[dict[str, Any]]) -> None:
+    """Obstacles into the draft; of those of one name, the second gets _2, and so on."""
     names: dict[str, int] = {}
     for one in obstacles:
         names[one["name"]] = names.get(one["name"], 0) + 1

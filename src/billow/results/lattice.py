@@ -9,8 +9,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from billow.results.hdf5_file import PatientFile
-from billow.results.vtkhdf import UNITS, VERSION
+from billow.results.vtkhdf import UNITS, VERSION, FramesWriter
 
 HIDDEN = 32
 """VTK's mark of a cell that is not shown."""
@@ -44,22 +43,18 @@ def extents(frames: Iterable[Mapping[str, np.ndarray]], chambers: int) -> list[E
     return found
 
 
-class LatticeWriter:
-    """Writes frames of the cells of each chamber; a context manager, without whose end there is no file.
+class LatticeWriter(FramesWriter):
+    """Writes frames of the cells of each chamber, as `FramesWriter`.
 
-    names and extents: of the chambers, as by `extents`. FileExistsError if `path` exists; OSError as soon as the disk
-    refuses something.
+    names and extents: of the chambers, as by `extents`.
     """
 
     def __init__(self, path: str | Path, names: Iterable[str], extents: list[Extent]):
-        self._disk = PatientFile(path)
-        # Readers ask for groups in the order in which they were made.
-        self._file = h5py.File(self._disk, "w", track_order=True)
+        super().__init__(path, track_order=True)  # readers ask for groups in the order in which they were made
         root = self._file.create_group("VTKHDF", track_order=True)
         root.attrs["Version"] = np.array(VERSION, dtype=np.int64)
         root.attrs.create("Type", np.bytes_("PartitionedDataSetCollection"))
         tree = root.create_group("Assembly", track_order=True)
-        self._times: list[float] = []
         self._images: dict[int, tuple[h5py.Group, Extent]] = {}
         for c, (name, extent) in enumerate(zip(names, extents, strict=True)):
             if not extent.shape:
@@ -73,17 +68,6 @@ class LatticeWriter:
             image.attrs["Direction"] = np.eye(3).ravel()
             tree[name] = h5py.SoftLink(image.name)
             self._images[c] = image, extent
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, kind: type | None, *_) -> None:
-        try:
-            if kind is None:
-                self.close()
-        finally:
-            self._file.close()
-            self._disk.abandon()
 
     def append(self, time: float, cells: Mapping[str, np.ndarray]) -> None:
         """Add a frame at `time` [s]; cells: as in `LocalGas.cells`. What is no cell of a chamber is hidden in its

@@ -45,22 +45,15 @@ FRAMES_AT_ONCE = 64
 """Frames kept in memory before they are written together."""
 
 
-class GridWriter:
-    """A temporal unstructured grid that is being written; a context manager, without whose end there is no file.
+class FramesWriter:
+    """A file of frames that is being written; a context manager, without whose end there is no file.
 
     FileExistsError if `path` exists; OSError as soon as the disk refuses something.
     """
 
-    block = 0
-    """Place of the file among the blocks of a scene."""
-
-    def __init__(self, path: str | Path):
+    def __init__(self, path: str | Path, **creation):
         self._disk = PatientFile(path)
-        self._file = h5py.File(self._disk, "w")
-        self._grid = self._file.create_group("VTKHDF")
-        self._grid.attrs["Version"] = np.array(VERSION, dtype=np.int64)
-        self._grid.attrs["Index"] = np.int64(self.block)
-        self._grid.attrs.create("Type", np.bytes_("UnstructuredGrid"))  # readers insist on a fixed-length string
+        self._file = h5py.File(self._disk, "w", **creation)
         self._times: list[float] = []
 
     def __enter__(self):
@@ -73,6 +66,20 @@ class GridWriter:
         finally:
             self._file.close()
             self._disk.abandon()
+
+
+class GridWriter(FramesWriter):
+    """A temporal unstructured grid that is being written, as `FramesWriter`."""
+
+    block = 0
+    """Place of the file among the blocks of a scene."""
+
+    def __init__(self, path: str | Path):
+        super().__init__(path)
+        self._grid = self._file.create_group("VTKHDF")
+        self._grid.attrs["Version"] = np.array(VERSION, dtype=np.int64)
+        self._grid.attrs["Index"] = np.int64(self.block)
+        self._grid.attrs.create("Type", np.bytes_("UnstructuredGrid"))  # readers insist on a fixed-length string
 
     def _extend(self, name: str, rows: np.ndarray, rows_of_chunk: int) -> int:
         """Add rows to an array of the file, packed; returns where they begin."""

@@ -14,6 +14,7 @@ from billow.decks.block import Block
 from billow.decks.cards import Field
 from billow.decks.context import Context
 from billow.decks.draft import Said, plain, said
+from billow.decks.obstacles import put_by_name
 from billow.decks.parameters import number
 from billow.decks.radioss.columns import card
 from billow.decks.radioss.starter_model import StarterModel, kind_of
@@ -29,12 +30,7 @@ def put_walls(context: Context, bag: BagMesh) -> None:
     obstacles: list[dict[str, Any]] = []
     for block in context.model.find("RWALL"):
         obstacles += _wall(context, block, bag)
-    names: dict[str, int] = {}
-    for one in obstacles:
-        names[one["name"]] = names.get(one["name"], 0) + 1
-        if names[one["name"]] > 1:
-            one["name"] += f"_{names[one['name']]}"
-    context.tables["obstacles"] = obstacles
+    put_by_name(context, obstacles)
 
 
 def _wall(context: Context, block: Block, bag: BagMesh) -> list[dict[str, Any]]:
