@@ -161,6 +161,33 @@ def test_a_plane_is_a_plate_with_friction(use):
     assert floor.height == pytest.approx(-0.1)
 
 
+def wall(kind: str, *rows: tuple[float, ...]) -> str:
+    """A wall that holds by friction, with its points [mm] and, of a cylinder, the diameter."""
+    head = f"/RWALL/{kind}/1\nwall\n         0         2\n"
+    size = rows[1][0] if kind == "CYL" else 0.0
+    points = [rows[0], rows[-1]]
+    lines = "".join("".join(f"{float(v)!r:>20}" for v in point) + "\n" for point in points)
+    return head + f"{0.0!r:>20}{0.3!r:>20}{size!r:>20}\n" + lines
+
+
+def test_planes_and_cylinders_at_any_angle(use):
+    begin, end = SMALL.index("/RWALL"), SMALL.index("/GRAV")
+    case, report = use((SMALL[begin:end], wall("PLANE", (200.0, 30.0, 50.0), (201.0, 30.0, 50.0))))
+    (upright,) = case.obstacles
+    assert upright.normal == pytest.approx((1.0, 0.0, 0.0))
+    assert (*upright.offset, upright.height) == pytest.approx((0.2, 0.03, 0.05))
+    assert not report.of("refused")
+
+
+def test_a_cylinder_lies_along_its_axis(use, tmp_path):
+    begin, end = SMALL.index("/RWALL"), SMALL.index("/GRAV")
+    case, _ = use((SMALL[begin:end], wall("CYL", (0.0, 0.0, 900.0), (80.0,), (1.0, 1.0, 900.0))))
+    (skew,) = case.obstacles
+    assert (skew.shape, skew.radius) == ("cylinder", pytest.approx(0.04))
+    assert skew.place == pytest.approx((0.0, 0.0, 0.9))
+    assert skew.normal == pytest.approx((0.5**0.5, 0.5**0.5, 0.0))
+
+
 LAW58 = (
     "/MAT/LAW58/3\nnylon\n              8.0E-7\n"
     + "0.4".rjust(20) + "0.0".rjust(20) + "0.35".rjust(20) + "0.0".rjust(20) + "0.01".rjust(20) + "\n"

@@ -19,10 +19,8 @@ from billow.decks.parameters import number
 from billow.decks.radioss.columns import card
 from billow.decks.radioss.starter_model import StarterModel, kind_of
 
-UPRIGHT = 1e-6
-LONG = 4.0
-"""Half length of a super-ellipsoid that stands for an endless cylinder, in sizes of the bag."""
-BOXY = 4.0
+LONG, LONGEST = 8.0, 10.0
+"""Length of a cylinder that stands for an endless one: in sizes of the bag, and at most [m]."""
 
 
 def put_walls(context: Context, bag: BagMesh) -> None:
@@ -70,20 +68,19 @@ def _wall(context: Context, block: Block, bag: BagMesh) -> list[dict[str, Any]]:
     if kind == "CYL":
         size = float(np.ptp(bag.start.points, axis=0).max())
         radius = 0.5 * own.si(f["Diameter"], "length")
-        half = np.where(np.abs(along) > 0.9, LONG * size, radius)
-        report.approximated(
-            f["Diameter"], f"a super-ellipsoid of degree {BOXY:g}, along the nearest axis, {LONG:g} bags long"
-        )
-        return [_ellipsoid(shared, m, half, BOXY, source)]
+        length = min(LONG * size, LONGEST)
+        report.approximated(f["Diameter"], f"{length:.3g} m long, not endless", 2.0 * radius, "obstacles.radius")
+        return [{
+            "shape": "cylinder", **shared, "radius": said(radius, f["Diameter"]), "length": Said(length, source),
+            "place": Said(m.tolist(), source), "normal": Said(along.tolist(), source), "locked": True,
+        }]  # fmt: skip
     if kind == "PARAL":
         h = card(own, cards, "RWALL", "M2")
         along = np.cross(along, _point(own, h, ("XM2", "YM2", "ZM2")) - m)
         along /= max(float(np.linalg.norm(along)), 1e-300)
         report.remarks.append(f"{block.place}: an infinite plate stands for the parallelogram")
-    if abs(along[2]) < UPRIGHT:
-        report.refused(g["ZM1"], "a plate of a case crosses the z axis: turn the model")
-        return []
-    plate = {"shape": "plate", **shared, "height": Said(float(m @ along / along[2]), source)}
+    plate = {"shape": "plate", **shared, "height": Said(float(m[2]), source)}
+    plate["offset"] = Said([float(m[0]), float(m[1])], source)
     return [plate | {"normal": Said([float(v) for v in along], source)}]
 
 
