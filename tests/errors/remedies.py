@@ -11,6 +11,7 @@ import typer
 from billow.case import schema
 from billow.case.bag.schema_bag import BAGS
 from billow.case.bag.schema_folds import FOLDS
+from billow.case.obstacles.obstacles import OBSTACLES
 from billow.cli.main import app
 from trust.generated_cases import fields
 
@@ -21,6 +22,7 @@ FIELDS = [
     *fields(),
     *(field for bag in BAGS.values() for field in fields(bag, ("bag",))),
     *(field for fold in FOLDS.values() for field in fields(fold, ("bag", "folds"))),
+    *(field for table in OBSTACLES.values() for field in fields(table, ("obstacles", 0))),
 ]
 KEYS = {".".join("*" if isinstance(part, int) else part for part in path) for path, _ in FIELDS}
 TABLES = {key.rsplit(".", depth)[0] for key in KEYS for depth in range(1, 4)}
