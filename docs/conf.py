@@ -8,6 +8,7 @@ myst_heading_anchors = 3
 html_theme = "furo"
 html_title = f"Billow {release}"
 html_show_sourcelink = False
+html_static_path, html_css_files = ["_static"], ["print.css"]
 exclude_patterns = ["make_*.py"]
 nitpicky = True
 html_show_copyright = False

@@ -130,3 +130,9 @@ def test_the_scale_bar_has_the_length_that_it_says():
 @pytest.mark.parametrize(("text", "line"), [("a\nb", "a b"), ("a\x00\x1bb", "a b"), ("x" * 300, "x" * 199 + "…")])
 def test_texts_of_users_become_one_line(text, line):
     assert one_line(text) == line
+
+
+@pytest.mark.parametrize("size", [(1600, 240), (1600, 410), (1600, 1600), (1280, 960)])
+def test_letters_have_six_points_on_a_printed_page(size):
+    sheet = Sheet.fitting(*size, 4, True, 1.3)
+    assert sheet.letter / sheet.width * 180.0 / 25.4 * 72.0 >= 6.0

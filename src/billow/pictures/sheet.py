@@ -29,6 +29,8 @@ POINTS = 9.5
 """Size of letters [pt]; how many pixels that is, is the sheet's resolution."""
 LETTER, SMALLEST_LETTER = 0.0165, 12.0
 """Height of letters over the root of the sheet's area, and least height [pixels]."""
+ON_PAPER = 1.0 / 85.0
+"""Least height of letters over the sheet's width: 6 pt where it fills the 180 mm of a printed page."""
 TITLE_LINES, FOOT_LINES, TIME_LINES, BAR_LETTERS, GAP = 2.0, 3.3, 1.7, 7.5, 0.8
 """Room for the title, for scale and axes, for the time above a panel, for the colour bar, and between things, in
 heights of letters."""
@@ -56,7 +58,7 @@ class Sheet:
     @classmethod
     def fitting(cls, width: int, height: int, panels: int, has_bar: bool, aspect: float) -> Sheet:
         """The grid that shows `panels` pictures of an aspect, width over height, as large as they fit."""
-        letter = max(SMALLEST_LETTER, LETTER * math.sqrt(width * height))
+        letter = max(SMALLEST_LETTER, LETTER * math.sqrt(width * height), ON_PAPER * width)
         best: Sheet | None = None
         for columns in range(1, panels + 1):
             rows = -(-panels // columns)
