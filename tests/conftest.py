@@ -8,6 +8,7 @@ from pathlib import Path
 # Two test processes on two cores: threads of BLAS would wait for each other (78 s for half a second of work).
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
+import numba
 import pytest
 from hypothesis import settings
 
@@ -19,6 +20,23 @@ from billow.run.simulate import resume, simulate
 # The same examples on every machine and every day: a test that fails, fails for everyone.
 settings.register_profile("billow", deadline=None, derandomize=True, database=None, max_examples=100)
 settings.load_profile("billow")
+
+
+@pytest.fixture(autouse=True)
+def one_thread():
+    """Two processes use both cores already, and parallel compilations of kernels take longer than all they are used
+    for. Tests of threads ask for `threads`."""
+    numba.set_num_threads(1)
+
+
+@pytest.fixture
+def threads():
+    """Sets the number of threads until the test ends; where there are not two, the test is skipped."""
+    if numba.config.NUMBA_NUM_THREADS < 2:
+        pytest.skip("one thread only")
+    yield numba.set_num_threads
+    numba.set_num_threads(1)
+
 
 SMALL = {
     "title": "Small driver bag",

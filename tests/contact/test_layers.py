@@ -3,7 +3,6 @@
 import copy
 import dataclasses
 
-import numba
 import numpy as np
 import pytest
 from folded_bags import folded_bag
@@ -278,12 +277,9 @@ def test_same_bits_for_any_list(opening, expected, changed, monkeypatch):
     assert all(np.array_equal(found[name], expected[name]) for name in PHYSICAL)
 
 
-def test_same_bits_for_any_number_of_threads(opening, expected):
-    numba.set_num_threads(1)
-    try:
-        found = after(opening[0], copy.deepcopy(opening[1]))
-    finally:
-        numba.set_num_threads(numba.config.NUMBA_NUM_THREADS)
+def test_same_bits_for_any_number_of_threads(opening, expected, threads):
+    threads(2)
+    found = after(opening[0], copy.deepcopy(opening[1]))
     assert all(np.array_equal(found[name], expected[name]) for name in expected)
 
 

@@ -3,13 +3,13 @@
 import copy
 import dataclasses
 
-import numba
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from plain_loads import on_nodes
 
+from billow.base import compiled
 from billow.geometry.near_pairs import near_pairs
 from billow.geometry.surface import Surface, nodal_share
 from billow.parts.bodies.bodies import Bodies
@@ -186,18 +186,18 @@ def test_holes_are_not_touched():
     assert len(state.self_contact.triangle) == 0
 
 
-def test_same_bits_for_any_threads_and_from_a_copy():
+def test_same_bits_for_any_threads_and_from_a_copy(threads, monkeypatch):
+    monkeypatch.setattr(compiled, "PARALLEL_FROM", 0)
     model = two_sheets(0.0015)
     states = []
-    for threads in (1, numba.config.NUMBA_NUM_THREADS):
-        numba.set_num_threads(threads)
+    for count in (1, 2):
+        threads(count)
         states.append(thrown(model, 30.0))
         run(model, states[-1], 60)
     half = thrown(model, 30.0)
     run(model, half, 30)
     states.append(copy.deepcopy(half))
     run(model, states[-1], 30)
-    numba.set_num_threads(numba.config.NUMBA_NUM_THREADS)
     first, *others = (flatten(state)[0] for state in states)
     for other in others:
         assert all(np.array_equal(first[name], other[name]) for name in first)

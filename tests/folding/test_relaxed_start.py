@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 import pytest
 
@@ -61,13 +60,9 @@ def test_only_positions_change_and_plates_are_clear(at_rest):
 
 
 def test_kept_and_computed_starts_are_the_same_bits(at_rest, tmp_path, monkeypatch):
-    """With one thread as with all."""
     folded, model = at_rest
     monkeypatch.setattr("billow.case.relaxed_start.cache_folder", lambda: str(tmp_path))
-    threads = numba.get_num_threads()
-    numba.set_num_threads(1)
     computed = build_model(folded).start
-    numba.set_num_threads(threads)
     (kept,) = (tmp_path / "relaxed").iterdir()
     monkeypatch.setattr("billow.case.relaxed_start.run", None)  # nothing is computed again
     np.testing.assert_array_equal(build_model(folded).start, computed)

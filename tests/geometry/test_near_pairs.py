@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -155,11 +154,11 @@ def test_triangles_without_area_have_no_pairs():
     assert list(found.triangle) == [2]
 
 
-def test_same_bits_for_any_threads():
+def test_same_bits_for_any_threads(threads):
     positions, triangles = crumpled(5, 30, 1.0)
     arguments = positions, np.arange(len(positions)), triangles, np.arange(len(triangles)), 0.8, positions, *NOTHING
     found = []
-    for threads in (1, numba.config.NUMBA_NUM_THREADS):
-        numba.set_num_threads(threads)
+    for count in (1, 2):
+        threads(count)
         found.append(near_pairs(*arguments))
     assert all(one.tobytes() == other.tobytes() for one, other in zip(*found, strict=True))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 import pytest
 from flights import MASS, Scene, box, enclosure, flock_of, kinetic
@@ -229,19 +228,15 @@ def test_the_search_does_not_change_the_answer(monkeypatch):
     assert all(np.array_equal(ends[0], end) for end in ends[1:])
 
 
-def test_same_bits_for_any_number_of_threads():
+def test_same_bits_for_any_number_of_threads(threads):
     results = []
-    before = numba.get_num_threads()
-    try:
-        for threads in (1, before):
-            numba.set_num_threads(threads)
-            flock = random_flock(20_000, np.random.default_rng(17))
-            scene = Scene(*CUBE[:2], flock, pass_probability=np.full(len(CUBE[0]), 0.1))
-            for k in range(6):
-                scene.advance(DT, CUBE[1] * (1.0 + 0.01 * k))
-            results.append((flock.position, flock.velocity, flock.chamber, scene.bank.held, scene.bank.struck))
-    finally:
-        numba.set_num_threads(before)
+    for count in (1, 2):
+        threads(count)
+        flock = random_flock(20_000, np.random.default_rng(17))
+        scene = Scene(*CUBE[:2], flock, pass_probability=np.full(len(CUBE[0]), 0.1))
+        for k in range(6):
+            scene.advance(DT, CUBE[1] * (1.0 + 0.01 * k))
+        results.append((flock.position, flock.velocity, flock.chamber, scene.bank.held, scene.bank.struck))
     for one, many in zip(*results, strict=True):
         assert np.array_equal(one, many)
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 import pytest
 from gas_in_a_box import SIDE, Box
@@ -120,21 +119,15 @@ def test_a_jet_through_resting_gas_stays_a_jet():
     assert energy == pytest.approx(before.energy, rel=1e-13)
 
 
-def test_same_bits_with_the_parallel_compilation(monkeypatch):
-    def merged(threads):
+def test_same_bits_with_the_parallel_compilation(monkeypatch, threads):
+    def merged(count):
         monkeypatch.setattr(compiled, "PARALLEL_FROM", 0)
-        numba.set_num_threads(threads)
+        threads(count)
         box = Divided(["N2", "He"], [5001, 3000], [300.0, 600.0])
         box.merge()
         return b"".join(array.tobytes() for array in box.particles.arrays())
 
-    threads = numba.get_num_threads()
-    if threads < 2:
-        pytest.skip("one thread only")
-    try:
-        assert merged(1) == merged(2)
-    finally:
-        numba.set_num_threads(threads)
+    assert merged(1) == merged(2)
 
 
 def test_merges_ahead():

@@ -6,7 +6,6 @@ import dataclasses
 from pathlib import Path
 
 import h5py
-import numba
 import numpy as np
 import pytest
 from run_fingerprint import fingerprint
@@ -232,24 +231,21 @@ def test_frames_end_at_the_switch_to_uniform_pressure(brief, tmp_path):
 
 
 @pytest.mark.slow
-def test_one_thread_and_two(monkeypatch):
+def test_one_thread_and_two(monkeypatch, threads):
     """Every kernel in its parallel compilation, with one thread and with two, and in the serial one."""
-    if numba.config.NUMBA_NUM_THREADS < 2:
-        pytest.skip("one thread only")
     from billow.base import compiled
 
     shape = sphere(0.2, 2)
     bag = Bag(shape.surface, shape.positions, np.zeros_like(shape.positions))
     found = []
-    for threads, least in ((1, 10**9), (2, 1)):
+    for count, least in ((1, 10**9), (2, 1)):
         monkeypatch.setattr(compiled, "PARALLEL_FROM", least)
-        numba.set_num_threads(threads)
+        threads(count)
         gas = mesh_in(bag, 0.04, pressure=2e5)
         state = gas.start(bag)
         for _ in moved(gas, state, lambda time: shape.positions * (1.0 + 20.0 * time), 5e-4):
             pass
         found.append(state.sheets[0])
-    numba.set_num_threads(numba.config.NUMBA_NUM_THREADS)
     np.testing.assert_array_equal(found[0].held, found[1].held)
     np.testing.assert_array_equal(found[0].force, found[1].force)
 
