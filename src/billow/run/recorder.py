@@ -308,16 +308,17 @@ class RunRecorder(Recorder):
 
     def _line(self, state: State) -> str:
         totals, ledger = self.model.gas.totals(state.gas), state.ledger
-        spent = time.perf_counter() - self.begun
-        to_go = [spent * (self.told.schedule.end / state.time - 1.0)] if state.time > 0.0 else []
         numbers = (
             1e6 * state.dt, 1e-3 * (totals.pressure - self.told.ambient_pressure), totals.temperature,
             1e3 * totals.volume, 1e3 * totals.mass, ledger.side(MOTION), ledger.side(STORED), ledger.side(LOST),
-            ledger["gas_work"], 100 * ledger.relative_error, *to_go,
+            ledger["gas_work"], 100 * ledger.relative_error,
         )  # fmt: skip
         cells = [f"{state.step:7d}", f"{1e3 * state.time:8.3f}"]
-        widths = list(COLUMNS.values())[len(cells) :]
-        return " ".join([*cells, *(fitted(*cell) for cell in zip(numbers, widths, strict=bool(to_go)))])
+        *widths, last = list(COLUMNS.values())[len(cells) :]
+        cells += (fitted(*cell) for cell in zip(numbers, widths, strict=True))
+        spent, end = time.perf_counter() - self.begun, self.told.schedule.end
+        to_go = fitted(spent * (end / state.time - 1.0), last) if state.time > 0.0 else f"{'-':>{last}}"
+        return " ".join([*cells, to_go])
 
 
 def quantities(model: Model, state: State, sensors: Mapping[str, Sequence[float]]) -> Iterator[Quantity]:
