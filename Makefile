@@ -9,10 +9,10 @@ READY  := $(VENV)/.ready
 demo: $(READY)            ## 60 deployments, a surrogate learned from them, demo/report.html
 	$(BIN)/billow demo --out demo
 
-test: $(READY)            ## the test suite without its slow tests, in two processes
+test: $(READY)            ## the test suite without tests of half a minute and more, in two processes
 	$(BIN)/python -m pytest -n 2 --dist worksteal -m "not slow"
 
-test-all: $(READY)        ## the whole test suite: half an hour on two cores
+test-all: $(READY)        ## the whole test suite
 	$(BIN)/python -m pytest -n 2 --dist worksteal
 
 lint: $(READY)            ## style and likely mistakes

@@ -42,7 +42,6 @@ def test_an_example_runs(deploy, path, tmp_path):
         assert free.mass * speed == pytest.approx(impulse, rel=0.1)
 
 
-@pytest.mark.slow
 def test_the_folded_example_opens_and_nothing_passes_through_anything(tmp_path):
     """Elements of 25 mm, until the obstacle has felt the bag; stopping and resuming layers has tests of its own."""
     coarse = {"bag.element_size": 0.025, "run.end_time": 0.0065, "run.frames": 5}

@@ -68,7 +68,6 @@ def test_the_driver_bag_is_as_fine_as_in_the_paper(name):
 
 
 @pytest.mark.parametrize("name", PAIRS)
-@pytest.mark.slow
 def test_both_gases_get_the_same_energy_and_do_their_work(name, tmp_path):
     """Coarse, for the first 1 ms; later the particle cases diverge (examples/paper/README.md).
 

@@ -54,7 +54,6 @@ def test_a_checkpoint_may_hold_more_particles_than_a_fresh_state_has_room_for(br
             restore(start_state(model), wrong, numbers)
 
 
-@pytest.mark.slow
 def test_one_thread_and_two():
     """Two threads take the parallel compilation of every kernel that has one, and so does one thread here."""
     script = Path(__file__).parent / "dynamics" / "run_particles_with_threads.py"

@@ -26,7 +26,6 @@ MEASURED = SHORT | {
 }  # fmt: skip
 
 
-@pytest.mark.slow
 def test_curves_that_come_from_the_library_are_named_wherever_a_user_looks(tmp_path):
     """They were taken without a word, and the saved case called them the user's own."""
     case, told = Case.from_dict(CURVES), "fabric.curves: warp, weft, shear from nylon66-470dtex"

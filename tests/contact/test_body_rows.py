@@ -45,7 +45,6 @@ def stack(*bodies, layers=10, gravity=0.0, damping=0.0, friction=0.0):
 
 
 @pytest.mark.parametrize("slope", [1e5, 1e6])
-@pytest.mark.slow
 def test_a_stack_pressed_onto_a_plate(slope):
     """20 kPa by weight: the plate carries it, the layers keep their order, and the books close."""
     model, of_sheet, state = stack(plate(slope), gravity=8333.0, damping=1500.0)
@@ -62,7 +61,6 @@ def test_a_stack_pressed_onto_a_plate(slope):
     assert abs(state.ledger["friction"]) < 1e-12  # its springs are solved for the motion that comes
 
 
-@pytest.mark.slow
 def test_a_ball_on_a_stack_on_a_plate():
     """Ten layers between a free body and a locked one, at 10 m/s: no crossing, momentum and energy accounted for."""
     model, _, state = stack(plate(), ball(5.5e-3, 10.0))
@@ -110,7 +108,6 @@ def test_without_layers_rows_are_the_contact_of_nodes():
 
 
 @pytest.mark.parametrize(("pull", "slides"), [(0.5, False), (0.9, False), (1.5, True)])
-@pytest.mark.slow
 def test_friction_between_layers(pull, slides):
     """A sheet at 20 kPa, come to rest, then pulled sideways with a share of mu N: it sticks below 1, and slides by
     Coulomb's law above."""

@@ -300,7 +300,6 @@ def test_a_folded_bag_stays_as_it_is_without_gas(tmp_path):
     assert CrossingCount(model.surface).total(state.positions) == 0
 
 
-@pytest.mark.slow
 def test_a_folded_bag_opens_without_crossings(tmp_path):
     case = folded(tmp_path, end_time=6e-3, frames=12, guard_crossings=True)
     result = simulate(case, tmp_path / "run")

@@ -126,7 +126,6 @@ def test_a_force_against_time_gives_its_impulse():
     assert state.motion[0].velocity == pytest.approx((0.5 + 0.045 / 3.0) * TILTED, rel=1e-12)
 
 
-@pytest.mark.slow
 def test_a_free_ball_between_a_guided_plate_and_the_floor_closes_the_books():
     """Bodies that meet: a rail lets a body yield in one direction only, and the work of the force is booked."""
     ball = {"shape": "super-ellipsoid", "radii": 0.05, "locked": False, "mass": 1.0, "clearance": 0.01, "friction": 0.3}
@@ -187,7 +186,6 @@ class Rows(Recorder):
             self.kept = copy.deepcopy(state)
 
 
-@pytest.mark.slow
 def test_a_press_on_a_pillow_feels_pressure_times_area_and_its_work_is_force_over_way():
     model = build_model(case := Case.from_dict(PILLOW))
     rows = Rows()

@@ -73,7 +73,6 @@ tangents = st.tuples(st.floats(-1.0, 1.0), st.floats(-1.0, 1.0))
     depth=depths, velocity=st.tuples(speeds, speeds, speeds), normal=directions, offset=tangents, dt=steps,
     damping=st.sampled_from([0.0, 0.1, 1.0]), friction=st.sampled_from([0.0, 0.2, 1.5]),
 )  # fmt: skip
-@pytest.mark.slow
 def test_a_contact_step_closes_its_books(depth, velocity, normal, offset, dt, damping, friction):
     """Kinetic energy, springs and what was dissipated add up; friction keeps to its limit and never drives."""
     n = np.array(normal) / np.linalg.norm(normal)

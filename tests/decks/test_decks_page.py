@@ -18,7 +18,6 @@ def commands() -> list[str]:
     return [line for block in blocks for line in block.splitlines() if line]
 
 
-@pytest.mark.slow
 def test_every_command_of_the_guide_runs(tmp_path):
     lines = commands()
     assert len(lines) >= 6

@@ -58,7 +58,6 @@ def test_the_fingerprint_sees_a_single_bit():
     assert fingerprint(state) != before
 
 
-@pytest.mark.slow
 def test_one_thread_and_two():
     """Two threads take the parallel compilation of every kernel, one thread the serial one."""
     done = subprocess.run(

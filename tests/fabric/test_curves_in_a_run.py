@@ -66,7 +66,6 @@ def test_history_goes_through_a_checkpoint(law):
     assert (other.positions != straight.positions).any()
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("switches", [True, False], ids=["curves", "curves-shear"])
 def test_serial_and_parallel_give_the_same_bits(switches):
     """Each compilation of a kernel on 5,000 crumpled triangles, loaded, unloaded and loaded again."""

@@ -236,7 +236,6 @@ FLOOR = np.concatenate([[0], np.arange(len(POSITIONS) - 60, len(POSITIONS))])
 
 @pytest.mark.parametrize("time", [0.0, 0.003])
 @pytest.mark.parametrize("angle", [0.3, 2.0, np.pi])
-@pytest.mark.slow
 def test_jets_turn_with_their_mouth(angle, time):
     """A scene that is tilted, twisted and moved away gives the same jets in its own frame."""
     spinning = JetRing(COUNT, 0.04, 0.005, LEAN, spin=40.0)

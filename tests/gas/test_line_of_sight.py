@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -54,7 +53,6 @@ def shreds(seed, count, size):
     size=st.sampled_from([0.003, 0.02, 0.1]),
     jets=st.integers(1, 12),
 )
-@pytest.mark.slow
 def test_the_same_as_all_pairs(seed, count, size, jets):
     triangles, positions = shreds(seed, count, size)
     ring = Jets(JetRing(jets, 0.04, 0.005, 0.6), np.array([0]), UP, X).nozzles(np.zeros((1, 3)))

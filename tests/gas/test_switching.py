@@ -77,7 +77,6 @@ def still(start, time):
     return start
 
 
-@pytest.mark.slow
 def test_it_switches_in_the_step_that_ends_at_the_time():
     drive = Drive(*scene())
     drive.to(LAST)

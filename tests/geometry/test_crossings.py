@@ -107,7 +107,6 @@ def stack(layers, side, edge=0.005, apart=5e-4):
     return np.vstack([one + k * side * side for k in range(layers)]), np.vstack(points)
 
 
-@pytest.mark.slow
 def test_a_stack_of_sixty_thousand_triangles_takes_less_than_half_a_second():
     triangles, points = stack(20, 40)
     edges = edges_of(triangles)

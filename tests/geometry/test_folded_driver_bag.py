@@ -62,7 +62,6 @@ def drawn(draw):
 
 
 @pytest.mark.parametrize("seed", range(20))
-@pytest.mark.slow
 def test_folds_drawn_at_random_across_both_axes_do_not_cross(seed):
     draw, refused = np.random.default_rng(seed), set()
     for _ in range(20):

@@ -82,7 +82,6 @@ def check(positions, nodes, triangles, faces, reach, outward, kept=NOTHING):
 
 @settings(max_examples=40, deadline=None)
 @given(seed=st.integers(0, 10**6), height=st.floats(0.0, 2.0), reach=st.sampled_from([0.2, 0.8, 3.0]))
-@pytest.mark.slow
 def test_crumpled_sheets(seed, height, reach):
     positions, triangles = crumpled(seed, 9, height)
     outward = np.random.default_rng(seed).normal(size=positions.shape)

@@ -172,7 +172,6 @@ def test_what_does_not_fit_is_refused(settings, code, where, words):
     gap=st.tuples(st.floats(0.005, 1.0), st.floats(0.0, 1.0)),
     vent=st.tuples(st.integers(1, 6), st.floats(0.01, 0.08), st.floats(-0.1, 0.1), st.sampled_from(["front", "rear"])),
 )
-@pytest.mark.slow
 def test_a_bag_is_whole_or_refused(size, length, width, chambers, mouth, gap, vent):
     """Any sizes: every chamber closed and with volume, vents of their area, or the message that something does not
     fit."""

@@ -67,7 +67,6 @@ def test_the_rim_lies_where_it_was_pushed_to():
     assert np.abs(shape.positions[shape.fixed] - flat[shape.fixed]).max() == 0.0
 
 
-@pytest.mark.slow
 def test_a_passenger_bag_with_side_panels():
     """Tucked, its rims are side panels of 0.16 m between front and rear; its vents ride along."""
     bag, tuck = {"shape": "passenger", "element_size": 0.025}, {**TUCK, "across": "y"}

@@ -213,7 +213,6 @@ def test_other_meshes_are_drawn_and_not_compared_node_by_node(tmp_path, pair):
 
 
 @pytest.mark.parametrize("kind", ["png", "svg", "pdf"])
-@pytest.mark.slow
 def test_two_runs_are_drawn_over_one_another(pair, tmp_path, kind):
     for name in ("one", "two"):
         said = billow(

@@ -288,7 +288,6 @@ def listed(row: str) -> set[str]:
     return {name for name in re.findall(r"`([\w/]+\.py)`", existing) if (PACKAGE / name).is_file()}
 
 
-@pytest.mark.slow
 def test_a_toy_gas_a_toy_shape_and_a_toy_law_run_together(tmp_path):
     package = tmp_path / "billow"
     shutil.copytree(PACKAGE, package, ignore=shutil.ignore_patterns("__pycache__"))

@@ -111,7 +111,6 @@ def test_radial_basis_functions_know_ranges_and_straight_lines(runs):
     np.testing.assert_allclose(met[:, :, 0], known, rtol=1e-5)
 
 
-@pytest.mark.slow
 def test_memory_stays_bounded_however_many_runs_there_are():
     dataset = SyntheticDataset(train=150, test=10, times=30, nodes=1000)
     surrogate = train(dataset, Recipe(modes=6, epochs=2))

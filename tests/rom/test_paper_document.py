@@ -57,7 +57,6 @@ def table(out, name):
     return list(csv.DictReader((out / "tables" / f"{name}.csv").open(encoding="utf-8")))
 
 
-@pytest.mark.slow
 def test_report_holds_the_papers_tables_and_figures(small, locked, tmp_path):
     jets = compare_jets(small, small, ("one", "other"), "jet")
     text = write_document(tmp_path, [locked], jets, ["Test case 2 was not given."]).read_text(encoding="utf-8")
@@ -127,7 +126,6 @@ def test_other_data_and_settings_are_other_pieces(small, folder):
     assert kept.path("fit", {"seed": 0}) != kept.path("fit", {"seed": 1})
 
 
-@pytest.mark.slow
 def test_free_obstacle_adds_the_coupled_model(tmp_path):
     dataset = FreeDataset()
     results = case_results(FREE, dataset, there(dataset, 12), Kept(tmp_path / "kept"))

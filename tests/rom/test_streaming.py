@@ -96,7 +96,6 @@ def test_a_surrogate_learns_from_blocks(dataset, memory):
     assert np.sqrt(np.square(whole.predict(design) - streamed.predict(design)).mean()) < 4e-4
 
 
-@pytest.mark.slow
 def test_dask_workers_give_the_same_bits(dataset, memory, streamed):
     from distributed import Client
 

@@ -53,7 +53,6 @@ print(peak_memory())
 @pytest.mark.parametrize(
     "gas", [{"model": "uniform-pressure"}, {"model": "corpuscular", "particles": 200_000}], ids=lambda gas: gas["model"]
 )
-@pytest.mark.slow
 def test_memory_is_what_a_process_holds(gas, tmp_path):
     """A process that has its kernels; compiling takes more."""
     case = {"bag": {"element_size": 0.02}, "gas": gas, "run": {"end_time": 1e-5, "frames": 1}}

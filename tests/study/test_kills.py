@@ -13,7 +13,6 @@ import sys
 import time
 from pathlib import Path
 
-import pytest
 from fake_solver import STUDY, simulate
 
 from billow.study.study import Study
@@ -39,7 +38,6 @@ def made(folder):
     return {p.name: p.stat().st_ino for p in runs.iterdir() if "." not in p.name} if runs.is_dir() else {}
 
 
-@pytest.mark.slow
 def test_kills_lose_nothing(study, definition, tmp_path):
     definition.write_text(STUDY.replace("train = 4", "train = 20").replace("test = 2", "test = 4"))
     calm = Study.create(definition, tmp_path / "calm")

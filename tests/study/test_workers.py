@@ -11,7 +11,6 @@ from billow.base.errors import InputError
 from billow.study import execute
 
 
-@pytest.mark.slow
 @pytest.mark.filterwarnings("error:Port")
 def test_studies_run_side_by_side(study):
     with socket.socket() as taken:
@@ -24,7 +23,6 @@ def test_studies_run_side_by_side(study):
             assert limits == ["3", "1"]
 
 
-@pytest.mark.slow
 def test_worker_processes_make_the_runs_and_a_run_that_kills_them_is_given_up(study):
     events = []
     before = os.environ.get("NUMBA_NUM_THREADS")
