@@ -5,6 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from billow.geometry.shapes.box import Box
+from billow.geometry.shapes.cylinder import Cylinder
 from billow.geometry.shapes.half_space import HalfSpace
 from billow.geometry.shapes.super_ellipsoid import SuperEllipsoid
 from billow.geometry.shapes.triangulated import reach, sphere
@@ -37,6 +39,24 @@ def test_a_super_ellipsoid_has_its_volume_and_lies_on_its_surface(degree):
     assert volume(points - [0.5, 0.0, 1.0], triangles) == pytest.approx(shape.volume(), rel=1e-2)
     np.testing.assert_allclose(outline(obstacle, points), 0.0, atol=1e-9)
     assert np.abs(points[:, 0] - 0.5).max() == pytest.approx(0.2, rel=5e-3)  # turned by a right angle about z
+
+
+@pytest.mark.parametrize("fineness", [2, 4])
+@pytest.mark.parametrize(
+    "shape",
+    [
+        Box(np.array([0.1, 0.2, 0.3]), 0.002), Box(np.array([0.3, 0.2, 0.01]), 0.01), Cylinder(0.15, 0.2, 0.002),
+        Cylinder(0.15, 0.01, 0.01), Cylinder(0.05, 0.4, 0.05),
+    ],
+)  # fmt: skip
+def test_boxes_and_cylinders_are_closed_and_have_their_volume_and_flat_faces(shape, fineness):
+    points, triangles = surface(shape.describe() | {"center": [0, 0, 0], "rotation": np.eye(3).tolist()}, fineness)
+    _, counts = np.unique(np.sort(triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1), axis=0, return_counts=True)
+    assert (counts == 2).all()
+    np.testing.assert_allclose(shape.distance(points)[0], 0.0, atol=1e-9)
+    flat = 0.05 if fineness == 2 else 0.005  # a polygon of 16 or 64 corners in place of a circle: pi^2 2/(3 n^2)
+    assert (1.0 - flat) * shape.volume() < volume(points, triangles) < shape.volume()
+    assert len(triangles) < 5120
 
 
 def test_the_reach_of_an_ellipsoid_along_its_axes_is_its_radii():

@@ -31,7 +31,7 @@ NOT_IN_A_DECK = {
     "covers": "what holds the bag back at first is not written; without it the bag would open otherwise",
 }
 ROUGH = 2
-"""Fineness of triangulated obstacles: 320 triangles."""
+"""Fineness of triangulated obstacles: 320 triangles, if they are round."""
 
 
 def export_deck(case: Case, path: str | Path, units: str = "kg-mm-ms") -> list[str]:

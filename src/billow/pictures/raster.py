@@ -14,6 +14,8 @@ NOTHING = -1
 """Triangle of a pixel that shows none."""
 ROUNDING = 1e-9
 """How far outside a triangle a pixel may seem to be that lies on its edge: between neighbours there is no gap."""
+SAME = 1e-6
+"""Depths that differ by less are equal [pixels]: walls of one plane, whose last digits would speckle it."""
 
 
 class Buffers(NamedTuple):
@@ -65,7 +67,7 @@ def _draw_solid(which: np.ndarray, triangles: np.ndarray, projected: np.ndarray,
     )
     _draw(which, triangles, projected - [low[0], low[1], 0.0], cut.kept, alone)
     _fill(triangles, projected - [low[0], low[1], 0.0], cut.kept, cut.forward, alone)
-    nearer = alone.depth > found.depth[window]
+    nearer = alone.depth > found.depth[window] + SAME
     for whole, own in zip(found, alone, strict=True):
         whole[window][nearer] = own[nearer]
 
@@ -133,7 +135,7 @@ def _draw(which, triangles, projected, kept, buffers):
                 if clipped and wa * kept[a] + wb * kept[b] + wc * kept[c] < 0.0:
                     continue
                 depth = wa * az + wb * bz + wc * cz
-                if depth > depth_out[row, column]:
+                if depth > depth_out[row, column] + SAME:
                     depth_out[row, column], triangle_out[row, column] = depth, t
 
 

@@ -21,17 +21,50 @@ def triangulated(shape: Shape, fineness: int = FINENESS) -> tuple[np.ndarray, np
     """Points [m] (nodes, 3) in a shape's own axes and triangles (n, 3), outwards, of one that has an end."""
     if isinstance(shape, Mesh):
         return shape.points, shape.triangles
+    if isinstance(shape, Box | Cylinder):
+        return _with_edges(shape, fineness)
     directions, triangles = sphere(fineness)
-    if isinstance(shape, Box | Cylinder):  # as many triangles across a thin side as across a wide one
-        directions = directions * (shape.half if isinstance(shape, Box) else [shape.radius, shape.radius, shape.half])
-        directions /= np.linalg.norm(directions, axis=1)[:, None]
     return directions * reach(shape, directions)[:, None], triangles
+
+
+def _with_edges(shape: Box | Cylinder, fineness: int) -> tuple[np.ndarray, np.ndarray]:
+    """A smaller box or cylinder and the radius of the edges on it: rings around the third axis from its lower to its
+    upper face, which are fans. So edges are round lines, however fine they are, and faces are flat."""
+    steps = max(fineness, 1)
+    quarter = np.linspace(0.0, 0.5 * np.pi, steps + 1)
+    up = np.concatenate([quarter - 0.5 * np.pi, quarter])
+    if isinstance(shape, Box):
+        half = shape.half[2]
+        around = np.concatenate([quarter + 0.5 * np.pi * k for k in range(4)])
+        signs = np.repeat([[1, 1], [-1, 1], [-1, -1], [1, -1]], steps + 1, axis=0)
+        inner = signs * (np.asarray(shape.half)[:2] - shape.edge)
+    else:
+        half = shape.half
+        around = np.linspace(0.0, 2.0 * np.pi, 4 * 2**fineness, endpoint=False)
+        inner = (shape.radius - shape.edge) * np.column_stack([np.cos(around), np.sin(around)])
+    out = np.column_stack([np.cos(around), np.sin(around)])
+    rings = np.empty((len(up), len(around), 3))
+    rings[..., :2] = inner + shape.edge * np.cos(up)[:, None, None] * out
+    rings[..., 2] = (np.repeat([-1.0, 1.0], steps + 1) * (half - shape.edge) + shape.edge * np.sin(up))[:, None]
+    points = np.concatenate([rings.reshape(-1, 3), [[0.0, 0.0, -half], [0.0, 0.0, half]]])
+    at = np.arange(rings[..., 0].size).reshape(len(up), -1)
+    low, high, after = at[:-1], at[1:], np.roll(at, -1, axis=1)
+    strips = [(low, after[:-1], after[1:]), (low, after[1:], high)]
+    ends = [
+        (after[0], at[0], np.full_like(at[0], len(points) - 2)),
+        (at[-1], after[-1], np.full_like(at[0], len(points) - 1)),
+    ]
+    triangles = np.concatenate([np.stack(corners, axis=-1).reshape(-1, 3) for corners in (*strips, *ends)])
+    # Where the smaller box or cylinder has no length, points fall together.
+    points, where = np.unique(np.round(points, 12), axis=0, return_inverse=True)
+    triangles = where.reshape(-1)[triangles]
+    return points, triangles[(triangles != np.roll(triangles, 1, axis=1)).all(axis=1)]
 
 
 def reach(shape: Shape, directions: np.ndarray) -> np.ndarray:
     """How far [m] the surface of a shape lies from its centre in directions (n, 3), of length one: (n,), by halving.
 
-    Every such shape but a mesh is seen whole from its centre, so there is one surface in each direction.
+    A super-ellipsoid is seen whole from its centre, so there is one surface in each direction.
     """
     low, high = np.zeros(len(directions)), np.full(len(directions), float(shape.bound))
     for _ in range(HALVINGS):
