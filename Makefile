@@ -31,11 +31,12 @@ trust: $(READY)           ## reliability goals as a table: determinism, restart,
 mutants: $(READY)         ## mistakes put into a copy of the package: each is caught by its test
 	$(BIN)/python -m trust.mutants
 
-docs: $(READY)            ## regenerate the references of cases, studies and errors, and build the site: build/site/index.html
+docs: $(READY)            ## regenerate the references of commands, cases, studies, decks and errors, and build the site: build/site/index.html
 	$(BIN)/python docs/make_reference.py
 	$(BIN)/python docs/make_study.py
 	$(BIN)/python docs/make_decks.py
 	$(BIN)/python docs/make_errors.py
+	$(BIN)/python docs/make_commands.py
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[docs]'
 	$(BIN)/python -m sphinx -W --keep-going -q -b html docs build/site
 

@@ -196,7 +196,7 @@ def run(
 ) -> None:
     """Simulate one case.
 
-    Writes case.toml (every default filled in), fabric.vtkhdf (opens in ParaView), histories.csv, solver.log, run.json.
+    Writes case.toml (every default filled in), scene.vtkhdf (opens in ParaView), histories.csv, solver.log, run.json.
     """
     from billow.case.schema import Case
     from billow.run.simulate import simulate
