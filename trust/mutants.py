@@ -118,7 +118,7 @@ MUTANTS = (
     Mutant(
         "of two surfaces the farther is drawn",
         "pictures/raster.py",
-        "if depth > depth_out[row, column]:",
+        "if depth > depth_out[row, column] + SAME:",
         "if depth_out[row, column] == -np.inf or depth < depth_out[row, column]:",
         "tests/pictures/test_raster.py::test_the_nearest_surface_wins_everywhere",
     ),

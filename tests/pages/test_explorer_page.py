@@ -223,7 +223,7 @@ def test_locked_obstacles_are_where_the_design_puts_them(open_page, place):
             ask = "([k, design]) => Array.from(page.bodies[k].body.surface(design)[0])"
             points = np.reshape(page(ask, [k, design.tolist()]), (-1, 3))
             assert np.abs(outline(obstacle.at(design), points)).max() < 1e-5
-            assert len(points) > 100
+            assert len(points) >= 8
     assert "changes with the design: box" in page.page.locator("#source").inner_text()
 
 
