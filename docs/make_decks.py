@@ -93,7 +93,13 @@ become one node where all their bits agree, and on open edges within the toleran
   displacement as `travel`, acceleration by its integral, which is exact where the acceleration is constant. Axes that
   share a curve make one direction. Curves of zeros hold parts, and nodes of the bag. Walls of *RIGIDWALL_..._MOTION
   and _MOVING move too; a rigid part that *MAT_RIGID leaves one axis is `guided`, with the force of *LOAD_RIGID_BODY.
-  Rotations, and motions of single nodes of fabric, are refused.
+  Rotations are refused.
+- Nodes of the bag that *NODE.TC, *BOUNDARY_SPC or curves of zeros hold along x, y or z become `bag.fixed_nodes`, or
+  groups of `[[nodes]]`; those with a motion become groups that move along their line and yield across it (DOF -4: that
+  do not). Nodes of the mouth do not move, because jets come from there.
+- *INITIAL_VELOCITY, _NODE and _GENERATION throw nodes of the bag (`[[nodes]]`), and rigid parts whose nodes they name
+  all. A later card counts before an earlier one, a node's before those of sets, *INITIAL_VELOCITY_RIGID_BODY before
+  all; that of *PART_INERTIA is kept unless IRIGID resets it.
 - Beams (truss, cable), springs and seat belts whose both ends are nodes of the bag become `bag.straps`, which pull
   and never push; others are left out with a word.
 - Each gas of *AIRBAG_HYBRID becomes an inflator of one species, because each has its own mass flow and temperature.

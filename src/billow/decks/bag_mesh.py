@@ -51,7 +51,8 @@ KINDS = ("fabric", "mouth", "vent", "obstacle", "plate", "ignore")
 class BagMesh:
     """start, reference: as a case wants them, in metres. parts: a table for each part, by number in the mesh. shell:
     row of each cell among the shells of the deck, -1 for virtual ones. turned: cells whose normals were turned. nodes:
-    deck ids of the nodes of the start mesh; index: mesh node of each of them. birth: field of the birth time."""
+    deck ids of the nodes of the start mesh; index: mesh node of each of them. held: directions in which each mesh node
+    stands still by its own card, (nodes, 3) bool. birth: field of the birth time."""
 
     start: CellMesh
     reference: CellMesh | None
@@ -61,9 +62,21 @@ class BagMesh:
     nodes: np.ndarray
     index: np.ndarray
     place: str
+    held: np.ndarray
     birth: Field | None = None
-    held: tuple[int, ...] = ()
     reference_source: str = ""
+
+    def mesh_nodes(self, ids: np.ndarray) -> np.ndarray:
+        """Mesh nodes of those ids that are nodes of the bag, sorted."""
+        mine = self.index[np.isin(self.nodes, ids)]
+        return np.unique(mine[mine >= 0])
+
+    @property
+    def mouth(self) -> np.ndarray:
+        """Mesh nodes of parts that are mouths, sorted."""
+        mouths = [number for number, part in self.parts.items() if part["kind"] == "mouth"]
+        cells = self.start.cells[np.isin(self.start.part, mouths)]
+        return np.unique(cells[cells >= 0])
 
 
 @dataclass
@@ -137,10 +150,9 @@ def bag_mesh(
         number: {"name": name, "number": number, "kind": kinds[deck]}
         for deck, number, name in _named(model, part)
     }  # fmt: skip
-    held = tuple(np.unique(new[target[np.flatnonzero(model.nodes.held[at])]]).tolist())
-    return BagMesh(
-        start, reference, tables, rows, turned, ids, new[target], place, birth, tuple(h for h in held if h >= 0), source
-    )
+    index, held = new[target], np.zeros((len(used), 3), bool)
+    np.logical_or.at(held, index[index >= 0], model.nodes.held[at][index >= 0])
+    return BagMesh(start, reference, tables, rows, turned, ids, index, place, held, birth, source)
 
 
 def _of_segments(shells, corners: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
