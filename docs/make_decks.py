@@ -139,8 +139,13 @@ beside it. What differs from decks of LS-DYNA:
   and no crimp that couples warp and weft. Damping is Billow's own.
 - `/XREF` is the flat cut of each part by nodes, `/EREF` by elements.
 - Volumes of `/MONVOL/COMMU1` become chambers of one case, with orifices between them.
-- Not read: the other volumes, `/LEAK/MAT`, `/RBODY`, sensors other than TIME, `/INIVEL`. They are
-  listed, and the mesh of such a deck can be taken alone, with `--part` and `--base`.
+- The material of most shells is `[fabric]`; each part of another has its own `[fabric.parts.NAME]`.
+- `/RBODY` becomes an obstacle of the shells that belong to it alone, with the mass of its shells and of its main node
+  (ICoG); `/BCS` of the main node locks or guides it, `/IMPDISP`, `/IMPVEL` and `/IMPACC` along X, Y or Z move it. Parts
+  that stand still are obstacles, too. A body that shares nodes with the bag holds or moves them, and is no obstacle.
+- `/INIVEL/TRA` and `/AXIS` throw bodies and nodes of the bag; `/BCS` and motions of nodes become `[[nodes]]`.
+- Not read: the other volumes, `/LEAK/MAT`, sensors other than TIME, skews and frames. They are listed, and the mesh of
+  such a deck can be taken alone, with `--part` and `--base`.
 """
 
 BESIDES = """Besides: *NODE, *ELEMENT_SHELL (_THICKNESS, _BETA), *ELEMENT_BEAM, *ELEMENT_DISCRETE and *ELEMENT_SEATBELT

@@ -3,6 +3,8 @@ because they belong to a rigid part."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -16,6 +18,20 @@ from billow.decks.held_nodes import put_held, put_moved
 from billow.decks.motions import Motions, course_table, motion_table, require_no_death
 from billow.decks.obstacles import rigid_of
 
+
+@dataclass(frozen=True)
+class RigidPart:
+    """number: of the part or the body. called: for messages. ids: of its nodes. title and place in the deck. main: id
+    of the node that stands for all, if there is one."""
+
+    number: int
+    called: str
+    ids: np.ndarray
+    title: str
+    place: str
+    main: int = 0
+
+
 WAYS = ("DOFX", "DOFY", "DOFZ")
 
 
@@ -26,23 +42,54 @@ def put_fixed(context: Context, bag: BagMesh, motions: Motions) -> set[int]:
     for block in context.model.all("BOUNDARY_SPC"):
         if not block.name.startswith("BOUNDARY_SPC_SYMMETRY"):
             sources += _constraints(context, bag, block, held)
-    sources += _still(context, bag, motions, held)
+    rigid = [RigidPart(part, f"part {part}", ids, *_told(context, part)) for part, ids in _rigid_parts(context, bag)]
+    return settle(context, bag, motions, held, sources, rigid, _rigid_of)
+
+
+def _told(context: Context, part: int) -> tuple[str, str]:
+    """Title and place of a part."""
+    told = context.model.parts.get(part)
+    return (told.title, told.place) if told else ("", f"{context.model.deck.path.name}:1")
+
+
+def _rigid_of(context: Context, part: RigidPart) -> dict[str, Any] | None:
+    material = material_of(context.model, part.number)
+    return rigid_of(context, material[1]) if material and material[0] == "MAT_RIGID" else None
+
+
+def settle(
+    context: Context, bag: BagMesh, motions: Motions, held: np.ndarray, sources: list[str], rigid: list[RigidPart],
+    constraint_of: Callable[[Context, RigidPart], dict[str, Any] | None],
+) -> set[int]:  # fmt: skip
+    """What holds and moves nodes of the bag, beside what held says already, (nodes, 3) bool; the numbers of those rigid
+    parts that share nodes with it. sources: of held. constraint_of: as `rigid_of`, for a part that moves."""
+    sources = sources + _still(context, bag, motions, held)
     attached, driven = set(), []
-    for part, ids in _rigid_parts(context, bag):
-        mine = bag.mesh_nodes(ids)
-        if len(mine):
-            attached.add(part)
-            motion = _of_part(context, part, ids, motions)
-            if motion is not None:
-                driven.append((part, mine, motion))
-                continue
+    for part in rigid:
+        mine = bag.mesh_nodes(part.ids)
+        if not len(mine):
+            continue
+        attached.add(part.number)
+        found = motions.of_part(part.number, part.ids)
+        motion = motion_table(context, found, context.end, constraint_of(context, part)) if found else None
+        what = f"{len(mine)} nodes of the bag belong to the rigid {part.called}"
+        if motion is None:
             held[mine] = True
-            sources.append(f"part {part}")
-            what = f"{len(mine)} nodes of the bag belong to the rigid part {part}"
+            sources.append(part.called)
             context.report.remarks.append(f"{what}: they are fixed")
+        else:
+            driven.append((part, mine, motion, what))
     put_held(context, held, sources)
-    for part, mine, motion in driven:
-        _drive(context, bag, part, mine, motion, held)
+    for part, mine, motion, what in driven:
+        why = put_moved(context, bag, mine, held, motion, part.title or part.called, part.place)
+        if not why:
+            context.report.remarks.append(f"{what}: they move with it")
+            continue
+        one = Field("PART", "motion", part.called, part.place)
+        context.report.take([one])
+        context.report.refused(one, f"{what}, which moves: {why}")
+        already = plain(context.tables["bag"]).get("fixed_nodes", [])
+        context.set("bag.fixed_nodes", sorted({*already, *mine.tolist()}), part.place)
     _moved(context, bag, motions, held)
     return attached
 
@@ -86,42 +133,15 @@ def _still(context: Context, bag: BagMesh, motions: Motions, held: np.ndarray) -
         mine, axis = bag.mesh_nodes(ids), np.abs(motion.axis)
         if not motion.is_nothing or not len(mine):
             continue
-        if axis.max() < 1.0 - 1e-9 and motion.f["DOF"].whole != -4:
+        if axis.max() < 1.0 - 1e-9 and not motion.is_alone:
             context.report.refused(motion.f["DOF"], "held along a line that is no axis: give DOF 1, 2 or 3")
             continue
-        ways = (axis > 0.5) | (motion.f["DOF"].whole == -4)
+        ways = (axis > 0.5) | motion.is_alone
         held[mine] |= ways
         sources.append(motion.f["TYPEID"].place)
         key = "bag.fixed_nodes" if ways.all() else "nodes.motion.directions"
         context.report.mapped(motion.f["TYPEID"], f"{len(mine)} nodes stand still", key)
     return sources
-
-
-def _of_part(context: Context, part: int, ids: np.ndarray, motions: Motions) -> dict[str, Any] | None:
-    """The motion of a rigid part, None if it has none."""
-    found, material = motions.of_part(part, ids), material_of(context.model, part)
-    if not found:
-        return None
-    rigid = rigid_of(context, material[1]) if material and material[0] == "MAT_RIGID" else None
-    return motion_table(context, found, context.end, rigid)
-
-
-def _drive(
-    context: Context, bag: BagMesh, part: int, mine: np.ndarray, motion: dict[str, Any], held: np.ndarray
-) -> None:
-    """Nodes of the bag that go with a rigid part."""
-    told = context.model.parts.get(part)
-    name, source = (told.title if told else "") or f"part_{part}", f"part {part}"
-    why = put_moved(context, bag, mine, held, motion, name, source)
-    said_of = f"{len(mine)} nodes of the bag belong to the rigid part {part}"
-    if why:
-        one = Field("PART", "motion", str(part), told.place if told else bag.place)
-        context.report.take([one])
-        context.report.refused(one, f"{said_of}, which moves: {why}")
-        already = plain(context.tables["bag"]).get("fixed_nodes", [])
-        context.set("bag.fixed_nodes", sorted({*already, *mine.tolist()}), source)
-    else:
-        context.report.remarks.append(f"{said_of}: they move with it")
 
 
 def _moved(context: Context, bag: BagMesh, motions: Motions, held: np.ndarray) -> None:
@@ -135,12 +155,11 @@ def _moved(context: Context, bag: BagMesh, motions: Motions, held: np.ndarray) -
         table = course_table(context, motion, motion.axis, context.end, "nodes")
         if table is None:
             continue
-        alone = motion.f["DOF"].whole == -4
-        own = np.eye(3) if alone else np.outer(motion.axis, motion.axis)
+        own = np.eye(3) if motion.is_alone else np.outer(motion.axis, motion.axis)
         if np.abs(taken[mine] @ own).max() > 1e-9:
             report.refused(one, "another card moves some of these nodes along the same line")
             continue
-        table["across"] = "held" if alone else "free"
+        table["across"] = "held" if motion.is_alone else "free"
         why = put_moved(context, bag, mine, held, table, "moved", one.place)
         if why:
             report.refused(one, f"a motion of {len(mine)} nodes of the bag: {why}")

@@ -26,13 +26,14 @@ MOST_POINTS = 1000
 
 @dataclass
 class Motion:
-    """One card. f: its fields. kind, dimension: of KINDS. axis: unit vector, (3,). points: (n, 2), SI, scaled; of speed
-    or travel."""
+    """One card. f: its fields, under the names that cards of LS-DYNA have. kind: of KINDS. axis: unit vector, (3,).
+    points: (n, 2), SI, scaled; of speed or travel. is_alone: whether nothing moves across the axis."""
 
     f: dict[str, Field]
     kind: str
     axis: np.ndarray
     points: np.ndarray
+    is_alone: bool = False
 
     @property
     def is_nothing(self) -> bool:
@@ -130,7 +131,7 @@ def _motion(context: Context, f: dict[str, Field], is_local: bool, of: str) -> M
         (report.approximated if off else report.mapped)(f["VAD"], note, f"{of}.motion.speed")
     else:
         report.mapped(f["VAD"], kind[0], f"{of}.motion.{kind[0]}")
-    return Motion(f, kind[0], axis, points)
+    return Motion(f, kind[0], axis, points, dof == -4)
 
 
 def integrated(points: np.ndarray) -> tuple[np.ndarray, float]:
@@ -160,7 +161,7 @@ def motion_table(context: Context, motions: list[Motion], end: float, rigid: dic
     for motion in motions:
         one = motion.f
         held |= {"xyz"[int(np.argmax(np.abs(motion.axis)))]} if np.abs(motion.axis).max() > 0.999999 else set()
-        held |= set("xyz") if one["DOF"].whole == -4 else set()
+        held |= set("xyz") if motion.is_alone else set()
         report.mapped(one["TYPEID"], one["TYPEID"].whole, "obstacles.motion")
         require_no_death(context, one, end)
     if not moving:
@@ -176,7 +177,7 @@ def motion_table(context: Context, motions: list[Motion], end: float, rigid: dic
         line += share * motion.axis
         report.mapped(motion.f["LCID"], f"{len(motion.points)} points", f"obstacles.motion.{motion.kind}")
         turns = rigid is None or rigid["turns"]
-        if motion.f["DOF"].whole != -4 and (held != set("xyz") or turns):
+        if not motion.is_alone and (held != set("xyz") or turns):
             free = "".join(sorted(set("xyz") - held)) or "no axis"
             why = f"along this line only; in the deck it is free along {free}" + (", and turns" if turns else "")
             report.approximated(motion.f["DOF"], why, str(motion.axis.round(6).tolist()), "obstacles.motion.direction")

@@ -47,7 +47,7 @@ def put_obstacles(
             name = f"*{material[1].name}" if material else "no material"
             context.report.remarks.append(f"part {part} is left out: it has {name}; --part {part}=obstacle or =plate")
             continue
-        obstacles.append(_part(context, part, material, kinds.get(part), velocities, motions, bag_points))
+        obstacles.append(part_obstacle(context, part, material, kinds.get(part), velocities, motions, bag_points))
     put_by_name(context, obstacles)
 
 
@@ -149,10 +149,11 @@ def _ball(shared: dict[str, Any], centre: np.ndarray, radius: float, source: str
     }  # fmt: skip
 
 
-def _part(
+def part_obstacle(
     context: Context, part: int, material: tuple[str, Block] | None, kind: str | None, velocities: Velocities,
     motions: Motions, bag_points: np.ndarray,
 ) -> dict[str, Any]:  # fmt: skip
+    """A part as an obstacle. material: of a rigid part; kind: as the command says."""
     model, report = context.model, context.report
     shells = model.shells
     rows = np.flatnonzero(shells.part == part)
@@ -176,28 +177,36 @@ def _part(
             f"part {part} becomes an infinite plate; its nodes lie up to {1e3 * off:.3g} mm away from it"
         )
         return _plate({"name": name, **friction}, middle, normal, source) | ({"motion": moved} if moved else {})
+    section = model.thicknesses.get(model.parts[part].section) if part in model.parts else None
     cells = np.where(corners >= 0, np.searchsorted(ids, corners), -1)
     mesh = CellMesh(points, cells, np.ones(len(cells), np.int64), {})
-    file = f"obstacles/{name}_{part}.vtkhdf"
-    context.meshes[file] = mesh
-    section = model.thicknesses.get(model.parts[part].section) if part in model.parts else None
+    made, thickness = surface_table(context, f"part {part}", f"{name}_{part}", mesh, section, source)
+    made = {"shape": "mesh", "name": name, **made, **friction}
+    mass = _mass(context, part, mesh, thickness, rigid)
+    middle = np.array(mass["centre"]) if mass else mass_properties(points, triangles_of(mesh), is_sheet=True)[1]
+    velocity = velocities.of_part(context, part, ids, middle)
+    made |= freedom(context, part, mass.pop("mass", None), rigid, kind, velocity, moved, source)
+    return made | (mass if not plain(made["locked"]) else {})
+
+
+def surface_table(
+    context: Context, called: str, file: str, mesh: CellMesh, section: tuple[float, int, Field] | None, source: str
+) -> tuple[dict[str, Any], float]:
+    """The file of an obstacle's surface, and the thickness of its shells [m]. called: for messages; section: as in
+    `Model.thicknesses`, None if there is none."""
+    path = f"obstacles/{file}.vtkhdf"
+    context.meshes[path] = mesh
     thickness = section[0] * context.units.length if section else 0.0
-    made = {"shape": "mesh", "name": name, "file": Said(file, source), **friction, "slope": STIFF}
-    made["thickness"] = max(thickness, THINNEST)
     if section:
         context.report.take([section[2]])
         context.report.mapped(section[2], thickness, "obstacles.thickness", "counts where its surface is open")
     if thickness < THINNEST:
         how = f"a surface that is open is {1e3 * THINNEST:g} mm thick in the case, the part {1e3 * thickness:.3g} mm"
-        report.remarks.append(f"part {part}: {how}")
-    mass = _mass(context, part, mesh, thickness, rigid)
-    middle = np.array(mass["centre"]) if mass else mass_properties(points, triangles_of(mesh), is_sheet=True)[1]
-    velocity = velocities.of_part(context, part, ids, middle)
-    made |= _freedom(context, part, mass.pop("mass", None), rigid, kind, velocity, moved, source)
-    return made | (mass if not plain(made["locked"]) else {})
+        context.report.remarks.append(f"{called}: {how}")
+    return {"file": Said(path, source), "thickness": max(thickness, THINNEST), "slope": STIFF}, thickness
 
 
-def _freedom(
+def freedom(
     context: Context, part: int, mass: float | None, rigid: dict[str, Any] | None, kind: str | None,
     velocity: tuple | None, moved: dict | None, source: str,
 ) -> dict[str, Any]:  # fmt: skip

@@ -26,14 +26,14 @@ MOST_GROUPS = 500
 @dataclass
 class Launch:
     """One card. ids: nodes, None for all. velocity [m/s], spin [rad/s], about [m]: (3,). one: the field that names the
-    nodes; fields: all that say something. resets: whether it counts for *PART_INERTIA too."""
+    nodes; says: the fields of velocity, spin and point. resets: whether it counts for *PART_INERTIA too."""
 
     ids: np.ndarray | None
     velocity: np.ndarray
     spin: np.ndarray
     about: np.ndarray
     one: Field
-    fields: list[Field]
+    says: list[tuple[Field, str]]
     resets: bool = False
 
     def names(self, ids: np.ndarray) -> np.ndarray:
@@ -51,7 +51,8 @@ class Velocities:
     of_bodies: dict[int, tuple[Said, Said]] = field(default_factory=dict)
 
     def of_part(self, context: Context, part: int, ids: np.ndarray, centre: np.ndarray) -> tuple[Said, Said] | None:
-        """Velocity [m/s] and spin [rad/s] of a rigid part with these nodes and this centre of mass [m], (3,)."""
+        """Velocity [m/s] and spin [rad/s] of a rigid part with these nodes and this centre of mass [m], (3,); None if
+        the deck says nothing of it."""
         if part in self.of_bodies:
             return self.of_bodies[part]
         found = self.of_inertia.get(part)
@@ -111,9 +112,8 @@ class Velocities:
 
 def tell(context: Context, launch: Launch, table: str, whom: str) -> None:
     """Rows of a card that counts for something."""
-    keys = {"V": "velocity", "O": "spin", "X": "about", "Y": "about", "Z": "about", "N": "spin"}
-    for one in launch.fields:
-        context.report.mapped(one, one.text, f"{table}.{keys[one.name[0]]}")
+    for one, key in launch.says:
+        context.report.mapped(one, one.text, f"{table}.{key}")
     if not context.report.settled(launch.one):
         context.report.mapped(launch.one, whom, table)
 
@@ -210,7 +210,7 @@ def _launch(context: Context, f: dict[str, Field], ids: np.ndarray | None, one: 
         if f[name].number:
             context.report.refused(f[name], "a rotation of nodes, which fabric has not: give OMEGA of _GENERATION")
     zero, names = np.zeros(3), ("VX", "VY", "VZ")
-    return Launch(ids, _vector(context, f, names, "velocity"), zero, zero, one, [f[name] for name in names])
+    return Launch(ids, _vector(context, f, names, "velocity"), zero, zero, one, [(f[n], "velocity") for n in names])
 
 
 def _resets(context: Context, one: Field, all_of_them: str) -> bool:
@@ -256,11 +256,12 @@ def _generated(context: Context, block: Block) -> list[Launch]:
         if f["IVATN"].number:
             report.ignored(f["IVATN"], "rigid parts of a case have no parts that follow them")
         velocity, about = _vector(context, f, ("VX", "VY", "VZ"), "velocity"), np.zeros(3)
-        said_by = [f[name] for name in ("VX", "VY", "VZ")]
+        says = [(f[name], "velocity") for name in ("VX", "VY", "VZ")]
         if turns:
             about = _vector(context, f, ("XC", "YC", "ZC"), "length")
-            said_by += [f[name] for name in ("OMEGA", "XC", "YC", "ZC", "NX", "NY", "NZ")]
-        launch = Launch(ids, velocity, spin, about, one, said_by, _resets(context, f["IRIGID"], "1"))
+            says += [(f[name], "spin") for name in ("OMEGA", "NX", "NY", "NZ")]
+            says += [(f[name], "about") for name in ("XC", "YC", "ZC")]
+        launch = Launch(ids, velocity, spin, about, one, says, _resets(context, f["IRIGID"], "1"))
         if one.whole:
             report.mapped(f["STYP"], kind, "nodes.numbers")
         found.append(launch)

@@ -54,7 +54,7 @@ class StarterModel(Model):
     def _held(self, nodes: Table) -> np.ndarray:
         ways = np.zeros((len(nodes), 3), bool)
         for held, ids in self.constraints:
-            ways[np.isin(nodes["nid"], ids)] |= held
+            ways[np.isin(nodes["nid"], ids)] |= held[:3]
         return ways
 
     def _shell_tables(self) -> list[tuple[np.ndarray, ...]]:
@@ -160,7 +160,7 @@ class StarterModel(Model):
 
     @cached_property
     def constraints(self) -> list[tuple[np.ndarray, np.ndarray]]:
-        """Directions (3,) that each /BCS holds, and the ids of its nodes."""
+        """Translations and rotations (6,) that each /BCS holds, and the ids of its nodes."""
         found = []
         for block in self.find("BCS"):
             if len(words(block)) != 2:
@@ -175,7 +175,7 @@ class StarterModel(Model):
     def still(self) -> np.ndarray:
         """Ids of nodes whose translations are all fixed, by one /BCS, sorted."""
         return np.unique(
-            np.concatenate([np.empty(0, np.int64), *(ids for ways, ids in self.constraints if ways.all())])
+            np.concatenate([np.empty(0, np.int64), *(ids for ways, ids in self.constraints if ways[:3].all())])
         )
 
     def group(self, number: int, who: Field, depth: int = 0) -> np.ndarray:
@@ -231,8 +231,8 @@ class StarterModel(Model):
 
 
 def directions(trarot: Field) -> np.ndarray:
-    """Translations that codes such as 111 000 hold, (3,) bool."""
-    return np.array([letter == "1" for letter in trarot.text.replace(" ", "")[:3].ljust(3, "0")])
+    """Translations and rotations that codes such as 111 000 hold, (6,) bool."""
+    return np.array([letter == "1" for letter in trarot.text.replace(" ", "")[:6].ljust(6, "0")])
 
 
 def number_of(block: Block) -> int:
