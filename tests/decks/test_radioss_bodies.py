@@ -7,6 +7,7 @@ import pytest
 from radioss_text import MORE, SMALL, line, reals, whole
 from test_deck_motions import SIDES
 
+from billow.base.errors import InputError
 from billow.case.build import build_model
 from billow.case.obstacles.obstacles import build_body
 from billow.case.schema import Case
@@ -70,7 +71,7 @@ def test_a_body_has_the_mass_of_its_shells_and_of_its_main_node(use):
     assert sorted(built.rigid.inertia) == pytest.approx(sorted(sheets + np.array([4e-6, 5e-6, 6e-6])))
     assert built.start.centre == pytest.approx([0.15, 0.15, 0.45])
     assert not report.of("refused")
-    assert "/RBODY" not in report.keywords
+    assert not report.keywords
 
 
 def test_a_main_node_beside_the_shells_shifts_centre_and_inertia(use):
@@ -160,3 +161,10 @@ def test_a_part_that_stands_still_is_an_obstacle_and_another_is_left_out(use):
 def test_what_a_case_cannot_say_is_refused_by_name(use, more, field):
     _, report = use(more)
     assert [row.field for row in report.of("refused")] == [field]
+
+
+def test_an_inertia_that_no_body_has_is_refused_where_it_stands(use):
+    with pytest.raises(InputError) as refused:
+        use(body(mass=1.0, centre=4, moments=(1e12, 1e12, 1e12)))
+    assert refused.value.code == "E-DCK-018"
+    assert "small_0000.rad:" in refused.value.where

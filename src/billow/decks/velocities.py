@@ -62,7 +62,7 @@ class Velocities:
                 continue
             velocity = launch.velocity + np.cross(launch.spin, centre - launch.about)
             if not mine.all():
-                why = f"it names some nodes of the rigid part {part}: name all, or give *INITIAL_VELOCITY_RIGID_BODY"
+                why = f"it names some nodes of the rigid part {part}, and not all of them"
                 context.report.refused(launch.one, why)
             elif part in self.of_inertia and not launch.resets:
                 own = [*self.of_inertia[part][0].value, *self.of_inertia[part][1].value]

@@ -168,6 +168,8 @@ def _lump(context: Context, model: StarterModel, part: int) -> tuple[float, np.n
     law = model.law_of(part)
     if section and law:
         f = model.cards(law[1]).optional("density", "rho_i rho_0", "", (20, 20))
+        context.report.take(f.values())
+        context.report.mapped(f["rho_i"], f["rho_i"].text, "obstacles.mass")
         density = model.deck.units_of(law[1]).si(f["rho_i"].number, "density")
         mass = area * section[0] * model.deck.units.length * density
     return mass, centre, mass * per_mass
