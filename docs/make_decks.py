@@ -125,6 +125,9 @@ vary, beside seams, with a thickness of their own. The command lists what a deck
 pressure, mixtures and heats of gases beyond A + B T + C T^2, boxes and housings. Bodies other than balls become rigid
 shells of triangles. Bags of several chambers, with covers or seams that tear, or that come to rest first are refused.
 
+Results go the other way, too: `billow export-d3plot RUN --out d3plot` writes positions and velocities of all frames as
+a d3plot, with the extra `dyna` (pip install 'billow[dyna]'). Its parts are numbered; the command says which is which.
+
 ## From a deck of Radioss
 
 `billow import-deck NAME_0000.rad --out bag` reads a starter deck (block format, version 5.1 or later) the same way, by
