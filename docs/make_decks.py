@@ -61,10 +61,11 @@ says what each system would mean and asks: `--units kg-mm-ms`, `t-mm-s`, `kg-m-s
 are vents. For others say `--part 7=vent`, `=mouth`, `=fabric` or `=ignore`. Rigid parts that do not belong to the bag
 become obstacles; `--part 2=obstacle` and `--part 1=plate` make others obstacles too.
 
-**Open edges.** A bag must be closed. The command lists its open edges, the longest first, with place and width; say
-what closes them: `--close 1=mouth --close 2=vent`. Nodes of a seam that are there twice are merged: those on open
-edges that lie within a thousandth of the shortest such edge, or within `--merge` metres. The command prints the
-tolerance.
+**Open edges.** A bag must be closed. An edge whose nodes all belong to a rigid part beside the bag is closed as the
+mouth, one whose nodes all belong to the part that A23 < 0 or a vent card names as that vent. The command lists the
+others, the longest first, with place and width; say what closes them: `--close 1=mouth --close 2=vent`. Nodes of a
+seam that are there twice are merged: those on open edges that lie within a thousandth of the shortest such edge, or
+within `--merge` metres. The command prints the tolerance.
 
 **Normals** may point anywhere: neighbours are made to agree, and the sign of the volume decides. An edge of three
 shells is refused with its place and shells.

@@ -132,7 +132,8 @@ def bag_mesh(
     except ValueError as error:
         raise NO_SURFACE(place=place, why=error) from None
     cells, own = flipped(cells, turn), flipped(own, turn)
-    cells, own, rows, part, kinds = _closed(points, cells, own, rows, part, kinds, choices, report, place)
+    around = _Around.of(model, np.unique(part), vents, ids, target)
+    cells, own, rows, part, kinds = _closed(points, cells, own, rows, part, kinds, choices, around, report, place)
     inside_out = _inside_out(points, cells, report)
     cells, own = flipped(cells, inside_out), flipped(own, inside_out)
     turned = np.concatenate([turn, np.zeros(len(cells) - len(turn), bool)]) ^ inside_out
@@ -222,7 +223,38 @@ def _require_edges(points: np.ndarray, cells: np.ndarray, rows: np.ndarray, shel
     )
 
 
-def _closed(points, cells, own, rows, part, kinds, choices: Choices, report: Report, place: str):
+@dataclass(frozen=True)
+class _Around:
+    """What closes open edges by itself: parts beside the bag, with those nodes of the bag that each has, (nodes,)."""
+
+    rigid: dict[int, np.ndarray]
+    vents: dict[int, np.ndarray]
+
+    @classmethod
+    def of(cls, model: Model, members: np.ndarray, vents: set[int], ids: np.ndarray, target: np.ndarray) -> _Around:
+        """members: parts of the bag; vents: parts that are vents, in the bag or beside it. ids: of the nodes of the
+        bag; target: to which each is merged."""
+        shells = model.shells
+        found: tuple[dict[int, np.ndarray], dict[int, np.ndarray]] = {}, {}
+        for part in np.setdiff1d(shells.part, members).tolist():
+            material = material_of(model, part)
+            is_rigid = material is not None and material[0] == "MAT_RIGID"
+            if not (is_rigid or part in vents):
+                continue
+            touched = np.zeros(len(ids), bool)
+            touched[target[np.isin(ids, shells.corners[shells.part == part])]] = True
+            found[part in vents][part] = touched
+        return cls(*found)
+
+    def closes(self, loop: np.ndarray) -> tuple[str, str] | None:
+        """Kind of an open edge with these nodes, and why; None if nothing says it, or more than one part does."""
+        answers = [(kind, f"all its nodes belong to {called} {part}") for kind, called, parts in (
+            ("mouth", "the rigid part", self.rigid), ("vent", "the vent, part", self.vents)
+        ) for part, touched in parts.items() if touched[loop].all()]  # fmt: skip
+        return answers[0] if len({kind for kind, _ in answers}) == 1 else None
+
+
+def _closed(points, cells, own, rows, part, kinds, choices: Choices, around: _Around, report: Report, place: str):
     """Everything again, with virtual triangles that close the open edges."""
     if not len(free_edges(cells)):
         return cells, own, rows, part, kinds
@@ -231,21 +263,25 @@ def _closed(points, cells, own, rows, part, kinds, choices: Choices, report: Rep
     except ValueError as error:
         raise NO_SURFACE(place=place, why=error, remedy="merge the seam with --merge LENGTH") from None
     kinds = dict(kinds)
-    told, added, numbers = [], [], []
+    told, added, numbers, missing = [], [], [], False
     for k, loop in enumerate(found, 1):
         middle = points[loop].mean(axis=0)
         size = 2.0 * float(np.linalg.norm(points[loop] - middle, axis=1).mean())
         at = ", ".join(f"{v:.4g}" for v in middle)
         told.append(f"{k}: {len(loop)} nodes, {1e3 * size:.4g} mm wide, around ({at}) m")
-        kind = choices.close.get(k, choices.close.get(0))
-        if kind is not None:
+        clear = around.closes(loop)
+        asked = choices.close.get(k, choices.close.get(0))
+        kind = asked or (clear[0] if clear else None)
+        if kind is None:
+            missing = True
+        else:
             number = -10 - k
             kinds[number] = kind
             triangles = filling(points, loop)
             added.append(np.column_stack([triangles, np.full(len(triangles), -1)]))
             numbers += [number] * len(triangles)
-            report.remarks.append(f"open edge {told[-1]}, closed as {kind}")
-    missing = [text for k, text in enumerate(told, 1) if k not in choices.close and 0 not in choices.close]
+            why = f": {clear[1]}" if clear and not asked else ""
+            report.remarks.append(f"open edge {told[-1]}, closed as {kind}{why}")
     if missing:
         raise OPEN_BAG(place=place, why="its open edges are " + "; ".join(told))
     more = np.concatenate(added)
