@@ -183,12 +183,16 @@ def test_what_cannot_be_is_refused(pillow, groups, code):
     assert refused.value.code == code
 
 
-def test_a_mouth_that_moves_with_its_bag_keeps_the_books(small_case, tmp_path):
-    """The bag is pushed up by its mouth while it fills."""
+def test_a_mouth_that_moves_with_its_bag_keeps_the_books(small_case, in_two, tmp_path):
+    """The bag is pushed up by its mouth while it fills; a run that was stopped and resumed has the same bytes."""
     speed = {"time": [0.0, 3e-3], "value": [0.0, 5.0]}
     module = {"name": "module", "parts": ["mouth"], "motion": {"kind": "speed", "direction": [0, 0, 1], "speed": speed}}
-    case = small_case.vary({"run.end_time": 3e-3, "inflator.jets.count": 0})
-    result = simulate(Case.from_dict({**case.to_dict(), "nodes": [module]}), tmp_path / "run")
+    plane = {"name": "plane", "parts": ["front"], "high": [1.0, 0.0, 1.0]}
+    plane["motion"] = {"kind": "fixed", "directions": ["y"]}
+    case = small_case.vary({"run.end_time": 3e-3, "inflator.jets.count": 0, "obstacles": []})
+    case = Case.from_dict({**case.to_dict(), "nodes": [module, plane]})
+    result, resumed = simulate(case, tmp_path / "run"), in_two(case, tmp_path / "other")
+    assert (result.folder / "histories.csv").read_bytes() == (resumed.folder / "histories.csv").read_bytes()
     histories = result.histories
     assert histories.of("module").displacement[-1] == pytest.approx([0.0, 0.0, 7.5e-3], abs=1e-12)
     assert histories.energy("drive_work")[-1] > 0.0
