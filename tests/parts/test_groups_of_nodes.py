@@ -4,6 +4,8 @@ of whole runs."""
 from __future__ import annotations
 
 import copy
+import tomllib
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -207,3 +209,14 @@ def test_two_directions_of_two_groups_add(pillow):
     model = model_of(pillow, *groups)
     state = run(model, Schedule(1e-3, 1, 2))
     np.testing.assert_allclose(state.positions, model.start - [0.0, 1e-3, 0.0], atol=1e-14)
+
+
+def test_the_example_of_the_page_is_a_case(small_case):
+    page = (Path(__file__).parents[2] / "docs" / "packing.md").read_text(encoding="utf-8")
+    section = page[page.index("## Nodes that are held") :]
+    tables = tomllib.loads(section.split("```")[1])
+    case = Case.from_dict({**small_case.to_dict(), "obstacles": [], **tables})
+    model = build_model(case)
+    assert len(model.driven.nodes) > 3
+    assert (model.start[model.driven.nodes, 0] >= 0.3).all()
+    assert model.start_velocity.any()
