@@ -61,10 +61,11 @@ says what each system would mean and asks: `--units kg-mm-ms`, `t-mm-s`, `kg-m-s
 are vents. For others say `--part 7=vent`, `=mouth`, `=fabric` or `=ignore`. Rigid parts that do not belong to the bag
 become obstacles; `--part 2=obstacle` and `--part 1=plate` make others obstacles too.
 
-**Open edges.** A bag must be closed. The command lists its open edges, the longest first, with place and width; say
-what closes them: `--close 1=mouth --close 2=vent`. Nodes of a seam that are there twice are merged: those on open
-edges that lie within a thousandth of the shortest such edge, or within `--merge` metres. The command prints the
-tolerance.
+**Open edges.** A bag must be closed. An edge whose nodes all belong to a rigid part beside the bag is closed as the
+mouth, one whose nodes all belong to the part that A23 < 0 or a vent card names as that vent. The command lists the
+others, the longest first, with place and width; say what closes them: `--close 1=mouth --close 2=vent`. Nodes of a
+seam that are there twice are merged: those on open edges that lie within a thousandth of the shortest such edge, or
+within `--merge` metres. The command prints the tolerance.
 
 **Normals** may point anywhere: neighbours are made to agree, and the sign of the volume decides. An edge of three
 shells is refused with its place and shells.
@@ -93,7 +94,13 @@ become one node where all their bits agree, and on open edges within the toleran
   displacement as `travel`, acceleration by its integral, which is exact where the acceleration is constant. Axes that
   share a curve make one direction. Curves of zeros hold parts, and nodes of the bag. Walls of *RIGIDWALL_..._MOTION
   and _MOVING move too; a rigid part that *MAT_RIGID leaves one axis is `guided`, with the force of *LOAD_RIGID_BODY.
-  Rotations, and motions of single nodes of fabric, are refused.
+  Rotations are refused.
+- Nodes of the bag that *NODE.TC, *BOUNDARY_SPC or curves of zeros hold along x, y or z become `bag.fixed_nodes`, or
+  groups of `[[nodes]]`; those with a motion become groups that move along their line and yield across it (DOF -4: that
+  do not). Nodes of the mouth do not move, because jets come from there.
+- *INITIAL_VELOCITY, _NODE and _GENERATION throw nodes of the bag (`[[nodes]]`), and rigid parts whose nodes they name
+  all. A later card counts before an earlier one, a node's before those of sets, *INITIAL_VELOCITY_RIGID_BODY before
+  all; that of *PART_INERTIA is kept unless IRIGID resets it.
 - Beams (truss, cable), springs and seat belts whose both ends are nodes of the bag become `bag.straps`, which pull
   and never push; others are left out with a word.
 - Each gas of *AIRBAG_HYBRID becomes an inflator of one species, because each has its own mass flow and temperature.
@@ -119,6 +126,9 @@ vary, beside seams, with a thickness of their own. The command lists what a deck
 pressure, mixtures and heats of gases beyond A + B T + C T^2, boxes and housings. Bodies other than balls become rigid
 shells of triangles. Bags of several chambers, with covers or seams that tear, or that come to rest first are refused.
 
+Results go the other way, too: `billow export-d3plot RUN --out d3plot` writes positions and velocities of all frames as
+a d3plot, with the extra `dyna` (pip install 'billow[dyna]'). Its parts are numbered; the command says which is which.
+
 ## From a deck of Radioss
 
 `billow import-deck NAME_0000.rad --out bag` reads a starter deck (block format, version 5.1 or later) the same way, by
@@ -133,8 +143,13 @@ beside it. What differs from decks of LS-DYNA:
   and no crimp that couples warp and weft. Damping is Billow's own.
 - `/XREF` is the flat cut of each part by nodes, `/EREF` by elements.
 - Volumes of `/MONVOL/COMMU1` become chambers of one case, with orifices between them.
-- Not read: the other volumes, `/LEAK/MAT`, `/RBODY`, sensors other than TIME, `/INIVEL`. They are
-  listed, and the mesh of such a deck can be taken alone, with `--part` and `--base`.
+- The material of most shells is `[fabric]`; each part of another has its own `[fabric.parts.NAME]`.
+- `/RBODY` becomes an obstacle of the shells that belong to it alone, with the mass of its shells and of its main node
+  (ICoG); `/BCS` of the main node locks or guides it, `/IMPDISP`, `/IMPVEL` and `/IMPACC` along X, Y or Z move it. Parts
+  that stand still are obstacles, too. A body that shares nodes with the bag holds or moves them, and is no obstacle.
+- `/INIVEL/TRA` and `/AXIS` throw bodies and nodes of the bag; `/BCS` and motions of nodes become `[[nodes]]`.
+- Not read: the other volumes, `/LEAK/MAT`, sensors other than TIME, skews and frames. They are listed, and the mesh of
+  such a deck can be taken alone, with `--part` and `--base`.
 """
 
 BESIDES = """Besides: *NODE, *ELEMENT_SHELL (_THICKNESS, _BETA), *ELEMENT_BEAM, *ELEMENT_DISCRETE and *ELEMENT_SEATBELT

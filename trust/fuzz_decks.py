@@ -89,8 +89,30 @@ box
          0
        0.0       0.0    -100.0       0.0       0.0       0.0       0.3
 *INITIAL_VELOCITY_GENERATION
-         9         2       0.0       0.0       0.0      -2.0
-       0.0
+         9         2      0.01       0.0       0.0      -2.0
+     100.0       0.0       0.0       0.0       1.0       1.0
+*INITIAL_VELOCITY
+        78         0         0         0         0
+       1.0       0.0       2.0
+*INITIAL_VELOCITY_NODE
+         2       0.0       0.0       3.0
+*SET_NODE_LIST
+        78
+         1         2
+*BOUNDARY_SPC_SET
+        78         0         1         0         1
+*BOUNDARY_SPC_NODE_BIRTH_DEATH
+         3         0         0         1
+       0.0    1.0E20
+*BOUNDARY_PRESCRIBED_MOTION_SET
+        78         2         0         5       0.1
+        78        -4         2         5       0.1         6
+*DEFINE_VECTOR
+         6       0.0       0.0       0.0       0.0       1.0       1.0
+*DEFINE_CURVE
+         5
+                 0.0                 0.0
+                10.0                 2.0
 *CONTACT_AIRBAG_SINGLE_SURFACE
          1
       0.25
@@ -235,6 +257,55 @@ flat
          0
          1                 0.0                 0.0                 0.0
          2               310.0                 0.0                 0.0
+/GRNOD/NODE/6
+main
+        15
+/GRNOD/NODE/7
+corners
+        12        13        14
+/GRNOD/NODE/8
+of the bag
+         1         2
+/NODE
+        12               100.0               100.0               500.0
+        13               200.0               100.0               500.0
+        14               100.0               200.0               500.0
+        15               120.0               120.0               520.0
+/SH3N/9
+         9        12        13        14
+/PART/9
+plate
+         9         9         0
+/PROP/TYPE1/9
+sheet
+         0         0         0
+                 0.0                 0.0                 0.0                 0.0                 0.0
+         1         0                 1.0
+/MAT/ELAST/9
+steel
+              7.8E-6
+               210.0                 0.3
+/RBODY/5
+body
+        15         0         0         0                 1.0         7         0         3         0
+              1000.0              1000.0              2000.0
+                 0.0                 0.0                 0.0
+         0         0         0
+/INIVEL/AXIS/1
+turn
+         Z         0         7
+                 0.0                 0.0                -2.0                 0.1
+/INIVEL/TRA/2
+throw
+                 0.0                 1.0                 2.0         8         0
+                 0.0         0
+/IMPVEL/3
+push
+        24         Y         0         0         8         0         0
+                 1.0                 0.5                 0.0              1.0E30
+/BCS/9
+rail
+   001 000         0         8
 /GRAV/1
 down
         24         Z         0         0         0                           1.0             -9.8E-3

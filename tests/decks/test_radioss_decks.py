@@ -6,7 +6,7 @@ import json
 
 import numpy as np
 import pytest
-from radioss_text import DIGITS, ENGINE, MORE, SMALL, starter_of
+from radioss_text import DIGITS, ENGINE, MORE, SMALL, of_two_fabrics, starter_of
 from test_decks_out_and_in import CASE, same
 
 from billow.base.errors import InputError
@@ -206,6 +206,20 @@ def test_law58_takes_functions_and_moduli(use):
     assert curves.weft.loading.stress[-1] / curves.weft.loading.strain[-1] == pytest.approx(0.35e9)
     assert curves.shear.loading.stress[-1] / np.radians(curves.shear.loading.angle[-1]) == pytest.approx(0.01e9)
     assert not report.of("refused")
+
+
+def test_parts_of_other_fabric_have_tables_of_their_own(tmp_path):
+    (tmp_path / "more.inc").write_text(MORE)
+    (tmp_path / "two_0000.rad").write_text(of_two_fabrics())
+    report = import_deck(tmp_path / "two_0000.rad", tmp_path / "case")
+    case = Case.load(tmp_path / "case" / "case.toml")
+    front, rear = case.fabric.of("bag"), case.fabric.of("rear")
+    assert (front.young_warp, rear.young_warp) == (4.0e8, 9.0e8)  # two triangles each: the first part is general
+    assert list(case.fabric.parts) == ["rear"]
+    assert front.thickness == rear.thickness == pytest.approx(3e-4)
+    assert not report.of("refused")
+    row = next(row for row in report.rows.values() if row.field.endswith("E11") and row.deck == "9.0E8")
+    assert row.key == "fabric.parts.rear.young_warp"
 
 
 XREF = "/XREF/3\nflat\n         0\n" + "".join(

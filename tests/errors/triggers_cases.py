@@ -58,6 +58,12 @@ def prediction_over_a_file(here: Here) -> Told:
     return command("predict", str(here.bench.surrogate), *settings, "--out", str(taken))
 
 
+THROWN = {"name": "thrown", "velocity": [0.0, 0.0, 1.0]}
+CARRIED = {"name": "module", "parts": ["mouth"], "motion": {"kind": "speed", "speed": 1.0}}
+
+RAIL = {"name": "rail", "parts": ["front"], "motion": {"kind": "fixed", "directions": ["x"]}}
+
+
 def bug_in_a_command(here: Here) -> Told:
     here.patch.setattr("billow.run.check.describe", lambda case: 1 / 0)
     here.patch.setattr("tempfile.tempdir", str(here.place))
@@ -81,6 +87,10 @@ TRIGGERS: dict[str, Callable[[Here], object]] = {
     "E-CASE-004": case(inflator__mass_flow={"time": [0.0, 0.05]}),
     "E-CASE-005": case(fabric__thickness=0.3),
     "E-CASE-007": case(obstacles__1__name="vent_1"),
+    "E-CASE-213": case(nodes=[{"name": "rim", "between": ["front", "back"], "velocity": [0, 0, 1]}]),
+    "E-CASE-214": case(nodes=[THROWN, {**THROWN, "name": "again", "parts": ["rear"]}]),
+    "E-CASE-215": case(nodes=[CARRIED]),
+    "E-CASE-216": case(nodes=[CARRIED], inflator__jets__count=0, fabric__self_contact="layers"),
     "E-CASE-006": lambda here: Case.from_dict(SOUND).vary({"obstacles.sphere.degree": 3.0}),
     "E-CLI-001": lambda here: command("check", str(here.bench.place / "case.toml"), "--set", "permeability"),
     "E-CLI-002": demo_over_another,
@@ -114,5 +124,6 @@ TRIGGERS: dict[str, Callable[[Here], object]] = {
     "W-MESH-003": warns("W-MESH-003", bag__straps__length=0.02),
     "W-OBS-001": warns("W-OBS-001", obstacles__1__clearance=0.9),
     "W-OBS-002": warns("W-OBS-002", obstacles__1__mass=0.0045),
+    "W-OBS-217": warns("W-OBS-217", nodes=[RAIL]),
     "W-OBS-003": warns("W-OBS-003", obstacles__1__slope=100.0),
 }

@@ -9,10 +9,6 @@ from pathlib import Path
 
 from here import Here
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "decks"))
-
-from radioss_text import MORE, of_two_fabrics
-
 from billow.case.schema import Case
 from billow.decks.export_deck import export_deck
 from billow.decks.import_deck import Options, import_deck
@@ -58,11 +54,6 @@ def starter(text: str) -> Callable[[Here], object]:
     return trigger
 
 
-def of_fabrics(here: Here):
-    here.write("more.inc", MORE)
-    return import_deck(here.write("bag_0000.rad", of_two_fabrics()), here.place / "case", Options())
-
-
 TRIGGERS: dict[str, Callable[[Here], object]] = {
     "E-DCK-001": deck("a text"),
     "E-DCK-002": changed("*NODE\n", "*INCLUDE\nnodes.k\n*NODE\n"),
@@ -80,7 +71,6 @@ TRIGGERS: dict[str, Callable[[Here], object]] = {
     "E-DCK-011": changed("4,3,2,3,4,4\n", ""),
     "E-DCK-012": changed("4,3,2,3,4,4\n", "4,3,2,3,4,4\n5,3,2,1,4,4\n"),
     "E-DCK-013": changed("10,1e-3\n40,0\n", "10,1e-3\n5,0\n"),
-    "E-DCK-014": of_fabrics,
     "E-DCK-015": changed(AIRBAG, AIRBAG + AIRBAG),
     "E-DCK-016": changed("*AIRBAG_HYBRID", "*AIRBAG_LINEAR_FLUID"),
     "E-DCK-017": changed("*SECTION_SHELL\n3,9\n0.3,0.3,0.3,0.3\n", ""),

@@ -13,6 +13,7 @@ from billow.case.bag.build_bag import build_shape, build_straps, build_tear_seam
 from billow.case.fabric.build_fabric import build_fabric
 from billow.case.gas.build_gas import build_gas
 from billow.case.gas.models import GAS_MODELS
+from billow.case.nodes.build_nodes import driven_nodes, launched, require_possible_groups, start_velocity
 from billow.case.obstacles.obstacles import build_body
 from billow.case.relaxed_start import relaxed_start, tense_case
 from billow.geometry.assembly import in_neighbourhoods
@@ -80,9 +81,10 @@ MOST_PLACES = 3
 def build_model(case: schema.Case) -> Model:
     """The model of a case.
 
-    Raises InputError: E-GEO-001..012 geometry, E-GAS-001 unknown species, E-FAB-150 unknown part.
+    Raises InputError: E-GEO-001..012 geometry, E-GAS-001 unknown species, E-FAB-150 unknown part, E-CASE-213..216
+    groups of nodes.
     """
-    shape = build_shape(case.bag)
+    shape = found = build_shape(case.bag)
     if getattr(case.bag, "relax", None):
         tense = tense_case(case)
         is_exact = fold_plan(case.bag).keeps_lengths
@@ -102,20 +104,33 @@ def build_model(case: schema.Case) -> Model:
     apart = case.fabric.self_contact
     if apart == "auto":
         apart = "layers" if getattr(case.bag, "folds", ()) else GAS_MODELS[case.gas.model].is_local
+    gas = GAS_MODELS[case.gas.model]
+    has_jets = gas.is_local or (gas.has_supply and any(one.jets.count for one in case.inflators))
+    require_possible_groups(case.nodes, found, has_jets, apart == "layers")
+    driven, fixed = driven_nodes(case.nodes, found, shape.positions, mass), shape.fixed
+    if driven is not None:
+        fixed = fixed.copy()
+        fixed[driven.nodes] = True  # for all kernels; what moves or yields is theirs
+        contact_area[driven.nodes[driven.yielding > 0.0]] = 0.0
+    velocity = start_velocity(case.nodes, found, shape.positions)
+    if velocity is not None:
+        velocity = launched(velocity, ~fixed & (mass > 0.0), driven)
     fastest = min(membrane.crossing_time for membrane in membranes)
     springs = SelfContact.build(shape.surface, shape.positions, mass, fastest) if apart is True else None
     model = Model(
         surface=shape.surface,
         start=np.ascontiguousarray(shape.positions),
         mass=mass,
-        fixed=shape.fixed,
+        fixed=fixed,
         gravity=gravity,
         gas=build_gas(case, shape),
         fabric=Fabric(shape.surface, membranes, birth),
         straps=straps,
         bodies=Bodies(tuple(build_body(obstacle) for obstacle in case.obstacles), contact_area, gravity),
         self_contact=springs,
+        driven=driven,
         tear_seams=build_tear_seams(shape, law),
+        start_velocity=velocity,
     )
     return replace(model, layers=keep_apart(model, case.fabric.friction)) if apart == "layers" else model
 

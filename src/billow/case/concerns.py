@@ -113,6 +113,14 @@ NO_FRICTION = Concern.declare(
     why='only fabric.self_contact = "layers" knows it',
     remedy='set fabric.self_contact = "layers", or remove fabric.friction',
 )
+NOT_TOUCHED = Concern.declare(
+    "W-OBS-217",
+    "{body} is {gap:.3g} m away from nodes that {count} groups hold in some directions only",
+    where="nodes, obstacles.{body}",
+    why="obstacles do not touch such nodes, and may pass between them",
+    cause="a rail or a plane of symmetry where an obstacle may come",
+    remedy="hold nodes only where no obstacle comes, or in all directions",
+)
 FEW = 0.01
 """Share of the triangles, but at least four, that is compared with the others."""
 COSTLY = 5.0
@@ -125,7 +133,7 @@ def concerns_of(case: Case, model: Model) -> list[Concern]:
     of_parts = [concern for _, part in model.parts for concern in part.concerns(setting)]
     of_mesh = [
         concern
-        for ask in (_units, _size, _slivers, _panels, _straps, _folds, _layers, _crossings)
+        for ask in (_units, _size, _slivers, _panels, _straps, _folds, _layers, _crossings, _rails)
         for concern in ask(case, model)
     ]
     return [*of_mesh, *of_parts]
@@ -211,6 +219,18 @@ def _straps(case: Case, model: Model) -> Iterator[Concern]:
         length, strap = model.straps.length[bar], model.straps.strap[bar] + 1
         key, remedy = ("bag.straps.length", closer) if driver else ("bag.straps", None)
         yield STRETCHED_STRAP(length=length, distance=distance[bar], strap=strap, key=key, remedy=remedy)
+
+
+def _rails(case: Case, model: Model) -> Iterator[Concern]:
+    driven = model.driven
+    if driven is None or not driven.yielding.any():
+        return
+    places, across = model.start[driven.nodes[driven.yielding > 0.0]], model.setting(case.run.end_time).across
+    count = sum(bool(driven.yielding[members].any()) for members in driven.groups.values())
+    for body in model.bodies.bodies:
+        gap = float(body.distance(places).min())
+        if gap < 0.5 * across:
+            yield NOT_TOUCHED(body=body.name, gap=gap, count=count)
 
 
 def start_panels(model: Model) -> list[Panel]:

@@ -20,6 +20,7 @@ from billow.case.case_file import load_case, validate
 from billow.case.fabric.schema_fabric import Fabric
 from billow.case.gas.schema_gas import NO_INFLATOR, Ambient, Gas, Inflator, Inflators, Leakage
 from billow.case.named_files import files_digest
+from billow.case.nodes.schema_nodes import NodeGroup
 from billow.case.obstacles.obstacles import Obstacle, Plate
 from billow.case.quantity import Name, Strict, Text, distinct, quantity, refused, whole
 from billow.case.vary import vary
@@ -94,9 +95,11 @@ class Case(Strict):
     inflator: Inflators = Inflator()
     ambient: Ambient = Ambient()
     obstacles: tuple[Obstacle, ...] = (Plate(shape="plate"),)
+    nodes: tuple[NodeGroup, ...] = ()
     run: Run = Run()
 
     _obstacles = field_validator("obstacles")(distinct("obstacles"))
+    _nodes = field_validator("nodes")(distinct("groups of nodes"))
     _inflators = field_validator("inflator")(distinct("inflators"))
 
     @field_validator("inflator")

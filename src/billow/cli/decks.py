@@ -1,4 +1,4 @@
-"""`billow import-deck` and `billow export-deck`: decks of LS-DYNA in and out."""
+"""`billow import-deck`, `export-deck` and `export-d3plot`: decks of LS-DYNA in and out, and frames out."""
 
 from __future__ import annotations
 
@@ -99,6 +99,22 @@ def export_deck(
     for note in write_deck(Case.load(case_file).vary(parse_settings(settings)), out, units):
         print(note)
     print(f"{out}: written, units {units}")
+
+
+def export_d3plot(
+    run: Annotated[Path, typer.Argument(help="Folder of a run.")],
+    out: Annotated[Path, typer.Option(help="File to write, usually called d3plot; must not exist yet.")],
+    units: Annotated[
+        str, typer.Option(metavar="SYSTEM", help="kg-mm-ms, t-mm-s, kg-m-s, g-mm-ms or lbf-in-s.")
+    ] = "kg-mm-ms",
+) -> None:
+    """Write the frames of a run as a d3plot of LS-DYNA, with the extra dyna."""
+    from billow.results.result import Result
+    from billow.study.d3plot_out import export_d3plot as write_d3plot
+
+    known_units("export-d3plot", units)
+    parts = write_d3plot(Result.open(run), out, units)
+    print(f"{out}: written, units {units}; parts " + ", ".join(f"{number} {name}" for number, name in parts.items()))
 
 
 def _numbered(command: str, option: str, texts: list[str] | None, kinds: tuple[str, ...]) -> dict[int, str]:

@@ -374,6 +374,7 @@ for command in (
     app.command()(command)
 app.command("import-deck")(decks.import_deck)
 app.command("export-deck")(decks.export_deck)
+app.command("export-d3plot")(decks.export_d3plot)
 for group in (tank.app, couple.app, design.app, dataset.app):
     app.add_typer(group)
 

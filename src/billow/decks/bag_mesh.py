@@ -51,7 +51,8 @@ KINDS = ("fabric", "mouth", "vent", "obstacle", "plate", "ignore")
 class BagMesh:
     """start, reference: as a case wants them, in metres. parts: a table for each part, by number in the mesh. shell:
     row of each cell among the shells of the deck, -1 for virtual ones. turned: cells whose normals were turned. nodes:
-    deck ids of the nodes of the start mesh; index: mesh node of each of them. birth: field of the birth time."""
+    deck ids of the nodes of the start mesh; index: mesh node of each of them. held: directions in which each mesh node
+    stands still by its own card, (nodes, 3) bool. birth: field of the birth time."""
 
     start: CellMesh
     reference: CellMesh | None
@@ -61,9 +62,21 @@ class BagMesh:
     nodes: np.ndarray
     index: np.ndarray
     place: str
+    held: np.ndarray
     birth: Field | None = None
-    held: tuple[int, ...] = ()
     reference_source: str = ""
+
+    def mesh_nodes(self, ids: np.ndarray) -> np.ndarray:
+        """Mesh nodes of those ids that are nodes of the bag, sorted."""
+        mine = self.index[np.isin(self.nodes, ids)]
+        return np.unique(mine[mine >= 0])
+
+    @property
+    def mouth(self) -> np.ndarray:
+        """Mesh nodes of parts that are mouths, sorted."""
+        mouths = [number for number, part in self.parts.items() if part["kind"] == "mouth"]
+        cells = self.start.cells[np.isin(self.start.part, mouths)]
+        return np.unique(cells[cells >= 0])
 
 
 @dataclass
@@ -119,7 +132,8 @@ def bag_mesh(
     except ValueError as error:
         raise NO_SURFACE(place=place, why=error) from None
     cells, own = flipped(cells, turn), flipped(own, turn)
-    cells, own, rows, part, kinds = _closed(points, cells, own, rows, part, kinds, choices, report, place)
+    around = _Around.of(model, np.unique(part), vents, ids, target)
+    cells, own, rows, part, kinds = _closed(points, cells, own, rows, part, kinds, choices, around, report, place)
     inside_out = _inside_out(points, cells, report)
     cells, own = flipped(cells, inside_out), flipped(own, inside_out)
     turned = np.concatenate([turn, np.zeros(len(cells) - len(turn), bool)]) ^ inside_out
@@ -137,10 +151,9 @@ def bag_mesh(
         number: {"name": name, "number": number, "kind": kinds[deck]}
         for deck, number, name in _named(model, part)
     }  # fmt: skip
-    held = tuple(np.unique(new[target[np.flatnonzero(model.nodes.held[at])]]).tolist())
-    return BagMesh(
-        start, reference, tables, rows, turned, ids, new[target], place, birth, tuple(h for h in held if h >= 0), source
-    )
+    index, held = new[target], np.zeros((len(used), 3), bool)
+    np.logical_or.at(held, index[index >= 0], model.nodes.held[at][index >= 0])
+    return BagMesh(start, reference, tables, rows, turned, ids, index, place, held, birth, source)
 
 
 def _of_segments(shells, corners: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -210,7 +223,38 @@ def _require_edges(points: np.ndarray, cells: np.ndarray, rows: np.ndarray, shel
     )
 
 
-def _closed(points, cells, own, rows, part, kinds, choices: Choices, report: Report, place: str):
+@dataclass(frozen=True)
+class _Around:
+    """What closes open edges by itself: parts beside the bag, with those nodes of the bag that each has, (nodes,)."""
+
+    rigid: dict[int, np.ndarray]
+    vents: dict[int, np.ndarray]
+
+    @classmethod
+    def of(cls, model: Model, members: np.ndarray, vents: set[int], ids: np.ndarray, target: np.ndarray) -> _Around:
+        """members: parts of the bag; vents: parts that are vents, in the bag or beside it. ids: of the nodes of the
+        bag; target: to which each is merged."""
+        shells = model.shells
+        found: tuple[dict[int, np.ndarray], dict[int, np.ndarray]] = {}, {}
+        for part in np.setdiff1d(shells.part, members).tolist():
+            material = material_of(model, part)
+            is_rigid = material is not None and material[0] == "MAT_RIGID"
+            if not (is_rigid or part in vents):
+                continue
+            touched = np.zeros(len(ids), bool)
+            touched[target[np.isin(ids, shells.corners[shells.part == part])]] = True
+            found[part in vents][part] = touched
+        return cls(*found)
+
+    def closes(self, loop: np.ndarray) -> tuple[str, str] | None:
+        """Kind of an open edge with these nodes, and why; None if nothing says it, or more than one part does."""
+        answers = [(kind, f"all its nodes belong to {called} {part}") for kind, called, parts in (
+            ("mouth", "the rigid part", self.rigid), ("vent", "the vent, part", self.vents)
+        ) for part, touched in parts.items() if touched[loop].all()]  # fmt: skip
+        return answers[0] if len({kind for kind, _ in answers}) == 1 else None
+
+
+def _closed(points, cells, own, rows, part, kinds, choices: Choices, around: _Around, report: Report, place: str):
     """Everything again, with virtual triangles that close the open edges."""
     if not len(free_edges(cells)):
         return cells, own, rows, part, kinds
@@ -219,21 +263,25 @@ def _closed(points, cells, own, rows, part, kinds, choices: Choices, report: Rep
     except ValueError as error:
         raise NO_SURFACE(place=place, why=error, remedy="merge the seam with --merge LENGTH") from None
     kinds = dict(kinds)
-    told, added, numbers = [], [], []
+    told, added, numbers, missing = [], [], [], False
     for k, loop in enumerate(found, 1):
         middle = points[loop].mean(axis=0)
         size = 2.0 * float(np.linalg.norm(points[loop] - middle, axis=1).mean())
         at = ", ".join(f"{v:.4g}" for v in middle)
         told.append(f"{k}: {len(loop)} nodes, {1e3 * size:.4g} mm wide, around ({at}) m")
-        kind = choices.close.get(k, choices.close.get(0))
-        if kind is not None:
+        clear = around.closes(loop)
+        asked = choices.close.get(k, choices.close.get(0))
+        kind = asked or (clear[0] if clear else None)
+        if kind is None:
+            missing = True
+        else:
             number = -10 - k
             kinds[number] = kind
             triangles = filling(points, loop)
             added.append(np.column_stack([triangles, np.full(len(triangles), -1)]))
             numbers += [number] * len(triangles)
-            report.remarks.append(f"open edge {told[-1]}, closed as {kind}")
-    missing = [text for k, text in enumerate(told, 1) if k not in choices.close and 0 not in choices.close]
+            why = f": {clear[1]}" if clear and not asked else ""
+            report.remarks.append(f"open edge {told[-1]}, closed as {kind}{why}")
     if missing:
         raise OPEN_BAG(place=place, why="its open edges are " + "; ".join(told))
     more = np.concatenate(added)

@@ -10,7 +10,7 @@ import numpy as np
 from billow.base.errors import InputError
 from billow.decks.block import Block
 from billow.decks.cards import Cards, Field
-from billow.decks.draft import Said, said
+from billow.decks.draft import Said, plain, said
 from billow.decks.fields import CARDS, known
 from billow.decks.report import Report
 from billow.decks.tables import Model, has_title
@@ -55,6 +55,11 @@ class Context:
         found = cards.optional(card, names, part) if optional else cards.card(card, names, part)
         self.report.take(found.values())
         return found
+
+    @property
+    def end(self) -> float:
+        """Of the run [s]."""
+        return plain(self.tables.get("run", {})).get("end_time", 0.05)
 
     def si(self, one: Field, dimension: str) -> float:
         return self.units.si(one.number, dimension)

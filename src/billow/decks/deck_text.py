@@ -49,6 +49,12 @@ class DeckText:
             self.card(self.of(a, of_x), self.of(b, of_y))
         return self.curves
 
+    def course(self, motion, name: str) -> int:
+        """Write the curve of a motion that is prescribed, a `travel` or `speed` table of a case; its id."""
+        of, value = ("length", motion.travel) if motion.kind == "travel" else ("velocity", motion.speed)
+        time, values = ([0.0, 1.0], [value, value]) if isinstance(value, float) else (value.time, value.value)
+        return self.curve(time, values, "time", of, f"{name} {motion.kind}")
+
     def node_block(self, points: np.ndarray, held: np.ndarray | None = None) -> int:
         """Write nodes at points [m], (n, 3); the id before the first of them. Coordinates keep all their bits."""
         first = self.nodes

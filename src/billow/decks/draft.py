@@ -36,7 +36,7 @@ def source_of(tables: Any, keys: list[str]) -> str | None:
     found, place = None, tables
     for key in keys:
         if isinstance(place, list):
-            place = next((one for k, one in enumerate(place) if key in (str(k), plain(one).get("name"))), None)
+            place = next((one for k, one in enumerate(place) if key in (str(k), _name_of(one))), None)
         elif isinstance(place, dict):
             place = place.get(key)
         if place is None:
@@ -45,6 +45,10 @@ def source_of(tables: Any, keys: list[str]) -> str | None:
             found = place.source
             break
     return found
+
+
+def _name_of(table: Any) -> Any:
+    return plain(table.get("name")) if isinstance(table, dict) else None
 
 
 def case_text(head: list[str], tables: dict[str, Any]) -> str:

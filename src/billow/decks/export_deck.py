@@ -17,7 +17,8 @@ from billow.case.obstacles.obstacles import Movable, Plate, SuperEllipsoid
 from billow.case.schema import Case
 from billow.decks.deck_text import DeckText
 from billow.decks.export_gas import NOT_EXPORTED, put_gas
-from billow.decks.motions import HELD
+from billow.decks.export_nodes import put_nodes
+from billow.decks.tables import HELD
 from billow.decks.units import SYSTEMS
 from billow.geometry.bag_shapes import BagShape
 from billow.geometry.shapes.mesh import mass_properties
@@ -63,6 +64,7 @@ def deck_of(case: Case, units: str) -> tuple[str, list[str]]:
     vents = _mesh(deck, case, shape, notes)
     _materials(deck, case, shape, notes)
     put_gas(deck, case, shape, vents, notes)
+    put_nodes(deck, case, shape)
     _obstacles(deck, case, shape, notes)
     if case.fabric.self_contact:
         deck.keyword("CONTACT_AIRBAG_SINGLE_SURFACE")
@@ -289,18 +291,11 @@ def _wall(deck: DeckText, plate: Plate, part: int, notes: list[str]) -> None:
         deck.card(deck.of(motion.mass, "mass"), deck.of(motion.speed, "velocity"))
 
 
-def _course(deck: DeckText, motion, name: str) -> int:
-    """Id of the curve of a motion that is prescribed."""
-    of, value = ("length", motion.travel) if motion.kind == "travel" else ("velocity", motion.speed)
-    time, values = ([0.0, 1.0], [value, value]) if isinstance(value, float) else (value.time, value.value)
-    return deck.curve(time, values, "time", of, f"{name} {motion.kind}")
-
-
 def _wall_motion(deck: DeckText, motion, name: str) -> None:
     """The card of motion of a geometric wall, and its curve."""
     # The curve comes after the wall: a card must follow its keyword.
     deck.card(deck.curves + 1, 1 if motion.kind == "travel" else 0, *unit_vector(motion.direction).tolist())
-    _course(deck, motion, name)
+    deck.course(motion, name)
 
 
 def _body(deck: DeckText, obstacle: Movable, part: int, shell: int, notes: list[str]) -> int:
@@ -375,7 +370,7 @@ def _motion(deck: DeckText, obstacle: Movable, part: int) -> None:
         deck.card(part, *[deck.of(v, "velocity") for v in motion.speed * direction], 0.0, 0.0, 0.0)
     ways = [(axis, share) for axis, share in enumerate(direction.tolist(), 1) if share]
     if motion.kind in ("travel", "speed"):
-        curve = _course(deck, motion, obstacle.name)
+        curve = deck.course(motion, obstacle.name)
         deck.keyword("BOUNDARY_PRESCRIBED_MOTION_RIGID")
         for axis, share in ways:
             deck.card(part, axis, 2 if motion.kind == "travel" else 0, curve, share)

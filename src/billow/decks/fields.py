@@ -117,8 +117,14 @@ CARDS: dict[str, dict[str, str]] = {
         "offset": "OFFSET1 OFFSET2 MRB NODE1 NODE2",
     },
     "LOAD_RIGID_BODY": {"load": "PID DOF LCID SF CID M1 M2 M3"},
-    "BOUNDARY_SPC": {"spc": "NID CID DOFX DOFY DOFZ DOFRX DOFRY DOFRZ"},
+    "BOUNDARY_SPC": {"spc": "NID CID DOFX DOFY DOFZ DOFRX DOFRY DOFRZ", "life": "BIRTH DEATH"},
     "CONSTRAINED_EXTRA_NODES": {"extra": "PID NID IFLAG"},
+    "INITIAL_VELOCITY": {
+        "set": "NSID NSIDEX BOXID IRIGID ICID",
+        "velocity": "VX VY VZ VXR VYR VZR",
+        "exempted": "VXE VYE VZE VXRE VYRE VZRE",
+    },
+    "INITIAL_VELOCITY_NODE": {"velocity": "NID VX VY VZ VXR VYR VZR ICID"},
     "INITIAL_VELOCITY_GENERATION": {
         "velocity": "ID STYP OMEGA VX VY VZ IVATN ICID",
         "axis": "XC YC ZC NX NY NZ PHASE IRIGID",

@@ -36,6 +36,7 @@ from billow.decks.straps import put_straps
 from billow.decks.tables import Model
 from billow.decks.units import SYSTEMS, Units, find_units
 from billow.decks.unread import name_the_rest
+from billow.decks.velocities import velocities_of
 from billow.decks.warp import put_warp
 from billow.geometry.mesh_file import SUFFIXES
 from billow.geometry.mesh_writing import write_mesh
@@ -102,7 +103,10 @@ def translated(path: Path, options: Options) -> tuple[Context, BagMesh]:
     attached = put_fixed(context, bag, motions)
     put_straps(context, bag)
     put_bag_tables(context, bag)
-    put_obstacles(context, set(bag.parts) | attached, options.parts, motions, bag.start.points)
+    velocities = velocities_of(context)
+    put_obstacles(context, set(bag.parts) | attached, options.parts, motions, velocities, bag.start.points)
+    velocities.put(context, bag)
+    velocities.finish(context)
     motions.rest(context)
     put_contact(context, set(bag.parts))
     report.keywords = name_the_rest(context)

@@ -22,19 +22,18 @@ KINDS = {0: ("speed", "velocity"), 1: ("speed", "acceleration"), 2: ("travel", "
 SHARE = 1e-4
 """Of the largest speed, by which the speed between points of a curve may be off its integral."""
 MOST_POINTS = 1000
-HELD = {0: "", 1: "x", 2: "y", 3: "z", 4: "xy", 5: "yz", 6: "zx", 7: "xyz"}
-"""CON1 and CON2 of *MAT_RIGID."""
 
 
 @dataclass
 class Motion:
-    """One card. f: its fields. kind, dimension: of KINDS. axis: unit vector, (3,). points: (n, 2), SI, scaled; of speed
-    or travel."""
+    """One card. f: its fields, under the names that cards of LS-DYNA have. kind: of KINDS. axis: unit vector, (3,).
+    points: (n, 2), SI, scaled; of speed or travel. is_alone: whether nothing moves across the axis."""
 
     f: dict[str, Field]
     kind: str
     axis: np.ndarray
     points: np.ndarray
+    is_alone: bool = False
 
     @property
     def is_nothing(self) -> bool:
@@ -61,8 +60,7 @@ class Motions:
                 context.report.refused(motion.f["TYPEID"], "a motion of no rigid part that is an obstacle")
         for _, motion in self.nodes:
             if not context.report.settled(motion.f["TYPEID"]):
-                why = "nodes of no rigid part: a case moves obstacles, and holds nodes of fabric (bag.fixed_nodes)"
-                context.report.refused(motion.f["TYPEID"], why)
+                context.report.ignored(motion.f["TYPEID"], "none of its nodes belongs to the bag or to an obstacle")
 
 
 def motions_of(context: Context) -> Motions:
@@ -78,7 +76,7 @@ def motions_of(context: Context) -> Motions:
             f = context.card(cards, "motion")
             if abs(f["DOF"].whole) in (9, 10, 11) or f["VAD"].whole == 4:
                 context.card(cards, "offset", optional=True)
-            motion = _motion(context, f, "LOCAL" in block.name)
+            motion = _motion(context, f, "LOCAL" in block.name, "obstacles" if "RIGID" in block.name else "nodes")
             if motion is None:
                 continue
             one = f["TYPEID"]
@@ -91,15 +89,16 @@ def motions_of(context: Context) -> Motions:
     return found
 
 
-def _motion(context: Context, f: dict[str, Field], is_local: bool) -> Motion | None:
+def _motion(context: Context, f: dict[str, Field], is_local: bool, of: str) -> Motion | None:
+    """of: the table of a case that a motion belongs to, as far as its keyword says."""
     report, kind, dof = context.report, KINDS.get(f["VAD"].whole), f["DOF"].whole
     if kind is None:
         report.refused(f["VAD"], "a motion relative to another body, or against displacement: give it against time")
         return None
     if dof in (5, 6, 7) or abs(dof) == 8:
         if not context.points(f["LCID"], "time", "-")[0][:, 1].any():
-            report.mapped(f["DOF"], "does not turn", "obstacles.motion")
-            report.mapped(f["TYPEID"], f["TYPEID"].whole, "obstacles.motion")
+            report.mapped(f["DOF"], "does not turn", f"{of}.motion")
+            report.mapped(f["TYPEID"], f["TYPEID"].whole, f"{of}.motion")
         else:
             report.refused(f["DOF"], "a rotation that is prescribed: obstacles of a case move along a line")
         return None
@@ -113,13 +112,13 @@ def _motion(context: Context, f: dict[str, Field], is_local: bool) -> Motion | N
         if not np.linalg.norm(axis) > 0.0:
             raise f["VID"].bad("no *DEFINE_VECTOR of that number has a length")
         axis = axis / np.linalg.norm(axis)
-        report.mapped(f["VID"], str(axis.round(6).tolist()), "obstacles.motion.direction")
+        report.mapped(f["VID"], str(axis.round(6).tolist()), f"{of}.motion.direction")
     else:
         report.refused(f["DOF"], "a motion of this kind has no counterpart: 1, 2, 3 and 4 are directions of a line")
         return None
     curve = context.curve(f["LCID"], "time", kind[1], "a prescribed motion")
     points = np.column_stack([curve["time"], curve["value"]]) * [1.0, f["SF"].number or 1.0]
-    report.mapped(f["SF"], f["SF"].number or 1.0, "obstacles.motion")
+    report.mapped(f["SF"], f["SF"].number or 1.0, f"{of}.motion")
     begin = context.si(f["BIRTH"], "time")
     if begin > 0.0:
         points[:, 0] += begin
@@ -129,10 +128,10 @@ def _motion(context: Context, f: dict[str, Field], is_local: bool) -> Motion | N
     if f["VAD"].whole == 1:
         points, off = integrated(points)
         note = "its integral, exact" if not off else f"its integral, speeds off by up to {off:.2g} m/s"
-        (report.approximated if off else report.mapped)(f["VAD"], note, "obstacles.motion.speed")
+        (report.approximated if off else report.mapped)(f["VAD"], note, f"{of}.motion.speed")
     else:
-        report.mapped(f["VAD"], kind[0], f"obstacles.motion.{kind[0]}")
-    return Motion(f, kind[0], axis, points)
+        report.mapped(f["VAD"], kind[0], f"{of}.motion.{kind[0]}")
+    return Motion(f, kind[0], axis, points, dof == -4)
 
 
 def integrated(points: np.ndarray) -> tuple[np.ndarray, float]:
@@ -162,11 +161,9 @@ def motion_table(context: Context, motions: list[Motion], end: float, rigid: dic
     for motion in motions:
         one = motion.f
         held |= {"xyz"[int(np.argmax(np.abs(motion.axis)))]} if np.abs(motion.axis).max() > 0.999999 else set()
-        held |= set("xyz") if one["DOF"].whole == -4 else set()
+        held |= set("xyz") if motion.is_alone else set()
         report.mapped(one["TYPEID"], one["TYPEID"].whole, "obstacles.motion")
-        death = context.si(one["DEATH"], "time")
-        if 0.0 < death < end:
-            report.refused(one["DEATH"], f"after {death:g} s the part would be free; a case moves it on by its curve")
+        require_no_death(context, one, end)
     if not moving:
         return None
     first = moving[0]
@@ -180,24 +177,37 @@ def motion_table(context: Context, motions: list[Motion], end: float, rigid: dic
         line += share * motion.axis
         report.mapped(motion.f["LCID"], f"{len(motion.points)} points", f"obstacles.motion.{motion.kind}")
         turns = rigid is None or rigid["turns"]
-        if motion.f["DOF"].whole != -4 and (held != set("xyz") or turns):
+        if not motion.is_alone and (held != set("xyz") or turns):
             free = "".join(sorted(set("xyz") - held)) or "no axis"
             why = f"along this line only; in the deck it is free along {free}" + (", and turns" if turns else "")
             report.approximated(motion.f["DOF"], why, str(motion.axis.round(6).tolist()), "obstacles.motion.direction")
         else:
             report.mapped(motion.f["DOF"], str(motion.axis.round(6).tolist()), "obstacles.motion.direction")
-    size = float(np.linalg.norm(line))
-    time, value = first.points[:, 0], first.points[:, 1] * size
-    if first.kind == "travel" and value[0]:
-        report.refused(first.f["LCID"], f"it begins {value[0]:g} m away from the place of its mesh: place it there")
+    return course_table(context, first, line, end, "obstacles")
+
+
+def course_table(context: Context, motion: Motion, line: np.ndarray, end: float, of: str) -> dict | None:
+    """The `motion` of a table of a case along a line, whose length is a factor on the curve; None if it is refused."""
+    report, size = context.report, float(np.linalg.norm(line))
+    time, value = motion.points[:, 0], motion.points[:, 1] * size
+    if motion.kind == "travel" and value[0]:
+        report.refused(motion.f["LCID"], f"it begins {value[0]:g} m away from the place of its mesh: place it there")
         return None
-    if first.kind == "speed" and value[-1] and time[-1] < end:
+    if motion.kind == "speed" and value[-1] and time[-1] < end:
         why = f"its last speed, {value[-1]:.4g} m/s, is kept after its end at {time[-1]:g} s"
-        report.approximated(first.f["LCID"], why, f"{len(time)} points", "obstacles.motion.speed")
+        report.approximated(motion.f["LCID"], why, f"{len(time)} points", f"{of}.motion.speed")
     return {
-        "kind": first.kind, "direction": said((line / size).tolist(), first.f["DOF"]),
-        first.kind: said({"time": time.tolist(), "value": value.tolist()}, first.f["LCID"]),
+        "kind": motion.kind, "direction": said((line / size).tolist(), motion.f["DOF"]),
+        motion.kind: said({"time": time.tolist(), "value": value.tolist()}, motion.f["LCID"]),
     }  # fmt: skip
+
+
+def require_no_death(context: Context, f: dict[str, Field], end: float) -> None:
+    """Refuse in the report a motion that ends before the run."""
+    death = context.si(f["DEATH"], "time")
+    if 0.0 < death < end:
+        why = f"after {death:g} s it would be free; a case moves it on by its curve"
+        context.report.refused(f["DEATH"], why)
 
 
 def _share(first: Motion, other: Motion) -> float | None:

@@ -12,8 +12,10 @@ from billow.decks.block import Block
 from billow.decks.cards import Cards, Field
 from billow.decks.context import Context
 from billow.decks.draft import Said, plain, said
-from billow.decks.fields import CARDS, known
-from billow.decks.motions import HELD, Motions, guide, loads_of, motion_table, wall_motion
+from billow.decks.fields import known
+from billow.decks.motions import Motions, guide, loads_of, motion_table, wall_motion
+from billow.decks.tables import HELD
+from billow.decks.velocities import Velocities
 from billow.geometry.mesh_file import CellMesh
 from billow.geometry.shapes.mesh import mass_properties
 
@@ -29,14 +31,14 @@ INERTIA = ("IXX", "IXY", "IXZ", "IYY", "IYZ", "IZZ")
 
 
 def put_obstacles(
-    context: Context, taken: set[int], kinds: dict[int, str], motions: Motions, bag_points: np.ndarray
-) -> None:
+    context: Context, taken: set[int], kinds: dict[int, str], motions: Motions, velocities: Velocities,
+    bag_points: np.ndarray,
+) -> None:  # fmt: skip
     """The `[[obstacles]]` of walls and of rigid parts that do not belong to the bag, taken. kinds: what the command
     says of parts. bag_points: nodes of the bag [m], (n, 3), towards which plates face."""
     obstacles: list[dict[str, Any]] = []
     for block in context.model.all("RIGIDWALL"):
         obstacles += _wall(context, block)
-    velocity = _velocities(context)
     for part in np.unique(context.model.shells.part).tolist():
         if part in taken or kinds.get(part) in ("ignore", "fabric", "mouth", "vent"):
             continue
@@ -45,7 +47,7 @@ def put_obstacles(
             name = f"*{material[1].name}" if material else "no material"
             context.report.remarks.append(f"part {part} is left out: it has {name}; --part {part}=obstacle or =plate")
             continue
-        obstacles.append(_part(context, part, material, kinds.get(part), velocity.get(part), motions, bag_points))
+        obstacles.append(part_obstacle(context, part, material, kinds.get(part), velocities, motions, bag_points))
     put_by_name(context, obstacles)
 
 
@@ -147,10 +149,11 @@ def _ball(shared: dict[str, Any], centre: np.ndarray, radius: float, source: str
     }  # fmt: skip
 
 
-def _part(
-    context: Context, part: int, material: tuple[str, Block] | None, kind: str | None, velocity: tuple | None,
+def part_obstacle(
+    context: Context, part: int, material: tuple[str, Block] | None, kind: str | None, velocities: Velocities,
     motions: Motions, bag_points: np.ndarray,
 ) -> dict[str, Any]:  # fmt: skip
+    """A part as an obstacle. material: of a rigid part; kind: as the command says."""
     model, report = context.model, context.report
     shells = model.shells
     rows = np.flatnonzero(shells.part == part)
@@ -162,9 +165,9 @@ def _part(
     name = plain_name(title) or f"part_{part}"
     place = model.parts[part].place if part in model.parts else shells.place(rows[0])
     source = f"{place} PART {part}"
-    rigid = _rigid(context, material[1]) if material and material[0] == "MAT_RIGID" else None
+    rigid = rigid_of(context, material[1]) if material and material[0] == "MAT_RIGID" else None
     friction = {"friction": 0.2}
-    moved = motion_table(context, motions.of_part(part, ids), plain(context.tables["run"]).get("end_time", 0.05), rigid)
+    moved = motion_table(context, motions.of_part(part, ids), context.end, rigid)
     if kind == "plate":
         middle = points.mean(axis=0)
         normal = np.linalg.svd(points - middle, full_matrices=False)[2][-1]
@@ -174,26 +177,36 @@ def _part(
             f"part {part} becomes an infinite plate; its nodes lie up to {1e3 * off:.3g} mm away from it"
         )
         return _plate({"name": name, **friction}, middle, normal, source) | ({"motion": moved} if moved else {})
+    section = model.thicknesses.get(model.parts[part].section) if part in model.parts else None
     cells = np.where(corners >= 0, np.searchsorted(ids, corners), -1)
     mesh = CellMesh(points, cells, np.ones(len(cells), np.int64), {})
-    file = f"obstacles/{name}_{part}.vtkhdf"
-    context.meshes[file] = mesh
-    section = model.thicknesses.get(model.parts[part].section) if part in model.parts else None
+    made, thickness = surface_table(context, f"part {part}", f"{name}_{part}", mesh, section, source)
+    made = {"shape": "mesh", "name": name, **made, **friction}
+    mass = _mass(context, part, mesh, thickness, rigid)
+    middle = np.array(mass["centre"]) if mass else mass_properties(points, triangles_of(mesh), is_sheet=True)[1]
+    velocity = velocities.of_part(context, part, ids, middle)
+    made |= freedom(context, part, mass.pop("mass", None), rigid, kind, velocity, moved, source)
+    return made | (mass if not plain(made["locked"]) else {})
+
+
+def surface_table(
+    context: Context, called: str, file: str, mesh: CellMesh, section: tuple[float, int, Field] | None, source: str
+) -> tuple[dict[str, Any], float]:
+    """The file of an obstacle's surface, and the thickness of its shells [m]. called: for messages; section: as in
+    `Model.thicknesses`, None if there is none."""
+    path = f"obstacles/{file}.vtkhdf"
+    context.meshes[path] = mesh
     thickness = section[0] * context.units.length if section else 0.0
-    made = {"shape": "mesh", "name": name, "file": Said(file, source), **friction, "slope": STIFF}
-    made["thickness"] = max(thickness, THINNEST)
     if section:
         context.report.take([section[2]])
         context.report.mapped(section[2], thickness, "obstacles.thickness", "counts where its surface is open")
     if thickness < THINNEST:
         how = f"a surface that is open is {1e3 * THINNEST:g} mm thick in the case, the part {1e3 * thickness:.3g} mm"
-        report.remarks.append(f"part {part}: {how}")
-    mass = _mass(context, part, mesh, thickness, rigid)
-    made |= _freedom(context, part, mass.pop("mass", None), rigid, kind, velocity, moved, source)
-    return made | (mass if not plain(made["locked"]) else {})
+        context.report.remarks.append(f"{called}: {how}")
+    return {"file": Said(path, source), "thickness": max(thickness, THINNEST), "slope": STIFF}, thickness
 
 
-def _freedom(
+def freedom(
     context: Context, part: int, mass: float | None, rigid: dict[str, Any] | None, kind: str | None,
     velocity: tuple | None, moved: dict | None, source: str,
 ) -> dict[str, Any]:  # fmt: skip
@@ -223,7 +236,7 @@ def _freedom(
     return made
 
 
-def _rigid(context: Context, block: Block) -> dict[str, Any]:
+def rigid_of(context: Context, block: Block) -> dict[str, Any]:
     cards, report = context.cards(block), context.report
     f = context.card(cards, "rigid")
     f |= context.card(cards, "constraint", optional=True)
@@ -283,51 +296,4 @@ def _mass(
     if mass > 0.0:
         order = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0))
         found = {"mass": mass, "centre": centre.tolist(), "inertia": [float(tensor[k]) for k in order]}
-    return found
-
-
-def _velocities(context: Context) -> dict[int, tuple[Said, Said]]:
-    """Velocity [m/s] and spin [rad/s] of parts at the start."""
-    found: dict[int, tuple[Said, Said]] = {}
-    model, report = context.model, context.report
-
-    def keep(parts: list[int], v: list[Field], w: list[Field]) -> None:
-        moves = [context.si(one, "velocity") for one in v]
-        turns = [context.si(one, "frequency") for one in w] or [0.0, 0.0, 0.0]
-        for one, value in zip(v, moves, strict=True):
-            report.mapped(one, value, "obstacles.velocity")
-        for one, value in zip(w, turns, strict=False):
-            report.mapped(one, value, "obstacles.spin")
-        speeds = said(moves, v[0])
-        spins = said(turns, (w or v)[0])
-        for part in parts:
-            found[part] = speeds, spins
-
-    for block in model.all("PART_INERTIA"):
-        cards = Cards(model.deck.parameters, block)
-        cards.text()
-        part = cards.card("part", "PID")["PID"].whole
-        for card in ("inertia", "tensor"):
-            cards.optional(card, CARDS["PART_INERTIA"][card])
-        f = context.card(cards, "velocity", optional=True)
-        keep([part], [f[n] for n in ("VTX", "VTY", "VTZ")], [f[n] for n in ("VRX", "VRY", "VRZ")])
-    for block in model.all("INITIAL_VELOCITY_RIGID_BODY"):
-        cards = context.cards(block)
-        while cards.left:
-            f = context.card(cards, "velocity")
-            report.mapped(f["PID"], f["PID"].whole, "obstacles")
-            keep([f["PID"].whole], [f[n] for n in ("VX", "VY", "VZ")], [f[n] for n in ("VXR", "VYR", "VZR")])
-    for block in model.all("INITIAL_VELOCITY_GENERATION"):
-        cards = context.cards(block)
-        f = context.card(cards, "velocity")
-        context.card(cards, "axis", optional=True)
-        one, kind = f["ID"], f["STYP"].whole
-        if kind not in (1, 2):
-            report.refused(one, "a velocity of single nodes, or of all: give it to a rigid part")
-            continue
-        parts = model.set_of("PART", one.whole, one.shown, one.place).tolist() if kind == 1 else [one.whole]
-        report.mapped(one, str(parts)[1:-1], "obstacles")
-        if f["OMEGA"].number:
-            report.refused(f["OMEGA"], "a spin about an axis: write obstacles.spin yourself")
-        keep(parts, [f[n] for n in ("VX", "VY", "VZ")], [])
     return found

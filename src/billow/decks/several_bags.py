@@ -163,13 +163,16 @@ def _joined(context: Context, meshes: list[tuple[str, BagMesh]]) -> BagMesh:
         flat_count += len(cut.points)
         shell.append(bag.shell[kept])
         turned_.append(bag.turned[kept])
-        held += [int(new[h]) for h in bag.held]
+        held.append((new, bag.held))
+    still = np.zeros((count, 3), bool)
+    for new, of_bag in held:
+        np.logical_or.at(still, new, of_bag)
     numbers = np.concatenate(part)
     return BagMesh(
         CellMesh(np.concatenate(points), np.concatenate(start_cells), numbers, {}),
         CellMesh(np.concatenate(flat), np.concatenate(flat_cells), numbers, {}) if any_flat else None,
         tables, np.concatenate(shell), np.concatenate(turned_), np.concatenate(nodes), np.concatenate(index),
-        meshes[0][1].place, meshes[0][1].birth, tuple(sorted(set(held))), meshes[0][1].reference_source,
+        meshes[0][1].place, still, meshes[0][1].birth, meshes[0][1].reference_source,
     )  # fmt: skip
 
 

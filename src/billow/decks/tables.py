@@ -49,6 +49,8 @@ NODE = (("nid", 8, "i"), ("x", 16, "f"), ("y", 16, "f"), ("z", 16, "f"), ("tc", 
 SHELL = tuple((name, 8, "i") for name in ("eid", "pid", "n1", "n2", "n3", "n4"))
 REFERENCE = NODE[:4]
 WIDE_REFERENCE = (("nid", 10, "i"), ("x", 20, "f"), ("y", 20, "f"), ("z", 20, "f"))
+HELD = {0: "", 1: "x", 2: "y", 3: "z", 4: "xy", 5: "yz", 6: "zx", 7: "xyz"}
+"""Directions by codes: TC of *NODE, CON1 and CON2 of *MAT_RIGID."""
 _THICKNESS = (*((f"t{k}", 16, "f") for k in range(1, 5)), ("beta", 16, "f"))
 _SECOND_LINE = ("THICKNESS", "BETA", "MCID", "OFFSET")
 _UNSHIFTED = ("NODE", "ELEMENT_SHELL", "PART", "SECTION_SHELL", "SET", "DEFINE_CURVE", "COMMENT", "TITLE")
@@ -58,7 +60,8 @@ _UNSHIFTED = ("NODE", "ELEMENT_SHELL", "PART", "SECTION_SHELL", "SET", "DEFINE_C
 class Nodes:
     """number: sorted ids, (nodes,). points: [unit of the deck], (nodes, 3). texts: the same as bytes, (nodes, 3), None
     if they come from no text.
-    scale: factor of each on its texts, from *INCLUDE_TRANSFORM. held: whether all translations are constrained (TC 7).
+    scale: factor of each on its texts, from *INCLUDE_TRANSFORM. held: whether each translation is constrained, (nodes,
+    3).
     place: where a table begins, by row."""
 
     number: np.ndarray
@@ -149,7 +152,7 @@ class Model:
         ids = [t["nid"] + shift(t.block, "node") for t in tables]
         if not ids:
             empty = np.empty((0, 3))
-            return Nodes(np.empty(0, np.int64), empty, empty.astype("S1"), np.empty(0), np.empty(0, bool))
+            return Nodes(np.empty(0, np.int64), empty, empty.astype("S1"), np.empty(0), empty.astype(bool))
         numbers = np.concatenate(ids)
         order = np.argsort(numbers, kind="stable")
         scale = np.concatenate([np.full(len(t), length_factor(t.block)) for t in tables])
@@ -174,8 +177,9 @@ class Model:
         return [table(self.deck.parameters, block, NODE, keep=("x", "y", "z")) for block in blocks]
 
     def _held(self, nodes: Table) -> np.ndarray:
-        """Which nodes stand still, (n,) bool."""
-        return nodes["tc"] == 7
+        """Directions in which nodes stand still, (n, 3) bool."""
+        ways = [[axis in HELD[code] for axis in "xyz"] for code in range(len(HELD))]
+        return np.array(ways)[np.where((nodes["tc"] > 0) & (nodes["tc"] < len(HELD)), nodes["tc"], 0)]
 
     def _shell_tables(self) -> list[tuple[np.ndarray, ...]]:
         """Fields of `Shells` for each table of shells."""

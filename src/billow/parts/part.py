@@ -47,6 +47,8 @@ class Booking(NamedTuple):
     energy: float
 
 
+KINETIC = Account("kinetic", MOTION, renewed=True)
+"""Kinetic energy of the fabric's nodes."""
 DAMPING = Account("damping", LOST, renewed=False)
 """Heat of viscous damping: fabric, straps and mass damping."""
 HYSTERESIS = Account("hysteresis", LOST, renewed=True)

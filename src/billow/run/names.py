@@ -24,6 +24,7 @@ KEYS = {
     "vent": "bag", "fabric part": "bag", "opening": "bag", "chamber": "bag", "strap": "bag.straps",
     "orifice": "gas.orifices", "obstacle": "obstacles", "free obstacle": "obstacles", "moved obstacle": "obstacles",
     "guided obstacle": "obstacles", "tear seam": "bag.tear_seams", "sensor": "run.sensors",
+    "group of nodes": "nodes",
 }  # fmt: skip
 """Kind of owner -> where a case names it."""
 

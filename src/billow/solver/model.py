@@ -18,14 +18,11 @@ from billow.parts.gas.gas_model import Bag
 from billow.parts.gas.gas_part import GasPart, GasState
 from billow.parts.layers.layers import Layers
 from billow.parts.layers.pairs import Pairs as LayerPairs
-from billow.parts.part import DAMPING, GRAVITY_WORK, MOTION, VARYING, Account, Loads, Moment, Part, Setting
+from billow.parts.part import DAMPING, GRAVITY_WORK, KINETIC, VARYING, Account, Loads, Moment, Part, Setting
 from billow.parts.self_contact import Pairs, SelfContact
 from billow.parts.straps import Straps
 from billow.parts.tear_seams import TearSeams
 from billow.solver.ledger import Ledger
-
-KINETIC = Account("kinetic", MOTION, renewed=True)
-"""Kinetic energy of the fabric's nodes."""
 
 PARTS = ("gas", "fabric", "straps", "bodies", "self_contact", "layers", "driven", "tear_seams")
 """Fields of `Model` and of `State` that hold the parts and what changes of them."""
@@ -38,7 +35,8 @@ class Model:
     start: positions at time zero, [m], (nodes, 3). mass: [kg], (nodes,). fixed: (nodes,) bool. gravity: [m/s^2], (3,).
     mass_damping: rate alpha of -2 alpha m v, [1/s], used to find equilibria and off in deployments. self_contact:
     springs between layers of fabric, and layers: impulses between them; at most one of both. driven: None if no node is
-    moved from outside; tear_seams: None if there are none.
+    moved from outside; tear_seams: None if there are none. start_velocity: of nodes that are not fixed [m/s], (nodes,
+    3), None if the bag rests.
     """
 
     surface: Surface
@@ -55,6 +53,7 @@ class Model:
     driven: DrivenNodes | None = None
     tear_seams: TearSeams | None = None
     mass_damping: float = 0.0
+    start_velocity: np.ndarray | None = None
 
     @cached_property
     def parts(self) -> tuple[tuple[str, Part], ...]:
@@ -76,8 +75,12 @@ class Model:
     @cached_property
     def rate_of_straps(self) -> float:
         """1/dt^2 of the largest step that straps and tear seams allow [1/s^2]; they may share nodes."""
-        seams = self.tear_seams.squared_rate(self.inverse_mass) if self.tear_seams is not None else 0.0
-        return self.straps.squared_rate(self.inverse_mass) + seams
+        inverse_mass = self.inverse_mass
+        if self.driven is not None:  # which yield in the directions in which they are not held
+            inverse_mass = inverse_mass.copy()
+            inverse_mass[self.driven.nodes] = self.driven.yielding
+        seams = self.tear_seams.squared_rate(inverse_mass) if self.tear_seams is not None else 0.0
+        return self.straps.squared_rate(inverse_mass) + seams
 
     @cached_property
     def has_gravity(self) -> bool:
@@ -148,8 +151,10 @@ class State:
 
 
 def start_state(model: Model) -> State:
-    """State at time zero, at rest; forces are not evaluated yet."""
+    """State at time zero; forces are not evaluated yet."""
     positions, velocities = model.start.copy(), np.zeros_like(model.start)
+    if model.start_velocity is not None:
+        velocities[...] = model.start_velocity
     bag = Bag(model.surface, positions, velocities)
     parts = dict.fromkeys(PARTS) | {name: part.start(bag) for name, part in model.parts}
     return State(

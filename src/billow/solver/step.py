@@ -13,8 +13,8 @@ import numpy as np
 
 from billow.parts.bodies.contact import Nodes
 from billow.parts.gas.gas_model import Bag
-from billow.parts.part import DAMPING, GRAVITY_WORK, Booking
-from billow.solver.model import KINETIC, Model, State
+from billow.parts.part import DAMPING, GRAVITY_WORK, KINETIC, Booking
+from billow.solver.model import Model, State
 from billow.solver.nodes import gather_and_kick, twice_kinetic
 
 
@@ -40,7 +40,8 @@ def advance(model: Model, state: State, dt: float) -> None:
     evaluate_forces(model, state, dt)
 
     if model.driven is not None:
-        ledger.book(model.driven.work(state.driven, velocities, state.nodal_force, dt))
+        pushes = state.bodies.contact.force.sum(axis=0)
+        ledger.book(model.driven.work(state.driven, velocities, state.nodal_force, pushes, model.gravity, dt))
     state.time += dt
     state.step += 1
     ledger.close()

@@ -1,5 +1,6 @@
 """The moving mesh and the histories of a run of LS-DYNA: d3plot families and binout, by the library dynars, which is an
-extra. What is read is checked against itself: nothing in these files names a unit, or says which shells are the bag.
+extra, and ASCII files. What is read is checked against itself: nothing in these files names a unit, or says which
+shells are the bag.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ import numpy as np
 from billow.base.errors import InputError
 from billow.base.input_file import require_file
 from billow.decks.units import SYSTEMS, Units
+from billow.study.dyna_text import read_text
 
 NO_LIBRARY = InputError.declare(
     "E-STU-033",
@@ -50,6 +52,8 @@ BY_ID = {
     "rcforc": ("contact", {f"{x}_force": (f"force_{x}", *FORCE) for x in "xyz"}),
 }  # fmt: skip
 """Branch of binout -> what its ids are called, and variable -> quantity, unit, and powers."""
+SAME_TIME = 1e-5
+"""By which times may differ: ASCII files have six digits."""
 MOST_IDS = 200
 """Of a branch: histories are a table with columns for each."""
 
@@ -137,48 +141,71 @@ def _triangles(
 
 
 def _histories(dynars, folder: Path, units: Units) -> dict[str, np.ndarray]:
-    """Histories in binout, in SI: of the first airbag, and of each node, rigid body and contact that was written."""
-    if not any(folder.glob("binout*")):
-        written = [name for name in ("abstat", *BY_ID) if (folder / name).is_file()]
-        if written:
-            raise ValueError(
-                f"{written[0]} is ASCII, which is not read: write binout (BINARY = 2 of *DATABASE), or remove the file"
-            )
-        return {}
+    """Histories in SI, of binout and of ASCII files for what binout has not: of the first airbag, and of each node,
+    rigid body and contact that was written."""
+    found: dict[str, np.ndarray] = {}
+    branches = _of_binout(dynars, folder, units, found) if any(folder.glob("binout*")) else set()
+    for branch in (*BY_ID, "abstat"):  # times have the most digits in nodout
+        path = folder / branch
+        if branch in branches or not path.is_file():
+            continue
+        read = read_text(path)
+        if branch == "abstat":
+            for name, (quantity, unit, powers) in ABSTAT.items():
+                _take(found, read.time, read.values[name], {0: f"{quantity} [{unit}]"}, powers, units, branch)
+            continue
+        _require_few(branch, read.ids)
+        called, variables = BY_ID[branch]
+        for name, (quantity, unit, powers) in variables.items():
+            columns = {column: f"{called}_{number}_{quantity} [{unit}]" for column, number in enumerate(read.ids)}
+            _take(found, read.time, read.values[name], columns, powers, units, branch)
+    return found
+
+
+def _require_few(branch: str, ids: list[int]) -> None:
+    if len(ids) > MOST_IDS:
+        raise ValueError(f"{branch} has {len(ids)} ids; at most {MOST_IDS} become histories: write fewer")
+
+
+def _of_binout(dynars, folder: Path, units: Units, found: dict[str, np.ndarray]) -> set[str]:
+    """Put into found what binout has; its branches."""
     try:
         binout = dynars.Binout(str(folder / "binout*"))
         branches = binout.read()
-        found: dict[str, np.ndarray] = {}
         if "abstat" in branches:
             for name, (quantity, unit, powers) in ABSTAT.items():
                 if name in binout.read("abstat"):
-                    _take(found, binout.read_states("abstat", name), {0: f"{quantity} [{unit}]"}, powers, units, name)
+                    read = binout.read_states("abstat", name)
+                    _take(found, read["time"], read["values"], {0: f"{quantity} [{unit}]"}, powers, units, name)
         for branch, (called, variables) in BY_ID.items():
             if branch not in branches:
                 continue
             ids = np.asarray(binout.ids(branch)).tolist()
-            if len(ids) > MOST_IDS:
-                raise ValueError(f"{branch} has {len(ids)} ids; at most {MOST_IDS} become histories: write fewer")
+            _require_few(branch, ids)
             # Of the two sides of a contact the first counts.
             first = {number: column for column, number in reversed(list(enumerate(ids)))}
             for name, (quantity, unit, powers) in variables.items():
                 if name in binout.read(branch):
                     columns = {column: f"{called}_{number}_{quantity} [{unit}]" for number, column in first.items()}
-                    _take(found, binout.read_states(branch, name), columns, powers, units, branch)
+                    read = binout.read_states(branch, name)
+                    _take(found, read["time"], read["values"], columns, powers, units, branch)
     except OSError:
         raise
     except Exception as error:  # as above
         raise ValueError(f"binout: {str(error)[:200] or type(error).__name__}") from None
-    return found
+    return set(branches)
 
 
-def _take(found: dict[str, np.ndarray], read: dict, columns: dict[int, str], powers, units: Units, name: str) -> None:
+def _take(
+    found: dict[str, np.ndarray], time, values, columns: dict[int, str], powers: tuple[int, int, int], units: Units,
+    name: str,
+) -> None:  # fmt: skip
     """Columns of a variable into the histories. ValueError, with a sentence, if its times are others."""
-    values = np.array(read["values"], dtype=float).reshape(len(read["time"]), -1)
-    time = np.array(read["time"], dtype=float) * units.time
+    table = np.array(values, dtype=float).reshape(len(time), -1)
+    time = np.array(time, dtype=float) * units.time
     known = found.setdefault("time [s]", time)
-    if len(time) != len(known) or not np.allclose(time, known, rtol=1e-6, atol=1e-9):
+    if len(time) != len(known) or not np.allclose(time, known, rtol=SAME_TIME, atol=1e-9):
         raise ValueError(f"{name} has other times than the rest: write all at one interval")
     m, length, t = powers
     for column, title in columns.items():
-        found[title] = values[:, column] * units.mass**m * units.length**length * units.time**t
+        found[title] = table[:, column] * units.mass**m * units.length**length * units.time**t

@@ -11,6 +11,8 @@ from billow.decks.context import Context
 
 SCALES = "Ascalet:20 AscaleP:20 AscaleS:20 AscaleA:20 AscaleD:20"
 FACTORS = "fct_IDt fct_IDP fct_IDA . Fscalet:20 FscaleP:20 FscaleA:20"
+MOTION = "fct_IDT Dir skew_ID sens_ID grnd_ID frame_ID Icoor"
+SCALES_OF_MOTION = "Ascale_x:20 Fscale_y:20 Tstart:20 Tstop:20"
 
 CARDS: dict[str, dict[str, str]] = {
     "MONVOL/AIRBAG1": {
@@ -84,6 +86,20 @@ CARDS: dict[str, dict[str, str]] = {
         "M1": "XM1:20 YM1:20 ZM1:20",
         "M2": "XM2:20 YM2:20 ZM2:20",
     },
+    "RBODY": {
+        "body": "node_ID sens_ID Skew_ID Ispher Mass:20 grnd_ID Ikrem ICoG surf_ID",
+        "moments": "Jxx:20 Jyy:20 Jzz:20",
+        "products": "Jxy:20 Jyz:20 Jxz:20",
+    },
+    "IMPDISP": {"motion": MOTION, "scales": SCALES_OF_MOTION},
+    "IMPVEL": {"motion": MOTION, "scales": SCALES_OF_MOTION},
+    "IMPACC": {"motion": MOTION, "scales": SCALES_OF_MOTION},
+    "INIVEL/TRA": {"velocity": "Vx:20 Vy:20 Vz:20 grnd_ID skew_ID", "start": "Tstart:20 sens_ID"},
+    "INIVEL/AXIS": {
+        "axis": "Dir frame_ID grnd_ID",
+        "velocity": "Vxt:20 Vyt:20 Vzt:20 Vr:20",
+        "start": "Tstart:20 sens_ID",
+    },
     "BCS": {"bcs": "Trarot skew_ID grnd_ID"},
     "GRAV": {"gravity": "fct_IDT Dir skew_ID sens_ID grnd_ID . Ascale_x:20 Fscale_y:20"},
     "SENSOR/TIME": {"sensor": "Tdelay:20"},
@@ -91,6 +107,8 @@ CARDS: dict[str, dict[str, str]] = {
 """Keyword -> card -> columns."""
 
 TARGETS = {
+    "Mass": "obstacles.mass", "Jxx": "obstacles.inertia", "Jyy": "obstacles.inertia", "Jzz": "obstacles.inertia",
+    "Jxy": "obstacles.inertia", "Jyz": "obstacles.inertia", "Jxz": "obstacles.inertia",
     "surf_IDex": "bag.parts", "Hconv": "gas.heat_transfer", "mat_ID": "gas.initial.gas", "Pext": "ambient.pressure",
     "T0": "gas.initial.temperature", "inject_ID": "inflator", "sens_ID": "inflator.delay", "surf_IDv": "bag.parts",
     "Avent": "bag.vents.discharge", "Bvent": "bag.vents.through_blocked", "Tstart": "bag.vents.burst_time",

@@ -21,7 +21,6 @@ SEGMENT = tuple((name, 10, "i") for name in ("sid", "n1", "n2", "n3", "n4"))
 FABRICS = {"LAW19": "LAW19", "FABRI": "LAW19", "LAW58": "LAW58", "FABR_A": "LAW58"}
 THIN = {"TYPE1", "SHELL", "TYPE9", "SH_ORTH", "TYPE16", "SH_FABR"}
 """Properties of shells that are read."""
-STILL = "111"
 
 
 @dataclass
@@ -53,7 +52,10 @@ class StarterModel(Model):
         return [table(self.deck.parameters, block, NODE, keep=("x", "y", "z")) for block in self.find("NODE")]
 
     def _held(self, nodes: Table) -> np.ndarray:
-        return np.isin(nodes["nid"], self.still)
+        ways = np.zeros((len(nodes), 3), bool)
+        for held, ids in self.constraints:
+            ways[np.isin(nodes["nid"], ids)] |= held[:3]
+        return ways
 
     def _shell_tables(self) -> list[tuple[np.ndarray, ...]]:
         return [
@@ -157,17 +159,24 @@ class StarterModel(Model):
         return law, block
 
     @cached_property
-    def still(self) -> np.ndarray:
-        """Ids of nodes whose translations are all fixed, by /BCS, sorted."""
-        ids = [np.empty(0, np.int64)]
+    def constraints(self) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Translations and rotations (6,) that each /BCS holds, and the ids of its nodes."""
+        found = []
         for block in self.find("BCS"):
             if len(words(block)) != 2:
                 continue
             texts, widths = columns(CARDS["BCS"]["bcs"])
             f = self.cards(block).card("bcs", texts, widths=widths)
-            if f["Trarot"].text.replace(" ", "")[:3] == STILL:
-                ids.append(self.group(f["grnd_ID"].whole, f["grnd_ID"]))
-        return np.unique(np.concatenate(ids))
+            if not f["skew_ID"].whole:
+                found.append((directions(f["Trarot"]), self.group(f["grnd_ID"].whole, f["grnd_ID"])))
+        return found
+
+    @cached_property
+    def still(self) -> np.ndarray:
+        """Ids of nodes whose translations are all fixed, by one /BCS, sorted."""
+        return np.unique(
+            np.concatenate([np.empty(0, np.int64), *(ids for ways, ids in self.constraints if ways[:3].all())])
+        )
 
     def group(self, number: int, who: Field, depth: int = 0) -> np.ndarray:
         """Ids of the nodes of a /GRNOD. Raises InputError E-DCK-006."""
@@ -219,6 +228,11 @@ class StarterModel(Model):
             row = cards.card("ids", " ".join(f"item_ID{k}" for k in range(1, 11)))
             ids += [one.whole for one in row.values() if not one.is_blank]
         return np.array([i for i in ids if i], np.int64)
+
+
+def directions(trarot: Field) -> np.ndarray:
+    """Translations and rotations that codes such as 111 000 hold, (6,) bool."""
+    return np.array([letter == "1" for letter in trarot.text.replace(" ", "")[:6].ljust(6, "0")])
 
 
 def number_of(block: Block) -> int:

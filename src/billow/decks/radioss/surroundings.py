@@ -14,7 +14,6 @@ from billow.decks.block import Block
 from billow.decks.cards import Field
 from billow.decks.context import Context
 from billow.decks.draft import Said, plain, said
-from billow.decks.obstacles import put_by_name
 from billow.decks.parameters import number
 from billow.decks.radioss.columns import card
 from billow.decks.radioss.starter_model import StarterModel, kind_of
@@ -23,12 +22,12 @@ LONG, LONGEST = 8.0, 10.0
 """Length of a cylinder that stands for an endless one: in sizes of the bag, and at most [m]."""
 
 
-def put_walls(context: Context, bag: BagMesh) -> None:
+def walls(context: Context, bag: BagMesh) -> list[dict[str, Any]]:
     """The `[[obstacles]]` of /RWALL."""
     obstacles: list[dict[str, Any]] = []
     for block in context.model.find("RWALL"):
         obstacles += _wall(context, block, bag)
-    put_by_name(context, obstacles)
+    return obstacles
 
 
 def _wall(context: Context, block: Block, bag: BagMesh) -> list[dict[str, Any]]:
@@ -127,7 +126,7 @@ def put_interfaces(context: Context, bag: BagMesh) -> None:
             else:
                 report.mapped(f["Fric"], value, "fabric.friction")
         else:
-            report.mapped(f["Fric"], value, "obstacles.friction", "obstacles are walls, which have their own")
+            report.mapped(f["Fric"], value, "obstacles.friction", "obstacles have their own")
         for name in ("Stfac", "Gapmin", "Istf", "Igap", "Stmin", "Stmax"):
             report.ignored(f[name], "contact of a case has a stiffness of its own: obstacles.slope")
         report.mapped(f["Ibag"], f["Ibag"].whole, "bag.vents.blockage")

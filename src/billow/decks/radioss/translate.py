@@ -16,12 +16,16 @@ from billow.decks.block import Block
 from billow.decks.cards import Cards, Field
 from billow.decks.context import Context
 from billow.decks.draft import said
+from billow.decks.fixed import settle
+from billow.decks.obstacles import put_by_name
+from billow.decks.radioss.bodies import bodies_of, constraint_of, meshes
 from billow.decks.radioss.cloth import put_cloth
 from billow.decks.radioss.columns import card
 from billow.decks.radioss.flat_cut import reference_of
+from billow.decks.radioss.motions import motions_of, velocities_of
 from billow.decks.radioss.starter_file import StarterDeck, kind_of, words
-from billow.decks.radioss.starter_model import StarterModel, number_of
-from billow.decks.radioss.surroundings import put_interfaces, put_run, put_walls
+from billow.decks.radioss.starter_model import StarterModel, directions, number_of
+from billow.decks.radioss.surroundings import put_interfaces, put_run, walls
 from billow.decks.radioss.volume import airbag1, communications
 from billow.decks.report import Report
 from billow.decks.several_bags import area_of, chamber, join, put_hole
@@ -55,13 +59,18 @@ def translated(path: Path, options: Options) -> tuple[Context, BagMesh]:
     put_silence(context)
     put_cloth(context, bag, place, options, base)
     rest_of_base(context, base, block is None, path)
-    if bag.held:
-        context.set("bag.fixed_nodes", list(bag.held), "/BCS")
+    put_run(context, base)
+    bodies, motions, velocities = bodies_of(context), motions_of(context), velocities_of(context)
+    attached = settle(context, bag, motions, bag.held.copy(), ["/BCS"], [b.part for b in bodies], constraint_of)
     _fixed(context, bag)
     put_bag_tables(context, bag)
-    put_walls(context, bag)
+    free = [body for body in bodies if body.part.number not in attached]
+    made = walls(context, bag) + meshes(context, bag, free, motions, velocities, options.parts)
+    put_by_name(context, made)
+    velocities.put(context, bag)
+    velocities.finish(context)
+    motions.rest(context)
     put_interfaces(context, bag)
-    put_run(context, base)
     report.keywords = _rest(context)
     report.finish()
     return context, bag
@@ -150,13 +159,14 @@ def _fixed(context: Context, bag: BagMesh) -> None:
             model.used.discard(block.name)
             continue
         f = card(context, model.cards(block), "BCS", "bcs")
-        ways = f["Trarot"].text.replace(" ", "")[:3]
+        ways = directions(f["Trarot"])
         mine = np.isin(model.group(f["grnd_ID"].whole, f["grnd_ID"]), bag.nodes).sum()
-        if ways == "111":
-            report.mapped(f["Trarot"], "fixed", "bag.fixed_nodes")
-            report.mapped(f["grnd_ID"], f"{mine} nodes of the bag", "bag.fixed_nodes")
-        elif mine and "1" in ways:
-            report.refused(f["Trarot"], "a node of a case is fixed in all directions, or free")
+        key = "bag.fixed_nodes" if ways[:3].all() else "nodes.motion.directions"
+        if f["skew_ID"].whole and mine:
+            report.refused(f["skew_ID"], "directions of a skew: hold the nodes along x, y or z of the deck")
+        elif ways.any():
+            report.mapped(f["Trarot"], f["Trarot"].text, key)
+            report.mapped(f["grnd_ID"], f"{mine} nodes of the bag", key)
 
 
 def _rest(context: Context) -> dict[str, int]:
