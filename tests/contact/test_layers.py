@@ -193,7 +193,7 @@ def test_search_finds_every_pair_that_comes_near(seed):
     skin, free = random.uniform(0.0, 0.02, nodes), random.random(nodes) < 0.8
     surface = Surface.build(triangles, np.zeros(len(triangles)), ("cloth",), nodes)
     edges = edges_of(triangles)
-    found, _ = find_pairs(TouchMesh.of(surface, free), Paths(positions, velocities, skin, *near, time))
+    found = find_pairs(TouchMesh.of(surface, free), Paths(positions, velocities, skin, *near, time))
     assert len(np.unique(found.key)) == len(found.key)
     pairs = [
         (int(p) * FIRST + t, on_triangle, (p, *corners))
