@@ -29,6 +29,10 @@ class Room:
         self.needed: np.ndarray | None = None
         self._arrays: dict[str, np.ndarray] = {}
 
+    def __deepcopy__(self, memo) -> Room:
+        """Nothing in it is worth a copy."""
+        return Room()
+
     def array(self, name: str, rows: int, columns: int = 0, kind: type = float) -> np.ndarray:
         """An array (rows,) or (rows, columns); what is in it is not known."""
         array = self._arrays.get(name)
