@@ -60,8 +60,9 @@ CALMING = 0.7
 READY = 0.1
 """Change of a node's way in a step, by impulses, that sleeping pairs are ready for, in gaps."""
 
-MOST_STEPS = 100.0
-"""For which a list is made, at most: more than lists serve, since boxes around longer paths are hardly larger."""
+MOST_STEPS, LEAST_STEPS, LONGER = 100.0, 6.0, 1.3
+"""For which a list is made, at most and at least, and the times by which that is more than the last list served: boxes
+around longer paths are larger, and lists end when a node has used its skin."""
 
 FARTHEST_WAY, MOST_WAY = 0.2, 0.8
 """Way at the usual speed, beyond the mean, for which a list is made at most, in mean edges: with the narrowest skin,
@@ -200,17 +201,21 @@ class Layers(Part):
         of_pairs = (WORK_OF_PAIR + WORK_IN_STEP * max(1.0, pairs.age / dt)) * len(pairs)
         wider = WIDER * pairs.width if of_pairs < pairs.looked_at else pairs.width / WIDER
         pairs.width = max(SKIN * self.gap, min(MOST_SKIN * self.edge, wider))
-        speed = math.sqrt(3.0 * float(velocities.var(axis=0).mean()))
+        speed = math.sqrt(float(np.ascontiguousarray(velocities.T).var(axis=1).sum()))
         farthest = min(MOST_WAY, FARTHEST_WAY * pairs.width / (SKIN * self.gap)) * self.edge
-        time = max(1.01 * dt, min(MOST_STEPS * dt, farthest / max(speed, 1e-9))) + dt / APPROACH
+        time = max(1.01 * dt, min(MOST_STEPS * dt, farthest / max(speed, 1e-9)))
+        if pairs.horizon > 0.0:
+            time = min(time, LONGER * max(pairs.age, LEAST_STEPS * dt))
+        time += dt / APPROACH
         # Who strayed far will do so again: with a wider skin it does not spend the list for all others.
         skin = pairs.width * np.clip(way / max(USUAL * float(way.mean()), 1e-12), 1.0, UNUSUAL)
         np.maximum(skin, CALMING * pairs.skin, out=skin)
         if thrown is not None:
             np.maximum(skin, thrown, out=skin)
         paths = Paths(positions, velocities, skin, *self._limits.near, time)
-        found, pairs.room = find_pairs(self._mesh, paths, pairs.room)
-        gap, impulse = np.full(len(found.key), NEW), np.zeros(len(found.key))
+        found = find_pairs(self._mesh, paths, pairs.room)
+        gap, impulse = (pairs.room.other(name, len(found.key)) for name in ("gap", "impulse"))
+        gap[:], impulse[:] = NEW, 0.0
         carry_over(
             len(found.begin) - 1, found.begin, found.key, pairs.begin, pairs.key, pairs.gap, pairs.impulse,
             pairs.normal, gap, impulse, found.normal,

@@ -14,23 +14,40 @@ EDGES = 1 << 61
 FIRST = 1 << 31
 """Factor of the first number in a key."""
 
+SPARE = 1.3
+"""Times by which an array of a room is longer than was asked for."""
+
 NEW = -1.0
 """Gap of a pair whose distance has not been measured."""
 
 
-@dataclass
 class Room:
-    """For what slices find, of both kinds, kept from search to search: one and other, (2, slices, room) int32, the two
-    nodes, triangles or edges of each; normal: (2, slices, room, 3)."""
+    """Memory that is used again and again: to get it anew would cost more than what is done with it. needed: places of
+    each kind and slice in the last search, (2, slices) int64."""
 
-    one: np.ndarray
-    other: np.ndarray
-    normal: np.ndarray
+    def __init__(self):
+        self.needed: np.ndarray | None = None
+        self._arrays: dict[str, np.ndarray] = {}
 
-    @classmethod
-    def of(cls, slices: int, room: int) -> Room:
-        one, other = np.empty((2, 2, slices, room), np.int32)
-        return cls(one, other, np.empty((2, slices, room, 3)))
+    def __deepcopy__(self, memo) -> Room:
+        """Nothing in it is worth a copy."""
+        return Room()
+
+    def array(self, name: str, rows: int, columns: int = 0, kind: type = float) -> np.ndarray:
+        """An array (rows,) or (rows, columns); what is in it is not known."""
+        array = self._arrays.get(name)
+        if array is None or len(array) < rows:
+            array = self._arrays[name] = np.empty((int(SPARE * rows), columns) if columns else int(SPARE * rows), kind)
+        return array[:rows]
+
+    def other(self, name: str, rows: int, columns: int = 0, kind: type = float) -> np.ndarray:
+        """Likewise, another one than the last time: for a list that is made while the one before is needed."""
+        last = self._arrays.pop(name, None)
+        if (before := self._arrays.pop(f"{name} before", None)) is not None:
+            self._arrays[name] = before
+        if last is not None:
+            self._arrays[f"{name} before"] = last
+        return self.array(name, rows, columns, kind)
 
 
 @dataclass
@@ -78,7 +95,7 @@ class Pairs:
     slot: np.ndarray = field(metadata={"constant": True})
     touched: np.ndarray = field(metadata={"constant": True})
     moment: int = field(default=0, metadata={"constant": True})
-    room: Room | None = field(default=None, metadata={"constant": True})
+    room: Room = field(default_factory=Room, metadata={"constant": True})
 
     @classmethod
     def none(cls, nodes: int, triangles: int, width: float) -> Pairs:
@@ -103,6 +120,7 @@ class Pairs:
         """Room for what is known of the present positions, with nothing in it; after a search or a restart."""
         m = len(self)
         self.awake = np.zeros(0, np.int64)
-        self.weight, self.distance = np.empty((m, 4)), np.empty(m)
-        self.measured, self.moment = np.full(m, -1, np.int64), 0
-        self.slot = np.full(m, -1, np.int32)
+        self.weight, self.distance = self.room.array("weight", m, 4), self.room.array("distance", m)
+        self.measured, self.moment = self.room.array("measured", m, 0, np.int64), 0
+        self.slot = self.room.array("slot", m, 0, np.int32)
+        self.measured[:], self.slot[:] = -1, -1

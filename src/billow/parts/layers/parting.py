@@ -85,7 +85,8 @@ class Parting:
         self.ahead = step.dt / APPROACH
         self.reach = tuple(apart + 2.0 * limits.ready for apart in (*limits.near, limits.floor[1]))
         self.ways = np.empty((n, 6))
-        self.found, self.counts = np.empty((2, m), np.int64), np.empty((2, -(-m // CHUNK)), np.int64)
+        self.found = pairs.room.array("found", 2 * m, 0, np.int64).reshape(2, m)
+        self.counts = np.empty((2, -(-m // CHUNK)), np.int64)
         look_ahead.serial(n, step.positions, step.velocities, self.ahead, self.ways)
         wake(
             m, pairs.edges_from, pairs.nodes, pairs.normal, self.ways, self.reach, limits.gap, pairs.gap, pairs.impulse,
@@ -114,7 +115,8 @@ class Parting:
             )  # fmt: skip
             self.rubbed = step.velocities.copy()
         slot = pairs.slot
-        index, (aim, per, total) = np.empty(len(pairs), np.int64), np.empty((3, len(pairs)))
+        index = pairs.room.array("index", len(pairs), 0, np.int64)
+        aim, per, total = (pairs.room.array(name, len(pairs)) for name in ("aim", "per", "total"))
         constraints = index, aim, per, total
         m = warm_start.serial(
             len(self.able), self.able, pairs.edges_from, pairs.nodes, pairs.weight, pairs.normal, pairs.distance,
