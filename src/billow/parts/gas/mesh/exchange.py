@@ -205,8 +205,8 @@ class Exchange:
             fragments, there = place.both
             passed = link(
                 a.state, b.state, a.total, b.total, a.gained, b.gained, a.of[cell_a[fragments]], b.of[cell_b[there]],
-                cut.fragments.rows, fragments, cut.triangle, a.walls.triangles, self.velocity, self.ways.cell**2,
-                dt, share, len(self.ways.supply.table),
+                cut.fragments.rows, fragments, cut.fragments.triangle, a.walls.triangles, self.velocity,
+                self.ways.cell**2, dt, share, len(self.ways.supply.table),
             )  # fmt: skip
             if self.ways.origin[k] >= 0:
                 self.gas.passed[self.ways.origin[k]] += passed

@@ -10,6 +10,7 @@ import numpy as np
 from billow.base.compiled import CHUNK
 from billow.base.errors import Concern
 from billow.base.quality import SMALLER_STEPS, Criterion, criterion
+from billow.base.scratch import Scratch
 from billow.geometry.cut_cells import CutCells, Window, cut_cells
 from billow.geometry.surface import area_vectors
 from billow.parts.gas.gas_model import Bag, ChamberTotals, Content, GasTotals, SwitchableGas
@@ -18,7 +19,6 @@ from billow.parts.gas.mesh.exchange import Exchange
 from billow.parts.gas.mesh.fields import at_places, boxes_of, chamber_totals, is_inside, on_triangles
 from billow.parts.gas.mesh.moved import Moved
 from billow.parts.gas.mesh.rooms import NO_CELLS, join_sheets
-from billow.parts.gas.mesh.scratch import Scratch
 from billow.parts.gas.mesh.setup import VAN_LEER, Setup
 from billow.parts.gas.mesh.sheet import Sheet, fastest
 from billow.parts.gas.mesh.state import MeshState
@@ -92,11 +92,13 @@ class MeshGas(Setup, SwitchableGas):
         return gas.cuts[1]
 
     def _cut(self, gas: MeshState, positions: np.ndarray) -> tuple[CutCells, ...]:
-        if gas.window is None:
-            gas.window = Window.none()
-        places = (positions - gas.origin) / self.cell
-        walls = self.rooms(gas).walls
-        return tuple(cut_cells(w.triangles, w.sign, places, gas.window) if len(w.index) else NO_CELLS for w in walls)
+        walls, places = self.rooms(gas).walls, (positions - gas.origin) / self.cell
+        if gas.windows is None:
+            gas.windows = [Window.none() for _ in walls]
+        return tuple(
+            cut_cells(w.triangles, w.sign, places, window) if len(w.index) else NO_CELLS
+            for w, window in zip(walls, gas.windows, strict=True)
+        )
 
     def advance(self, gas: MeshState, bag: Bag, time: float, dt: float, loads: Loads) -> None:
         """Raises NumericalStop E-NUM-020 and E-NUM-021."""

@@ -10,6 +10,7 @@ import numpy as np
 
 from billow.base.compiled import scalar
 from billow.base.errors import NumericalStop
+from billow.base.scratch import Scratch
 from billow.geometry.cut_cells import CutCells, neighbours, unite
 from billow.geometry.lattice_clipping import NORMAL
 from billow.parts.gas.mesh.balance import add_fluxes, forget_slopes, gather, share_out
@@ -18,7 +19,6 @@ from billow.parts.gas.mesh.clusters import find_clusters
 from billow.parts.gas.mesh.fluxes import face_fluxes
 from billow.parts.gas.mesh.passages import gas_before
 from billow.parts.gas.mesh.patches import Patches
-from billow.parts.gas.mesh.scratch import Scratch
 from billow.parts.gas.mesh.sheet import Sheet, Walls, pace_of
 from billow.parts.gas.mesh.slopes import HALF, VALUES, find_slopes
 from billow.parts.gas.mesh.thermodynamics import Y
@@ -57,6 +57,7 @@ class Moved:
     held: np.ndarray
     temperature: np.ndarray
     sound: np.ndarray
+    pace: np.ndarray
     adopted: int = 0
     lost: int = 0
     donors: int = 0
@@ -74,11 +75,14 @@ class Moved:
         in_sheet, in_old = through(at_both, at_sheet), through(at_both, at_old)
         n, species = len(key), len(table)
         held, temperature, sound = cls._room(scratch, n, species)
-        spread(n, in_sheet, sheet.held, sheet.temperature, sheet.sound, held, temperature, sound)
+        pace = scratch.take("pace", n, 3)
+        spread(
+            n, in_sheet, sheet.held, sheet.temperature, sheet.sound, sheet.pace(), held, temperature, sound, pace
+        )  # fmt: skip
         return cls(
             walls, scratch, table, h, origin, old, new, velocity, is_link, second_order, key, in_old, in_new,
-            neighbours(key), Patches.find(in_old, in_new, old, new, walls.triangles, velocity), held, temperature,
-            sound,
+            neighbours(key), Patches.find(in_old, in_new, old, new, walls.triangles, velocity, scratch), held,
+            temperature, sound, pace,
         )  # fmt: skip
 
     @staticmethod
@@ -116,8 +120,9 @@ class Moved:
             )  # fmt: skip
             if parts > 1:
                 patches.turn(self.old, self.new, middle)
-            pace = pace_of(self.held, self.sound)
-            clusters = find_clusters(self.key, self.beside, volume, aperture, pace, doors, dt / self.h)
+            if part > 0:
+                self.pace = pace_of(self.held, self.sound)
+            clusters = find_clusters(self.key, self.beside, volume, aperture, self.pace, doors, dt / self.h)
             self.of, self.clusters, self.aperture = clusters.of, clusters, aperture
             self.adopted, self.lost = self.adopted + clusters.adopted, self.lost + clusters.lost
             count = len(clusters.before)
@@ -187,8 +192,8 @@ class Moved:
         walls, patches, n, fragments = self.walls, self.patches, len(self.walls.index), self.new.fragments
         force, work, against = np.empty((n, 3, 3)), np.empty(n), np.empty(n)
         load(
-            n, walls.triangles, before, after, fragments.first, fragments.rows, patches.of_new, self.booked,
-            self.is_link, self.h**2, walls.sign, walls.outer, ambient, sheet.force, force, work, against,
+            n, walls.triangles, before, after, fragments.first, fragments.number, fragments.rows, patches.of_new,
+            self.booked, self.is_link, self.h**2, walls.sign, walls.outer, ambient, sheet.force, force, work, against,
         )  # fmt: skip
         self.scratch.keep()
         sheet.force = force
@@ -225,7 +230,7 @@ class Moved:
     def fragments(self, old: bool) -> tuple[np.ndarray, np.ndarray]:
         """Fragments of the old surface or the new one: rows, and the triangle of each."""
         cut = self.old if old else self.new
-        return cut.fragments.rows, cut.triangle
+        return cut.fragments.rows, cut.fragments.triangle
 
     @cached_property
     def cell_of_fragment(self) -> np.ndarray:
@@ -238,9 +243,7 @@ class Moved:
 
     def fragments_of(self, triangles: np.ndarray, old: bool = False) -> np.ndarray:
         """Fragments of the new surface, or the old one, on some triangles, in their order, (m,) int64."""
-        first = (self.old if old else self.new).fragments.first
-        count = first[triangles + 1] - first[triangles]
-        return np.repeat(first[triangles] - np.cumsum(count) + count, count) + np.arange(count.sum())
+        return (self.old if old else self.new).fragments.on(triangles)
 
 
 @scalar
