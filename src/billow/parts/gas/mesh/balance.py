@@ -1,7 +1,8 @@
 """What a cluster holds at the start of a part of a step, and what flows into it and out of it.
 
 Each cluster gathers in a fixed order, so that threads change no digit. A single cell without walls is its own cluster:
-what it holds is never copied. What a cluster holds at the end is written to its first cell, and shared in the end.
+what it holds is never copied. The others, called special, are the first ones. What a cluster holds at the end is
+written to its first cell, and shared in the end.
 """
 
 from __future__ import annotations
@@ -34,13 +35,13 @@ from billow.parts.gas.mesh.thermodynamics import (
 
 @kernel
 def gather(
-    n, start, members, walls, before, after, table, volume, held, temperature, sound, weight, centroid, room, total_out,
-    state_out, place_out, walled_out, bad_out,
+    n, special, start, members, before, after, table, held, temperature, sound, weight, centroid, room, total_out,
+    state_out, place_out, bad_out,
 ):  # fmt: skip
-    """Totals (but of single cells without walls), state and centroid of n clusters at the start; walled_out: (n,) bool,
-    those with walls; bad_out: (n,) bool, those with gas but without a state.
+    """Totals of the special clusters, and state and centroid of all n at the start; bad_out: (n,) bool, those with gas
+    but without a state.
 
-    walls: first patch of each cell. held: (cells, species + 4), temperature [K] and speed of sound [m/s], (cells,): of
+    held: (cells, species + 4), temperature [K] and speed of sound [m/s], (cells,): of
     the cells; weight: volume of each at the end [cells], and centroid (cells, 3). room: of a cell [m^3]. A cluster
     without gas has the pressure zero.
     """
@@ -49,15 +50,15 @@ def gather(
         rows, guess, found, wanted = np.empty(LANES, np.int64), np.empty(LANES), np.empty((4, LANES)), 0
         for c in range(team * LANES, min(n, (team + 1) * LANES)):
             first, alone = members[start[c]], start[c + 1] - start[c] == 1
-            walled_out[c], bad_out[c] = walls[first + 1] > walls[first], False
-            if alone and temperature[first] > 0.0:
+            if alone and (c >= special or temperature[first] > 0.0):
                 for d in range(3):
                     place_out[c, d] = centroid[first, d]
-                if walled_out[c]:
+                if c < special:
                     for k in range(species + 4):
                         total_out[c, k] = held[first, k]
                 mass, gas_constant, thermal = contents(table, held, first, species)
-                if mass > 0.0 and thermal > 0.0 and before[c] > 0.0:
+                bad_out[c] = False
+                if mass > 0.0 and thermal > 0.0 and before[c] > 0.0 and temperature[first] > 0.0:
                     heat, share, density = gas_constant * temperature[first], 1.0 / mass, 1.0 / (before[c] * room)
                     state_out[c, RHO], state_out[c, P] = mass * density, heat * density
                     for d in range(3):
@@ -76,7 +77,6 @@ def gather(
             x, y, z, total, most = 0.0, 0.0, 0.0, 0.0, -1.0
             for m in range(start[c], start[c + 1]):
                 i = members[m]
-                walled_out[c] = walled_out[c] or walls[i + 1] > walls[i]
                 mass = 0.0
                 for k in range(species + 4):
                     total_out[c, k] += held[i, k]
@@ -97,12 +97,13 @@ def gather(
 
 @kernel
 def add_fluxes(
-    n, start, members, beside, aperture, of, walled, after, table, held, total, gained, state, flux, face, dt, held_out,
-    temperature_out, sound_out, bad_out,
+    n, special, start, members, beside, aperture, of, after, table, held, total, gained, state, flux, face, dt,
+    held_out, temperature_out, sound_out, bad_out,
 ):  # fmt: skip
     """What n clusters hold after a part of dt [s], into held_out of their first cells, and the temperature and speed of
-    sound there; of those with walls both are still missing. gained: (n, species + 4), what those with walls get from
-    sources, passages and openings. face: area [m^2] of a cell. bad_out: (n,) bool, those that have gas and no state."""
+    sound there; of the special ones walls are still missing, and these two. gained: (special, species + 4), what these
+    get from sources, passages and openings. face: area [m^2] of a cell. bad_out: (n,) bool, those that have gas and no
+    state."""
     species = len(table)
     for team in prange((n + LANES - 1) // LANES):
         rows, whose = np.empty(LANES, np.int64), np.empty(LANES, np.int64)
@@ -110,10 +111,7 @@ def add_fluxes(
         for c in range(team * LANES, min(n, (team + 1) * LANES)):
             first, bad_out[c] = members[start[c]], False
             for k in range(species + 4):
-                if walled[c]:
-                    held_out[first, k] = total[c, k] + gained[c, k]
-                else:
-                    held_out[first, k] = held[first, k] if start[c + 1] - start[c] == 1 else total[c, k]
+                held_out[first, k] = total[c, k] + gained[c, k] if c < special else held[first, k]
             p = state[c, P]
             for m in range(start[c], start[c + 1] if p > 0.0 else start[c]):
                 i = members[m]
@@ -137,11 +135,10 @@ def add_fluxes(
                     for v in range(3):
                         held_out[first, species + v] -= sign * flux[k, d, U + v]
                     held_out[first, species + 3] -= sign * flux[k, d, 4]
-            if not walled[c]:
+            if c >= special:
                 temperature_out[first], sound_out[first] = 0.0, 0.0
                 if after[c] > 0.0:
-                    rows[wanted], guess[wanted] = first, state[c, T]
-                    whose[wanted] = c
+                    rows[wanted], guess[wanted], whose[wanted] = first, state[c, T], c
                     wanted += 1
         temperatures(wanted, table, held_out, rows, guess, found)
         for k in range(wanted):

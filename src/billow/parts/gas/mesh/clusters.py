@@ -37,33 +37,34 @@ ROUNDS = 50
 class Clusters(NamedTuple):
     """of: (cells,) int32, number of the cluster of each cell. start: (clusters + 1,) and members: (cells,) int32: the
     cells of cluster c are members[start[c]] to members[start[c + 1]]. before, after: volumes [cells], (clusters,).
-    adopted: how many clusters were taken in by others, lost: how many had no room and found nobody."""
+    special: how many have walls or several cells; they are the first ones. adopted: how many were taken in by others,
+    lost: how many had no room and found nobody."""
 
     of: np.ndarray
     start: np.ndarray
     members: np.ndarray
     before: np.ndarray
     after: np.ndarray
+    special: int
     adopted: int
     lost: int
 
 
 def find_clusters(
-    key: np.ndarray, beside: np.ndarray, volume: np.ndarray, aperture: np.ndarray, pace: np.ndarray, doors: np.ndarray,
-    courant: float,
+    key: np.ndarray, beside: np.ndarray, volume: np.ndarray, aperture: np.ndarray, walls: np.ndarray, pace: np.ndarray,
+    doors: np.ndarray, courant: float,
 ) -> Clusters:  # fmt: skip
     """key: of the cells, ascending, (n,). beside: their neighbours, (n, 6). volume: (2, n), at the start and at the
-    end [cells]. aperture: mean of each upper face, (n, 3). pace: |u_d| + c [m/s], (n, 3). doors: openings to other
-    rooms in each [faces], (n,). courant: dt/h [s/m]."""
+    end [cells]. aperture: mean of each upper face, (n, 3). walls: first patch of each, (n + 1,). pace: |u_d| + c [m/s],
+    (n, 3). doors: openings to other rooms in each [faces], (n,). courant: dt/h [s/m]."""
     n = len(key)
     root, chosen, leaving, plain = np.empty(n, np.int32), np.empty(n, np.int32), np.empty(n), np.empty(n, np.bool_)
     of, start, members = np.empty(n, np.int32), np.empty(n + 2, np.int32), np.empty(n, np.int32)
-    before, after = np.empty(n), np.empty(n)
-    _choose(n, beside, volume, aperture, pace, doors, courant, leaving, chosen, root, plain, before, after)
-    adopted, lost, count = _join(
-        key, beside, volume, aperture, pace, leaving, courant, plain, chosen, root, of, start, members, before, after
-    )
-    return Clusters(of, start[: count + 1], members, before[:count], after[:count], adopted, lost)
+    first, last, before, after = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
+    _choose(n, beside, volume, aperture, pace, doors, courant, leaving, chosen, root, plain, first, last)
+    adopted, lost = _join(key, beside, volume, aperture, pace, leaving, courant, plain, chosen, root, first, last)
+    count, special = _number(root, walls, first, last, of, start, members, before, after)
+    return Clusters(of, start[: count + 1], members, before[:count], after[:count], special, adopted, lost)
 
 
 @scalar
@@ -240,39 +241,53 @@ def _not_plain(plain, chosen, some_out):
 
 @scalar
 def _join(
-    key, beside, volume, aperture, pace, leaving, courant, plain, chosen, root, of_out, start_out, members_out,
-    before_out, after_out,
+    key, beside, volume, aperture, pace, leaving, courant, plain, chosen, root_out, before_out, after_out
 ):  # fmt: skip
+    """Join clusters until all of them have room; returns how many were taken in, and how many found nobody."""
     n, crowded = len(key), np.zeros(len(key), np.bool_)
     need, widest, door, room = np.empty(n), np.empty(n), np.empty(n, np.int32), np.empty(n + 1, np.int32)
     some = room[: _not_plain(plain, chosen, room)]
     joined, lost = _join_inside_out(some, beside, aperture, chosen), 0
     if joined > 0:
         some = room[: _not_plain(plain, chosen, room)]
-    _settle(some, chosen, volume, root, before_out, after_out)
+    _settle(some, chosen, volume, root_out, before_out, after_out)
     for _ in range(ROUNDS):  # what is inside out by more than a cell needs several neighbours
         taken = _take_in_crowded(
-            some, beside, volume, aperture, pace, leaving, courant, chosen, root, before_out, after_out, need, widest,
-            door, crowded,
+            some, beside, volume, aperture, pace, leaving, courant, chosen, root_out, before_out, after_out, need,
+            widest, door, crowded,
         )  # fmt: skip
         if taken > 0:
             some = room[: _not_plain(plain, chosen, room)]
-            _settle(some, chosen, volume, root, before_out, after_out)
-        adopted, lost = _adopt(some, key, chosen, root, before_out, after_out, crowded, widest, door)
+            _settle(some, chosen, volume, root_out, before_out, after_out)
+        adopted, lost = _adopt(some, key, chosen, root_out, before_out, after_out, crowded, widest, door)
         joined += taken + adopted
         if taken + adopted == 0:
             break
         some = room[: _not_plain(plain, chosen, room)]
-        _settle(some, chosen, volume, root, before_out, after_out)
-    count = 0
-    for i in range(n):  # volumes move down to the numbers of the clusters, which are not above their roots'
-        if root[i] == i:
-            of_out[i] = count
-            before_out[count], after_out[count] = before_out[i], after_out[i]
-            count += 1
+        _settle(some, chosen, volume, root_out, before_out, after_out)
+    return joined, lost
+
+
+@scalar
+def _number(root, walls, first, last, of_out, start_out, members_out, before_out, after_out):
+    """Number the clusters and list their cells; returns how many there are, and how many of them are special. first,
+    last: volumes, at the places of the roots."""
+    n = len(root)
+    is_special = np.zeros(n, np.bool_)
+    for i in range(n):
+        if root[i] != i or walls[i + 1] > walls[i]:
+            is_special[root[i]] = True
+    count, special = 0, 0
+    for others in range(2):
+        for i in range(n):
+            if root[i] == i and is_special[i] != (others == 1):
+                of_out[i], before_out[count], after_out[count] = count, first[i], last[i]
+                count += 1
+        if others == 0:
+            special = count
     for c in range(count + 2):
         start_out[c] = 0
-    for i in range(n):  # sizes, two places on, are where clusters begin, one place on, are where they end
+    for i in range(n):  # sizes, two places on, become where clusters begin, one place on, and then where they end
         of_out[i] = of_out[root[i]]
         start_out[of_out[i] + 2] += 1
     for c in range(1, count + 1):
@@ -281,4 +296,4 @@ def _join(
         c = of_out[i] + 1
         members_out[start_out[c]] = i
         start_out[c] += 1
-    return joined, lost, count
+    return count, special

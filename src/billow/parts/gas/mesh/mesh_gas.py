@@ -10,7 +10,6 @@ import numpy as np
 from billow.base.compiled import CHUNK
 from billow.base.errors import Concern
 from billow.base.quality import SMALLER_STEPS, Criterion, criterion
-from billow.base.scratch import Scratch
 from billow.geometry.cut_cells import CutCells, Window, cut_cells
 from billow.geometry.surface import area_vectors
 from billow.parts.gas.gas_model import Bag, ChamberTotals, Content, GasTotals, SwitchableGas
@@ -119,13 +118,10 @@ class MeshGas(Setup, SwitchableGas):
         velocity = (positions - before) / dt
         parts = max(1, math.ceil(dt / self.longest_part(gas)))
         second_order, rooms = self.advection == VAN_LEER, self.rooms(gas)
-        if gas.scratch is None:
-            gas.scratch = [Scratch() for _ in gas.sheets]
         chambers = {
             c: Moved.begin(
-                rooms.walls[c], gas.sheets[c], gas.scratch[c], self.table, self.cell, gas.origin, (old[c], new[c]),
-                velocity,
-                rooms.ways.links(c, gas.is_open), second_order,
+                rooms.walls[c], gas.sheets[c], gas.windows[c].scratch, self.table, self.cell, gas.origin,
+                (old[c], new[c]), velocity, rooms.ways.links(c, gas.is_open), second_order,
             )
             for c in rooms.lived_in
         }  # fmt: skip
@@ -156,7 +152,7 @@ class MeshGas(Setup, SwitchableGas):
         walls = self.rooms(gas).walls[first]
         sheets[first] = join_sheets(self.table, sheets[first], sheets[second], before[first], before[second], walls)
         sheets[second] = Sheet.empty(len(self.table))
-        gas.sheets, gas.scratch = tuple(sheets), None
+        gas.sheets, gas.windows[second] = tuple(sheets), Window.none()
 
     def longest_part(self, gas: MeshState) -> float:
         """Longest part of a step [s]."""

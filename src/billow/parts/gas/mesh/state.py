@@ -50,5 +50,4 @@ class MeshState:
     # Made anew from the rest when needed: cells about the surface as it stands, and room for them.
     cuts = None
     windows = None
-    scratch = None
     longest = None

@@ -53,12 +53,12 @@ def _give_way(sums, scale):
 
 @kernel
 def add_walls(
-    n, clusters, start, members, after, walls, patches, rows, is_link, through, table, state, half, slope, place, total,
+    n, start, members, after, walls, patches, rows, is_link, through, table, state, half, slope, place, total,
     per_area, face, room, dt, held_out, temperature_out, sound_out, state_out, bad_out, booked_out,
 ):  # fmt: skip
-    """Add what walls do to n of the clusters, and find their states.
+    """Add what walls do to the n special clusters, and find their states.
 
-    clusters: their numbers; start, members, after: as in Clusters; walls, patches, rows: first patch of each cell, and
+    start, members, after: as in Clusters; walls, patches, rows: first patch of each cell, and
     of the patches triangle and rows; is_link: of the triangles; through: speed [m/s] at which gas leaves through each
     patch. total: what clusters held before. per_area: what is owed for triangles [J per face of a cell], to be paid
     now. face, room: area [m^2] and volume [m^3] of a cell. held_out, temperature_out, sound_out: as in `add_fluxes`.
@@ -68,9 +68,8 @@ def add_walls(
     for team in prange((n + LANES - 1) // LANES):
         sums, cells, guess, found = np.empty(9), np.empty(LANES, np.int64), np.empty(LANES), np.empty((4, LANES))
         begin, end = team * LANES, min(n, (team + 1) * LANES)
-        for at in range(begin, end):
-            c = clusters[at]
-            cells[at - begin], guess[at - begin] = members[start[c]], state[c, T]
+        for c in range(begin, end):
+            cells[c - begin], guess[c - begin] = members[start[c]], state[c, T]
             first, own, mass, flow, debt = members[start[c]], state[c, P], 0.0, 0.0, 0.0
             for s in range(species):
                 mass += total[c, s]
@@ -126,8 +125,9 @@ def add_walls(
             held_out[first, species + 2] -= dt * face * pz
             held_out[first, species + 3] -= work + share * debt
         temperatures(end - begin, table, held_out, cells, guess, found)
-        for at in range(begin, end):
-            c, first, k = clusters[at], cells[at - begin], at - begin
+        for c in range(begin, end):
+            k = c - begin
+            first = cells[k]
             bad_out[c] = put_state(held_out, first, species, after[c] * room, found, k, state_out, c)
             temperature_out[first], sound_out[first] = state_out[c, T], state_out[c, C]
             own, now, rise = state[c, P], state_out[c, P], 0.5 * state[c, RHO] * state[c, C]
