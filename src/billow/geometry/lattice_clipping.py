@@ -154,8 +154,9 @@ def _slab(polygons, source, n, axis, k, low, high, target):
             for d in range(3):
                 polygons[target, i, d] = polygons[source, i, d]
         return n
-    m = _cut(polygons, source, n, axis, float(k), 1.0, 4)
-    return _cut(polygons, 4, m, axis, float(k + 1), -1.0, target)
+    between = np.int64(4)
+    m = _cut(polygons, source, n, axis, float(k), 1.0, between)
+    return _cut(polygons, between, m, axis, float(k + 1), -1.0, target)
 
 
 @scalar
@@ -187,25 +188,28 @@ def _fragments(places, a, b, c, sign, room, first, key_out, rows_out):
         return 0
     u, v = (g + 1) % 3, (g + 2) % 3
     found = 0
-    x0, x1 = _range(room, 0, 3, 0)
+    # Not plain numbers: for each of those numba would compile what is called anew.
+    triangle, layer, column, cell, corners = np.int64(0), np.int64(1), np.int64(2), np.int64(3), np.int64(3)
+    x, y, z = np.int64(0), np.int64(1), np.int64(2)
+    x0, x1 = _range(room, triangle, corners, x)
     for i in range(x0, x1 + 1):
-        in_layer = _slab(room, 0, 3, 0, i, x0, x1, 1)
+        in_layer = _slab(room, triangle, corners, x, i, x0, x1, layer)
         if in_layer < 3:
             continue
-        y0, y1 = _range(room, 1, in_layer, 1)
+        y0, y1 = _range(room, layer, in_layer, y)
         for j in range(y0, y1 + 1):
-            in_column = _slab(room, 1, in_layer, 1, j, y0, y1, 2)
+            in_column = _slab(room, layer, in_layer, y, j, y0, y1, column)
             if in_column < 3:
                 continue
-            z0, z1 = _range(room, 2, in_column, 2)
+            z0, z1 = _range(room, column, in_column, z)
             for k in range(z0, z1 + 1):
-                corners = _slab(room, 2, in_column, 2, k, z0, z1, 3)
-                if corners < 3:
+                in_cell = _slab(room, column, in_column, z, k, z0, z1, cell)
+                if in_cell < 3:
                     continue
                 low = (float(i), float(j), float(k))
                 area, cx, cy, cz, sx, sy, sz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
                 px, py, pz = room[3, 0, 0] - low[0], room[3, 0, 1] - low[1], room[3, 0, 2] - low[2]
-                for m in range(1, corners - 1):
+                for m in range(1, in_cell - 1):
                     w = (room[3, m, u] - room[3, 0, u]) * (room[3, m + 1, v] - room[3, 0, v])
                     w -= (room[3, m, v] - room[3, 0, v]) * (room[3, m + 1, u] - room[3, 0, u])
                     area += w

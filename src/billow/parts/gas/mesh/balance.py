@@ -47,7 +47,8 @@ def gather(
     """
     species = len(table)
     for team in prange((n + LANES - 1) // LANES):
-        rows, guess, found, wanted = np.empty(LANES, np.int64), np.empty(LANES), np.empty((4, LANES)), 0
+        rows, guess, found = np.empty(LANES, np.int64), np.empty(LANES), np.empty((4, LANES))
+        wanted = np.int64(0)  # for a plain 0 numba would compile what takes it twice
         for c in range(team * LANES, min(n, (team + 1) * LANES)):
             first, alone = members[start[c]], start[c + 1] - start[c] == 1
             if alone and (c >= special or temperature[first] > 0.0):
@@ -107,7 +108,7 @@ def add_fluxes(
     species = len(table)
     for team in prange((n + LANES - 1) // LANES):
         rows, whose = np.empty(LANES, np.int64), np.empty(LANES, np.int64)
-        guess, found, wanted = np.empty(LANES), np.empty((4, LANES)), 0
+        guess, found, wanted = np.empty(LANES), np.empty((4, LANES)), np.int64(0)
         for c in range(team * LANES, min(n, (team + 1) * LANES)):
             first, bad_out[c] = members[start[c]], False
             for k in range(species + 4):
