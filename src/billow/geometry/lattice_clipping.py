@@ -13,6 +13,7 @@ import numpy as np
 from numba import prange
 
 from billow.base.compiled import kernel, scalar
+from billow.base.scratch import Scratch
 
 NORMAL, WEIGHT, PLACE, MOMENT = 0, 3, 6, 9
 """Columns of a fragment: area vector, in cell faces, pointing out of the gas; barycentric weights of its centroid;
@@ -24,8 +25,6 @@ FARTHEST = 2**20
 STRIDE = (2**42, 2**21, 1)
 """Of a cell's key along each axis; keys in ascending order are cells in order of x, y, z."""
 
-TRUSTED = 64
-"""Cells in a triangle's bounding box up to which their number bounds that of its fragments; else these are counted."""
 NOTHING = 1e-14
 """Share of a triangle below which a fragment is left out."""
 CORNERS = 16
@@ -35,9 +34,28 @@ TEAM = 128
 
 
 class Fragments(NamedTuple):
-    """first: (triangles + 1,) int64, those of triangle t are first[t] to first[t + 1]. key: (n,) int64, of the cell.
-    rows: (n, COLUMNS)."""
+    """They lie in memory cell by cell, those of a cell in order of triangles. rows: (n, COLUMNS); triangle: (n,) int32.
+    first: (triangles + 1,) int64 and number: (n,) int32: those of triangle t are number[first[t]] to
+    number[first[t + 1]]."""
 
+    rows: np.ndarray
+    triangle: np.ndarray
+    first: np.ndarray
+    number: np.ndarray
+
+    def on(self, triangles: np.ndarray) -> np.ndarray:
+        """Those on some triangles, in their order, (m,) int64."""
+        count = self.first[triangles + 1] - self.first[triangles]
+        return self.number[
+            np.repeat(self.first[triangles] - np.cumsum(count) + count, count) + np.arange(count.sum())
+        ].astype(np.int64)
+
+
+class Loose(NamedTuple):
+    """Fragments as they were found. slot, first: (triangles + 1,) int64: those of triangle t, of which there are
+    first[t + 1] - first[t], begin at slot[t]. key: of the cell of each, int64; rows: (slots, COLUMNS)."""
+
+    slot: np.ndarray
     first: np.ndarray
     key: np.ndarray
     rows: np.ndarray
@@ -55,64 +73,53 @@ def cell_of(key):
     return (key >> 42) - FARTHEST, ((key >> 21) & (2 * FARTHEST - 1)) - FARTHEST, (key & (2 * FARTHEST - 1)) - FARTHEST
 
 
-class Room:
-    """Memory for fragments before they are packed: fresh memory costs as much as filling it."""
-
-    def __init__(self):
-        self.key, self.rows = np.empty(0, np.int64), np.empty((0, COLUMNS))
-
-    def take(self, n: int) -> tuple[np.ndarray, np.ndarray]:
-        if len(self.key) < n:
-            self.key, self.rows = np.empty(n + n // 4, np.int64), np.empty((n + n // 4, COLUMNS))
-        return self.key, self.rows
-
-
-def clip(triangles: np.ndarray, sign: np.ndarray, places: np.ndarray, room: Room) -> Fragments:
-    """Fragments in order of triangles. sign: (triangles,), 1.0 where the normal points out of the gas, else -1.0.
-    places: of the nodes, in lattice coordinates, (nodes, 3)."""
+def clip(triangles: np.ndarray, sign: np.ndarray, places: np.ndarray, scratch: Scratch) -> Loose:
+    """sign: (triangles,), 1.0 where the normal points out of the gas, else -1.0. places: of the nodes, in lattice
+    coordinates, (nodes, 3). scratch: whose "passing" is used, and free again once fragments are packed."""
     n = len(triangles)
-    slot = np.zeros(n + 1, np.int64)
-    _count(n, triangles, places, slot)
+    slot, first = np.zeros(n + 1, np.int64), np.zeros(n + 1, np.int64)
+    _most(n, triangles, places, slot)
     np.cumsum(slot, out=slot)
-    (key, rows), used = room.take(int(slot[-1])), np.zeros(n + 1, np.int64)
-    _clip(n, triangles, sign, places, slot, key, rows, used)
-    np.cumsum(used, out=used)
-    packed = Fragments(used, np.empty(used[-1], np.int64), np.empty((used[-1], COLUMNS)))
-    _pack(n, slot, key, rows, *packed)
-    return packed
+    key, rows = scratch.take("loose_key", slot[n], kind=np.int64), scratch.take("passing", slot[n], COLUMNS)
+    _clip(n, triangles, sign, places, slot, key, rows, first)
+    np.cumsum(first, out=first)
+    return Loose(slot, first, key, rows)
 
 
 @kernel
-def _count(n, triangles, places, slot_out):
+def _most(n, triangles, places, slot_out):
+    """How many fragments each triangle can have."""
     for t in prange(n):
         a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
-        cells = 1.0
-        for d in range(3):
-            x, y, z = places[a, d], places[b, d], places[c, d]
-            cells *= math.floor(max(x, y, z)) - math.floor(min(x, y, z)) + 1.0
-        if cells > TRUSTED:
-            room, no_key, no_row = np.empty((5, CORNERS, 3)), np.empty(0, np.int64), np.empty((0, COLUMNS))
-            slot_out[t + 1] = _fragments(places, a, b, c, 1.0, room, False, 0, no_key, no_row)
-        else:
-            slot_out[t + 1] = int(cells)
+        x0, x1, x2 = places[a, 0], places[b, 0], places[c, 0]
+        y0, y1, y2 = places[a, 1], places[b, 1], places[c, 1]
+        z0, z1, z2 = places[a, 2], places[b, 2], places[c, 2]
+        x = int(math.floor(max(x0, x1, x2)) - math.floor(min(x0, x1, x2)))  # planes that cut it
+        y = int(math.floor(max(y0, y1, y2)) - math.floor(min(y0, y1, y2)))
+        z = int(math.floor(max(z0, z1, z2)) - math.floor(min(z0, z1, z2)))
+        # Lines in a plane part it into one region more than there are lines and crossings. Rounding may make an eighth
+        # of seven where three lines meet nearly in one point.
+        slot_out[t + 1] = 1 + x + y + z + y * z + z * x + x * y * (2 if z > 0 else 1)
 
 
 @kernel
-def _clip(n, triangles, sign, places, slot, key_out, rows_out, used_out):
+def _clip(n, triangles, sign, places, slot, key_out, rows_out, found_out):
     for team in prange((n + TEAM - 1) // TEAM):
         room = np.empty((5, CORNERS, 3))
         for t in range(team * TEAM, min(n, (team + 1) * TEAM)):
             a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
-            used_out[t + 1] = _fragments(places, a, b, c, sign[t], room, True, slot[t], key_out, rows_out)
+            found_out[t + 1] = _fragments(places, a, b, c, sign[t], room, slot[t], key_out, rows_out)
 
 
 @kernel
-def _pack(n, slot, key, rows, first, key_out, rows_out):
+def pack(n, slot, first, rows, number, rows_out, triangle_out):
+    """Put the loose fragments of n triangles where their numbers say."""
     for t in prange(n):
         for m in range(first[t + 1] - first[t]):
-            key_out[first[t] + m] = key[slot[t] + m]
+            at = number[first[t] + m]
+            triangle_out[at] = t
             for k in range(COLUMNS):
-                rows_out[first[t] + m, k] = rows[slot[t] + m, k]
+                rows_out[at, k] = rows[slot[t] + m, k]
 
 
 @scalar
@@ -147,8 +154,9 @@ def _slab(polygons, source, n, axis, k, low, high, target):
             for d in range(3):
                 polygons[target, i, d] = polygons[source, i, d]
         return n
-    m = _cut(polygons, source, n, axis, float(k), 1.0, 4)
-    return _cut(polygons, 4, m, axis, float(k + 1), -1.0, target)
+    between = np.int64(4)
+    m = _cut(polygons, source, n, axis, float(k), 1.0, between)
+    return _cut(polygons, between, m, axis, float(k + 1), -1.0, target)
 
 
 @scalar
@@ -160,8 +168,8 @@ def _range(polygons, source, n, axis):
 
 
 @scalar
-def _fragments(places, a, b, c, sign, room, write, first, key_out, rows_out):
-    """Write the fragments of the triangle of nodes a, b, c from `first` on, or only count them; returns their number.
+def _fragments(places, a, b, c, sign, room, first, key_out, rows_out):
+    """Write the fragments of the triangle of nodes a, b, c from `first` on; returns their number.
 
     room: (5, CORNERS, 3), for the triangle, the parts of it in a layer, in a column and in a cell, and one between.
     """
@@ -180,25 +188,28 @@ def _fragments(places, a, b, c, sign, room, write, first, key_out, rows_out):
         return 0
     u, v = (g + 1) % 3, (g + 2) % 3
     found = 0
-    x0, x1 = _range(room, 0, 3, 0)
+    # Not plain numbers: for each of those numba would compile what is called anew.
+    triangle, layer, column, cell, corners = np.int64(0), np.int64(1), np.int64(2), np.int64(3), np.int64(3)
+    x, y, z = np.int64(0), np.int64(1), np.int64(2)
+    x0, x1 = _range(room, triangle, corners, x)
     for i in range(x0, x1 + 1):
-        in_layer = _slab(room, 0, 3, 0, i, x0, x1, 1)
+        in_layer = _slab(room, triangle, corners, x, i, x0, x1, layer)
         if in_layer < 3:
             continue
-        y0, y1 = _range(room, 1, in_layer, 1)
+        y0, y1 = _range(room, layer, in_layer, y)
         for j in range(y0, y1 + 1):
-            in_column = _slab(room, 1, in_layer, 1, j, y0, y1, 2)
+            in_column = _slab(room, layer, in_layer, y, j, y0, y1, column)
             if in_column < 3:
                 continue
-            z0, z1 = _range(room, 2, in_column, 2)
+            z0, z1 = _range(room, column, in_column, z)
             for k in range(z0, z1 + 1):
-                corners = _slab(room, 2, in_column, 2, k, z0, z1, 3)
-                if corners < 3:
+                in_cell = _slab(room, column, in_column, z, k, z0, z1, cell)
+                if in_cell < 3:
                     continue
                 low = (float(i), float(j), float(k))
                 area, cx, cy, cz, sx, sy, sz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
                 px, py, pz = room[3, 0, 0] - low[0], room[3, 0, 1] - low[1], room[3, 0, 2] - low[2]
-                for m in range(1, corners - 1):
+                for m in range(1, in_cell - 1):
                     w = (room[3, m, u] - room[3, 0, u]) * (room[3, m + 1, v] - room[3, 0, v])
                     w -= (room[3, m, v] - room[3, 0, v]) * (room[3, m + 1, u] - room[3, 0, u])
                     area += w
@@ -212,20 +223,19 @@ def _fragments(places, a, b, c, sign, room, write, first, key_out, rows_out):
                 share = area / whole
                 if not share > NOTHING:
                     continue
-                if write:
-                    at, scale, third = first + found, 0.5 * sign * share, 1.0 / (3.0 * area)
-                    key_out[at] = key_of(i, j, k)
-                    for d in range(3):
-                        rows_out[at, NORMAL + d] = scale * normal[d]
-                    place = (low[0] + third * cx, low[1] + third * cy, low[2] + third * cz)
-                    moment = (sx, sy, sz)
-                    for d in range(3):
-                        rows_out[at, PLACE + d] = place[d]
-                        rows_out[at, MOMENT + d] = moment[d] / (6.0 * area) * scale * normal[d]
-                    pu, pv = place[u] - room[0, 0, u], place[v] - room[0, 0, v]
-                    second = (pu * (room[0, 2, v] - room[0, 0, v]) - pv * (room[0, 2, u] - room[0, 0, u])) / whole
-                    third_weight = ((room[0, 1, u] - room[0, 0, u]) * pv - (room[0, 1, v] - room[0, 0, v]) * pu) / whole
-                    rows_out[at, WEIGHT] = 1.0 - second - third_weight
-                    rows_out[at, WEIGHT + 1], rows_out[at, WEIGHT + 2] = second, third_weight
+                at, scale, third = first + found, 0.5 * sign * share, 1.0 / (3.0 * area)
+                key_out[at] = key_of(i, j, k)
+                for d in range(3):
+                    rows_out[at, NORMAL + d] = scale * normal[d]
+                place = (low[0] + third * cx, low[1] + third * cy, low[2] + third * cz)
+                moment = (sx, sy, sz)
+                for d in range(3):
+                    rows_out[at, PLACE + d] = place[d]
+                    rows_out[at, MOMENT + d] = moment[d] / (6.0 * area) * scale * normal[d]
+                pu, pv = place[u] - room[0, 0, u], place[v] - room[0, 0, v]
+                second = (pu * (room[0, 2, v] - room[0, 0, v]) - pv * (room[0, 2, u] - room[0, 0, u])) / whole
+                third_weight = ((room[0, 1, u] - room[0, 0, u]) * pv - (room[0, 1, v] - room[0, 0, v]) * pu) / whole
+                rows_out[at, WEIGHT] = 1.0 - second - third_weight
+                rows_out[at, WEIGHT + 1], rows_out[at, WEIGHT + 2] = second, third_weight
                 found += 1
     return found

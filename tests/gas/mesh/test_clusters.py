@@ -16,7 +16,9 @@ def in_a_row(volumes, apertures, pace=0.0, after=None):
     aperture = np.zeros((n, 3))
     aperture[: n - 1, 2] = apertures
     volume = np.array([volumes, volumes if after is None else after], float)
-    return find_clusters(key, neighbours(key), volume, aperture, np.full((n, 3), pace), np.zeros(n), 1e-3)
+    return find_clusters(
+        key, neighbours(key), volume, aperture, np.zeros(n + 1, np.int32), np.full((n, 3), pace), np.zeros(n), 1e-3
+    )
 
 
 def test_full_cells_stand_alone():
@@ -27,8 +29,9 @@ def test_full_cells_stand_alone():
 
 def test_a_small_cell_joins_the_neighbour_behind_its_widest_face():
     found = in_a_row([1.0, 0.1, 0.9], [0.3, 0.8])
-    assert found.of.tolist() == [0, 1, 1]
-    assert found.members[found.start[1] : found.start[2]].tolist() == [1, 2]
+    assert found.of.tolist() == [1, 0, 0]  # the one that has several cells comes first
+    assert found.special == 1
+    assert found.members[found.start[0] : found.start[1]].tolist() == [1, 2]
     np.testing.assert_allclose(found.before, [1.0, 1.0])
 
 

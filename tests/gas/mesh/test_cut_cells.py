@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from billow.apps.verification.scenes import box, sphere
+from billow.base.scratch import Scratch
 from billow.geometry.cut_cells import Window, cut_cells, neighbours, unite
-from billow.geometry.lattice_clipping import NORMAL, WEIGHT, cell_of, key_of
+from billow.geometry.lattice_clipping import NORMAL, WEIGHT, cell_of, clip, key_of
+from billow.geometry.surface import area_vectors
 
 
 def volume(positions, triangles):
@@ -64,6 +66,23 @@ def test_centroids_of_cut_cells():
     corner = found.key == key_of(0, 0, 0)
     np.testing.assert_allclose(found.centroid[corner][0], 0.65, atol=1e-12)
     assert found.volume[first] == pytest.approx(0.6**3, rel=1e-12)
+
+
+def test_no_triangle_has_more_fragments_than_there_is_room_for():
+    """Small and large, and through points where planes of the lattice meet, which rounding parts once more."""
+    random = np.random.default_rng(5)
+    places = random.normal(size=(3000, 3, 3)) * 10.0 ** random.uniform(-1.0, 1.0, (3000, 1, 1))
+    crossing = np.round(places[:, :1]) - places.mean(axis=1, keepdims=True)
+    places[::2] += crossing[::2]  # the centroid is a corner of cells
+    places[::5, :, 2] = np.round(places[::5, :, 2])
+    triangles = np.arange(9000, dtype=np.uint32).reshape(-1, 3)
+    loose = clip(triangles, np.ones(3000), places.reshape(-1, 3), Scratch())
+    assert (np.diff(loose.first) <= np.diff(loose.slot)).all()
+    size = np.diff(loose.first).max()
+    assert size > 300
+    rows = np.concatenate([loose.rows[s : s + n] for s, n in zip(loose.slot, np.diff(loose.first), strict=False)])
+    whole = np.add.reduceat(rows[:, NORMAL : NORMAL + 3], loose.first[:-1])
+    np.testing.assert_allclose(whole, area_vectors(triangles, places.reshape(-1, 3)), rtol=0.0, atol=1e-10)
 
 
 def test_keys_and_neighbours():

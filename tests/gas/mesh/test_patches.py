@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from billow.apps.verification.scenes import sphere
+from billow.base.scratch import Scratch
 from billow.geometry.cut_cells import Window, cut_cells, unite
 from billow.geometry.surface import area_vectors
 from billow.parts.gas.mesh.patches import AREA, BEFORE, SIDE, SPEED, Patches
@@ -16,7 +17,7 @@ def test_every_fragment_has_a_patch_and_areas_are_those_of_the_time_between():
     after, window = before * 1.05 + moves, Window.none()
     old, new = (cut_cells(triangles, np.ones(len(triangles)), places, window) for places in (before, after))
     _, in_old, in_new = unite(old.key, new.key)
-    patches = Patches.find(in_old, in_new, old, new, triangles, np.tile(moves, (len(before), 1)))
+    patches = Patches.find(in_old, in_new, old, new, triangles, np.tile(moves, (len(before), 1)), Scratch())
     rows, own = patches.rows, np.arange(len(patches.triangle))
     np.testing.assert_array_equal(patches.of_old[patches.old[patches.old >= 0]], own[patches.old >= 0])
     np.testing.assert_array_equal(patches.of_new[patches.new[patches.new >= 0]], own[patches.new >= 0])

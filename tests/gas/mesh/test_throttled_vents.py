@@ -25,7 +25,7 @@ def test_only_what_bernoulli_does_not_explain_is_a_loss(discharge, at_hole, shar
     def side(pressure, coming):
         state, gas = np.zeros((1, Y + 1)), np.zeros(P + 1)
         state[0, P], gas[P], gas[RHO] = pressure, coming, density
-        return state, state, np.ones(1), np.zeros(2, np.int32), gas, fragments, np.zeros(2)
+        return state, state, np.ones(1), np.zeros(2, np.int32), gas, fragments.astype(np.int32), np.zeros(2)
 
     bag, out = side(outside + at_hole * lead, outside + lead), side(outside, outside)
     flux = discharge * math.sqrt(2.0 * density * lead)

@@ -1,7 +1,8 @@
 """What a cluster holds at the start of a part of a step, and what flows into it and out of it.
 
 Each cluster gathers in a fixed order, so that threads change no digit. A single cell without walls is its own cluster:
-what it holds is never copied. What a cluster holds at the end is written to its first cell, and shared in the end.
+what it holds is never copied. The others, called special, are the first ones. What a cluster holds at the end is
+written to its first cell, and shared in the end.
 """
 
 from __future__ import annotations
@@ -13,113 +14,141 @@ from numba import prange
 
 from billow.base.compiled import kernel, scalar
 from billow.parts.gas.mesh.slopes import forget
-from billow.parts.gas.mesh.thermodynamics import RHO, C, G, P, T, U, Y, contents, primitive, temperature_of
+from billow.parts.gas.mesh.thermodynamics import (
+    CAPACITY,
+    FOUND,
+    GAS,
+    LANES,
+    MASS,
+    RHO,
+    C,
+    G,
+    P,
+    T,
+    U,
+    Y,
+    contents,
+    put_state,
+    temperatures,
+)
 
 
 @kernel
 def gather(
-    n, start, members, walls, before, after, table, volume, held, temperature, sound, weight, centroid, room, total_out,
-    state_out, place_out, walled_out, bad_out,
+    n, special, start, members, before, after, table, held, temperature, sound, weight, centroid, room, total_out,
+    state_out, place_out, bad_out,
 ):  # fmt: skip
-    """Totals (but of single cells without walls), state and centroid of n clusters at the start; walled_out: (n,) bool,
-    those with walls; bad_out: (n,) bool, those with gas but without a state.
+    """Totals of the special clusters, and state and centroid of all n at the start; bad_out: (n,) bool, those with gas
+    but without a state.
 
-    walls: first patch of each cell. held: (cells, species + 4), temperature [K] and speed of sound [m/s], (cells,): of
+    held: (cells, species + 4), temperature [K] and speed of sound [m/s], (cells,): of
     the cells; weight: volume of each at the end [cells], and centroid (cells, 3). room: of a cell [m^3]. A cluster
     without gas has the pressure zero.
     """
     species = len(table)
-    for c in prange(n):
-        first = members[start[c]]
-        walled_out[c], bad_out[c] = walls[first + 1] > walls[first], False
-        if start[c + 1] - start[c] == 1 and not walled_out[c]:
-            for d in range(3):
-                place_out[c, d] = centroid[first, d]
-            mass, gas_constant, thermal = contents(table, held, first, species)
-            if mass > 0.0 and thermal > 0.0 and before[c] > 0.0 and temperature[first] > 0.0:
-                heat, share, density = gas_constant * temperature[first], 1.0 / mass, 1.0 / (before[c] * room)
-                state_out[c, RHO], state_out[c, P] = mass * density, heat * density
+    for team in prange((n + LANES - 1) // LANES):
+        rows, guess, found = np.empty(LANES, np.int64), np.empty(LANES), np.empty((4, LANES))
+        wanted = np.int64(0)  # for a plain 0 numba would compile what takes it twice
+        for c in range(team * LANES, min(n, (team + 1) * LANES)):
+            first, alone = members[start[c]], start[c + 1] - start[c] == 1
+            if alone and (c >= special or temperature[first] > 0.0):
                 for d in range(3):
-                    state_out[c, U + d] = share * held[first, species + d]
-                state_out[c, C], state_out[c, T] = sound[first], temperature[first]
-                state_out[c, G] = 1.0 + heat / thermal
-                for k in range(species):
-                    state_out[c, Y + k] = share * held[first, k]
-            else:
-                bad_out[c] = mass > 0.0 and before[c] > 0.0
-                for k in range(Y + species):
-                    state_out[c, k] = 0.0
-            continue
-        for k in range(species + 4):
-            total_out[c, k] = 0.0
-        x, y, z, total, guess, most = 0.0, 0.0, 0.0, 0.0, 0.0, -1.0
-        for m in range(start[c], start[c + 1]):
-            i = members[m]
-            walled_out[c] = walled_out[c] or walls[i + 1] > walls[i]
-            mass = 0.0
+                    place_out[c, d] = centroid[first, d]
+                if c < special:
+                    for k in range(species + 4):
+                        total_out[c, k] = held[first, k]
+                mass, gas_constant, thermal = contents(table, held, first, species)
+                bad_out[c] = False
+                if mass > 0.0 and thermal > 0.0 and before[c] > 0.0 and temperature[first] > 0.0:
+                    heat, share, density = gas_constant * temperature[first], 1.0 / mass, 1.0 / (before[c] * room)
+                    state_out[c, RHO], state_out[c, P] = mass * density, heat * density
+                    for d in range(3):
+                        state_out[c, U + d] = share * held[first, species + d]
+                    state_out[c, C], state_out[c, T] = sound[first], temperature[first]
+                    state_out[c, G] = 1.0 + heat / thermal
+                    for k in range(species):
+                        state_out[c, Y + k] = share * held[first, k]
+                else:
+                    bad_out[c] = mass > 0.0 and before[c] > 0.0
+                    for k in range(Y + species):
+                        state_out[c, k] = 0.0
+                continue
             for k in range(species + 4):
-                total_out[c, k] += held[i, k]
-            for k in range(species):
-                mass += held[i, k]
-            if mass > most:
-                most, guess = mass, temperature[i]
-            w = max(weight[i], 0.0) if after[c] > 0.0 else 1.0
-            x, y, z, total = x + w * centroid[i, 0], y + w * centroid[i, 1], z + w * centroid[i, 2], total + w
-        place_out[c, 0], place_out[c, 1], place_out[c, 2] = x / total, y / total, z / total
-        if not primitive(table, total_out, c, species, before[c] * room, guess, state_out, c):
-            bad_out[c] = most > 0.0 and before[c] > 0.0
-            for k in range(Y + species):
-                state_out[c, k] = 0.0
+                total_out[c, k] = 0.0
+            x, y, z, total, most = 0.0, 0.0, 0.0, 0.0, -1.0
+            for m in range(start[c], start[c + 1]):
+                i = members[m]
+                mass = 0.0
+                for k in range(species + 4):
+                    total_out[c, k] += held[i, k]
+                for k in range(species):
+                    mass += held[i, k]
+                if mass > most:
+                    most, guess[wanted] = mass, temperature[i]
+                w = max(weight[i], 0.0) if after[c] > 0.0 else 1.0
+                x, y, z, total = x + w * centroid[i, 0], y + w * centroid[i, 1], z + w * centroid[i, 2], total + w
+            place_out[c, 0], place_out[c, 1], place_out[c, 2] = x / total, y / total, z / total
+            rows[wanted] = c
+            wanted += 1
+        temperatures(wanted, table, total_out, rows, guess, found)
+        for k in range(wanted):
+            c = rows[k]
+            bad_out[c] = put_state(total_out, c, species, before[c] * room, found, k, state_out, c)
 
 
 @kernel
 def add_fluxes(
-    n, start, members, beside, aperture, of, walled, after, table, held, total, gained, state, flux, face, dt, held_out,
-    temperature_out, sound_out, bad_out,
+    n, special, start, members, beside, aperture, of, after, table, held, total, gained, state, flux, face, dt,
+    held_out, temperature_out, sound_out, bad_out,
 ):  # fmt: skip
     """What n clusters hold after a part of dt [s], into held_out of their first cells, and the temperature and speed of
-    sound there; of those with walls both are still missing. gained: (n, species + 4), what those with walls get from
-    sources, passages and openings. face: area [m^2] of a cell. bad_out: (n,) bool, those that have gas and no state."""
+    sound there; of the special ones walls are still missing, and these two. gained: (special, species + 4), what these
+    get from sources, passages and openings. face: area [m^2] of a cell. bad_out: (n,) bool, those that have gas and no
+    state."""
     species = len(table)
-    for c in prange(n):
-        first, bad_out[c] = members[start[c]], False
-        for k in range(species + 4):
-            if walled[c]:
-                held_out[first, k] = total[c, k] + gained[c, k]
+    for team in prange((n + LANES - 1) // LANES):
+        rows, whose = np.empty(LANES, np.int64), np.empty(LANES, np.int64)
+        guess, found, wanted = np.empty(LANES), np.empty((4, LANES)), np.int64(0)
+        for c in range(team * LANES, min(n, (team + 1) * LANES)):
+            first, bad_out[c] = members[start[c]], False
+            for k in range(species + 4):
+                held_out[first, k] = total[c, k] + gained[c, k] if c < special else held[first, k]
+            p = state[c, P]
+            for m in range(start[c], start[c + 1] if p > 0.0 else start[c]):
+                i = members[m]
+                for side in range(6):
+                    j, d = beside[i, side], side // 2
+                    own = side % 2 == 1
+                    if j < 0:
+                        continue
+                    k = i if own else j
+                    if not aperture[k, d] > 0.0:
+                        continue
+                    # The still walls: what closes the cell, at the pressure of the cluster.
+                    sign = dt * face if own else -dt * face
+                    held_out[first, species + d] += sign * p * aperture[k, d]
+                    if of[j] == c:
+                        continue
+                    mass = sign * flux[k, d, 0]
+                    upwind = np.int64(c) if mass > 0.0 else np.int64(of[j])  # c is unsigned in threads
+                    for s in range(species):
+                        held_out[first, s] -= mass * state[upwind, Y + s]
+                    for v in range(3):
+                        held_out[first, species + v] -= sign * flux[k, d, U + v]
+                    held_out[first, species + 3] -= sign * flux[k, d, 4]
+            if c >= special:
+                temperature_out[first], sound_out[first] = 0.0, 0.0
+                if after[c] > 0.0:
+                    rows[wanted], guess[wanted], whose[wanted] = first, state[c, T], c
+                    wanted += 1
+        temperatures(wanted, table, held_out, rows, guess, found)
+        for k in range(wanted):
+            t, cp, gas_constant, mass = found[FOUND, k], found[CAPACITY, k], found[GAS, k], found[MASS, k]
+            if t > 0.0:
+                temperature_out[rows[k]] = t
+                sound_out[rows[k]] = math.sqrt(cp / (cp - gas_constant) * gas_constant * t / mass)
             else:
-                held_out[first, k] = held[first, k] if start[c + 1] - start[c] == 1 else total[c, k]
-        p = state[c, P]
-        for m in range(start[c], start[c + 1] if p > 0.0 else start[c]):
-            i = members[m]
-            for side in range(6):
-                j, d = beside[i, side], side // 2
-                own = side % 2 == 1
-                if j < 0:
-                    continue
-                k = i if own else j
-                if not aperture[k, d] > 0.0:
-                    continue
-                # The still walls: what closes the cell, at the pressure of the cluster.
-                sign = dt * face if own else -dt * face
-                held_out[first, species + d] += sign * p * aperture[k, d]
-                if of[j] == c:
-                    continue
-                mass = sign * flux[k, d, 0]
-                upwind = np.int64(c) if mass > 0.0 else np.int64(of[j])  # c is unsigned in threads
-                for s in range(species):
-                    held_out[first, s] -= mass * state[upwind, Y + s]
-                for v in range(3):
-                    held_out[first, species + v] -= sign * flux[k, d, U + v]
-                held_out[first, species + 3] -= sign * flux[k, d, 4]
-        if not walled[c]:
-            mass, gas_constant, thermal = contents(table, held_out, first, species)
-            temperature_out[first], sound_out[first] = 0.0, 0.0
-            if thermal > 0.0 and after[c] > 0.0:
-                t, cp = temperature_of(table, held_out, first, species, gas_constant, thermal, state[c, T])
-                temperature_out[first] = t
-                sound_out[first] = math.sqrt(cp / (cp - gas_constant) * gas_constant * t / mass)
-            else:
-                bad_out[c] = mass != 0.0 and after[c] > 0.0
+                bad_out[whose[k]] = mass != 0.0
 
 
 @kernel

@@ -24,13 +24,15 @@ def through(outer: np.ndarray, inner: np.ndarray) -> np.ndarray:
 
 
 @kernel
-def spread(n, at, held, temperature, sound, held_out, temperature_out, sound_out):
+def spread(n, at, held, temperature, sound, pace, held_out, temperature_out, sound_out, pace_out):
     """What n cells hold, by their numbers `at` among those that hold gas, or -1."""
     for i in prange(n):
         for k in range(held.shape[1]):
             held_out[i, k] = held[at[i], k] if at[i] >= 0 else 0.0
         temperature_out[i] = temperature[at[i]] if at[i] >= 0 else 0.0
         sound_out[i] = sound[at[i]] if at[i] >= 0 else 0.0
+        for d in range(3):
+            pace_out[i, d] = pace[at[i], d] if at[i] >= 0 else 0.0
 
 
 @kernel

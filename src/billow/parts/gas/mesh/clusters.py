@@ -37,34 +37,34 @@ ROUNDS = 50
 class Clusters(NamedTuple):
     """of: (cells,) int32, number of the cluster of each cell. start: (clusters + 1,) and members: (cells,) int32: the
     cells of cluster c are members[start[c]] to members[start[c + 1]]. before, after: volumes [cells], (clusters,).
-    adopted: how many clusters were taken in by others, lost: how many had no room and found nobody."""
+    special: how many have walls or several cells; they are the first ones. adopted: how many were taken in by others,
+    lost: how many had no room and found nobody."""
 
     of: np.ndarray
     start: np.ndarray
     members: np.ndarray
     before: np.ndarray
     after: np.ndarray
+    special: int
     adopted: int
     lost: int
 
 
 def find_clusters(
-    key: np.ndarray, beside: np.ndarray, volume: np.ndarray, aperture: np.ndarray, pace: np.ndarray, doors: np.ndarray,
-    courant: float,
+    key: np.ndarray, beside: np.ndarray, volume: np.ndarray, aperture: np.ndarray, walls: np.ndarray, pace: np.ndarray,
+    doors: np.ndarray, courant: float,
 ) -> Clusters:  # fmt: skip
     """key: of the cells, ascending, (n,). beside: their neighbours, (n, 6). volume: (2, n), at the start and at the
-    end [cells]. aperture: mean of each upper face, (n, 3). pace: |u_d| + c [m/s], (n, 3). doors: openings to other
-    rooms in each [faces], (n,). courant: dt/h [s/m]."""
+    end [cells]. aperture: mean of each upper face, (n, 3). walls: first patch of each, (n + 1,). pace: |u_d| + c [m/s],
+    (n, 3). doors: openings to other rooms in each [faces], (n,). courant: dt/h [s/m]."""
     n = len(key)
-    root, chosen = np.empty(n, np.int32), np.empty(n, np.int32)
-    leaving = doors * pace.max(axis=1, initial=0.0) * courant
-    _choose(n, beside, volume, aperture, pace, leaving, courant, chosen)
-    of, start, members = np.empty(n, np.int32), np.empty(n + 1, np.int32), np.empty(n, np.int32)
-    before, after = np.empty(n), np.empty(n)
-    adopted, lost, count = _join(
-        key, beside, volume, aperture, pace, leaving, courant, chosen, root, of, start, members, before, after
-    )
-    return Clusters(of, start[: count + 1], members, before[:count], after[:count], adopted, lost)
+    root, chosen, leaving, plain = np.empty(n, np.int32), np.empty(n, np.int32), np.empty(n), np.empty(n, np.bool_)
+    of, start, members = np.empty(n, np.int32), np.empty(n + 2, np.int32), np.empty(n, np.int32)
+    first, last, before, after = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
+    _choose(n, beside, volume, aperture, pace, doors, courant, leaving, chosen, root, plain, first, last)
+    adopted, lost = _join(key, beside, volume, aperture, pace, leaving, courant, plain, chosen, root, first, last)
+    count, special = _number(root, walls, first, last, of, start, members, before, after)
+    return Clusters(of, start[: count + 1], members, before[:count], after[:count], special, adopted, lost)
 
 
 @scalar
@@ -74,13 +74,20 @@ def _crossing(pace, i, j, d, aperture, courant):
 
 
 @kernel
-def _choose(n, beside, volume, aperture, pace, leaving, courant, chosen_out):
+def _choose(
+    n, beside, volume, aperture, pace, doors, courant, leaving_out, chosen_out, root_out, plain_out, before_out,
+    after_out,
+):  # fmt: skip
+    """leaving_out: Courant number of the openings to other rooms in each cell. plain_out: whether a cell is full and
+    none of its faces inside out. root_out, before_out, after_out: as if nothing joined."""
     for i in prange(n):
-        chosen_out[i] = i
+        leaving_out[i], chosen_out[i] = doors[i] * max(pace[i, 0], pace[i, 1], pace[i, 2]) * courant, i
+        root_out[i], before_out[i], after_out[i] = i, volume[0, i], volume[1, i]
         least, both = min(volume[0, i], volume[1, i]), volume[0, i] + volume[1, i]
+        plain_out[i] = least > FULL and min(aperture[i, 0], aperture[i, 1], aperture[i, 2]) >= 0.0
         if least > FULL:
             continue
-        need = leaving[i]
+        need = leaving_out[i]
         for d in range(3):
             up, down = beside[i, 2 * d + 1], beside[i, 2 * d]
             if up >= 0 and aperture[i, d] > 0.0:
@@ -112,19 +119,14 @@ def _follow(chosen, i):
 
 
 @scalar
-def _settle(chosen, root_out):
-    for i in range(len(chosen)):
+def _settle(some, chosen, volume, root_out, before_out, after_out):
+    """Roots of some cells, and volumes of their clusters at the places of the roots, which are among these cells."""
+    for i in some:
         root_out[i] = _follow(chosen, i)
-
-
-@scalar
-def _measure(root, volume, before_out, after_out):
-    """Volumes of clusters, at the places of their roots."""
-    for i in range(len(root)):
         before_out[i] = after_out[i] = 0.0
-    for i in range(len(root)):
-        before_out[root[i]] += volume[0, i]
-        after_out[root[i]] += volume[1, i]
+    for i in some:
+        before_out[root_out[i]] += volume[0, i]
+        after_out[root_out[i]] += volume[1, i]
 
 
 @scalar
@@ -141,12 +143,15 @@ def _find(key, wanted):
 
 
 @scalar
-def _take_in_crowded(beside, volume, aperture, pace, leaving, courant, chosen, root, before, after, crowded_out):
+def _take_in_crowded(
+    some, beside, volume, aperture, pace, leaving, courant, chosen, root, before, after, need, widest, door, crowded_out
+):  # fmt: skip
     """Clusters through whose faces more flows than they hold join the one behind their widest face; those for
-    which that is no help are marked."""
-    n, joined = len(chosen), 0
-    need, widest, door = np.zeros(n), np.zeros(n), np.full(n, -1, np.int32)
-    for i in range(n):
+    which that is no help are marked. Returns how many joined. need, widest, door: scratch."""
+    joined = 0
+    for i in some:
+        need[i], widest[i], door[i] = 0.0, 0.0, -1
+    for i in some:
         r = root[i]
         alone = before[r] == volume[0, r] and after[r] == volume[1, r]
         if alone and min(before[r], after[r]) > SMALL:
@@ -161,7 +166,7 @@ def _take_in_crowded(beside, volume, aperture, pace, leaving, courant, chosen, r
                 need[r] += _crossing(pace, i, j, d, a, courant)
                 if a > widest[r]:
                     widest[r], door[r] = a, j
-    for r in range(n):
+    for r in some:
         least = min(before[r], after[r])
         crowded_out[r] = False
         if root[r] != r or door[r] < 0 or not need[r] > CROWDED * least:
@@ -176,10 +181,10 @@ def _take_in_crowded(beside, volume, aperture, pace, leaving, courant, chosen, r
 
 
 @scalar
-def _join_inside_out(beside, aperture, chosen):
+def _join_inside_out(some, beside, aperture, chosen):
     """Cells on both sides of a face that is open by less than nothing join. Returns how many clusters did."""
     joined = 0
-    for i in range(len(chosen)):
+    for i in some:
         for d in range(3):
             j = beside[i, 2 * d + 1]
             if j >= 0 and aperture[i, d] < 0.0:
@@ -191,12 +196,13 @@ def _join_inside_out(beside, aperture, chosen):
 
 
 @scalar
-def _adopt(key, volume, chosen, root, before, after, crowded):
+def _adopt(some, key, chosen, root, before, after, crowded, best, at):
     """Clusters without room, and crowded ones, join the largest one among the cells about them. Returns how many did,
-    and how many without room found none."""
+    and how many without room found none. best, at: scratch."""
     adopted, lost = 0, 0
-    best, at = np.zeros(len(chosen)), np.full(len(chosen), -1, np.int32)
-    for i in range(len(chosen)):
+    for i in some:
+        best[i], at[i] = 0.0, -1
+    for i in some:
         r = root[i]
         if before[r] > LEAST and after[r] > LEAST and not crowded[r]:
             continue
@@ -208,7 +214,7 @@ def _adopt(key, volume, chosen, root, before, after, crowded):
                         least = min(before[root[j]], after[root[j]])
                         if least > max(best[r], LEAST):
                             best[r], at[r] = least, root[j]
-    for r in range(len(chosen)):
+    for r in some:
         if at[r] >= 0:
             k = _follow(chosen, at[r])
             if k != r and (not crowded[r] or min(before[k], after[k]) > min(before[r], after[r])):
@@ -220,48 +226,74 @@ def _adopt(key, volume, chosen, root, before, after, crowded):
 
 
 @scalar
+def _not_plain(plain, chosen, some_out):
+    """Cells that are not plain, in their order, and those that take others in, which are plain no more; returns their
+    number."""
+    for i in range(len(plain)):
+        if chosen[i] != i:
+            plain[chosen[i]] = False
+    m = 0
+    for i in range(len(plain)):
+        some_out[m] = i
+        m += not plain[i]
+    return m
+
+
+@scalar
 def _join(
-    key, beside, volume, aperture, pace, leaving, courant, chosen, root, of_out, start_out, members_out, before_out,
-    after_out,
+    key, beside, volume, aperture, pace, leaving, courant, plain, chosen, root_out, before_out, after_out
 ):  # fmt: skip
+    """Join clusters until all of them have room; returns how many were taken in, and how many found nobody."""
     n, crowded = len(key), np.zeros(len(key), np.bool_)
-    _settle(chosen, root)
-    joined, lost = _join_inside_out(beside, aperture, chosen), 0
+    need, widest, door, room = np.empty(n), np.empty(n), np.empty(n, np.int32), np.empty(n + 1, np.int32)
+    some = room[: _not_plain(plain, chosen, room)]
+    joined, lost = _join_inside_out(some, beside, aperture, chosen), 0
     if joined > 0:
-        _settle(chosen, root)
-    _measure(root, volume, before_out, after_out)
+        some = room[: _not_plain(plain, chosen, room)]
+    _settle(some, chosen, volume, root_out, before_out, after_out)
     for _ in range(ROUNDS):  # what is inside out by more than a cell needs several neighbours
         taken = _take_in_crowded(
-            beside, volume, aperture, pace, leaving, courant, chosen, root, before_out, after_out, crowded
-        )
+            some, beside, volume, aperture, pace, leaving, courant, chosen, root_out, before_out, after_out, need,
+            widest, door, crowded,
+        )  # fmt: skip
         if taken > 0:
-            _settle(chosen, root)
-            _measure(root, volume, before_out, after_out)
-        adopted, lost = _adopt(key, volume, chosen, root, before_out, after_out, crowded)
+            some = room[: _not_plain(plain, chosen, room)]
+            _settle(some, chosen, volume, root_out, before_out, after_out)
+        adopted, lost = _adopt(some, key, chosen, root_out, before_out, after_out, crowded, widest, door)
         joined += taken + adopted
         if taken + adopted == 0:
             break
-        _settle(chosen, root)
-        _measure(root, volume, before_out, after_out)
-    count = 0
-    for i in range(n):  # volumes move down to the numbers of the clusters, which are not above their roots'
-        if root[i] == i:
-            of_out[i] = count
-            before_out[count], after_out[count] = before_out[i], after_out[i]
-            count += 1
+        some = room[: _not_plain(plain, chosen, room)]
+        _settle(some, chosen, volume, root_out, before_out, after_out)
+    return joined, lost
+
+
+@scalar
+def _number(root, walls, first, last, of_out, start_out, members_out, before_out, after_out):
+    """Number the clusters and list their cells; returns how many there are, and how many of them are special. first,
+    last: volumes, at the places of the roots."""
+    n = len(root)
+    is_special = np.zeros(n, np.bool_)
     for i in range(n):
-        of_out[i] = of_out[root[i]]
-    for c in range(count + 1):
+        if root[i] != i or walls[i + 1] > walls[i]:
+            is_special[root[i]] = True
+    count, special = 0, 0
+    for others in range(2):
+        for i in range(n):
+            if root[i] == i and is_special[i] != (others == 1):
+                of_out[i], before_out[count], after_out[count] = count, first[i], last[i]
+                count += 1
+        if others == 0:
+            special = count
+    for c in range(count + 2):
         start_out[c] = 0
-    for i in range(n):
-        start_out[of_out[i] + 1] += 1
-    for c in range(count):
+    for i in range(n):  # sizes, two places on, become where clusters begin, one place on, and then where they end
+        of_out[i] = of_out[root[i]]
+        start_out[of_out[i] + 2] += 1
+    for c in range(1, count + 1):
         start_out[c + 1] += start_out[c]
     for i in range(n):
-        c = of_out[i]
+        c = of_out[i] + 1
         members_out[start_out[c]] = i
         start_out[c] += 1
-    for c in range(count, 0, -1):
-        start_out[c] = start_out[c - 1]
-    start_out[0] = 0
-    return joined, lost, count
+    return count, special

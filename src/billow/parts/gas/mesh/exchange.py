@@ -125,8 +125,8 @@ class Place:
 class Exchange:
     """A step of the structure. chambers: by the number of their room. present: area of each passage [m^2]. places: of
     each passage, where it lies in the surface before and after the step, which count as the time says; fabric counts as
-    after it. mouths, cooling: fragments of each source's mouth, and of the outer fabric of each room if it loses
-    heat."""
+    after it, and nowhere if nothing passes it. mouths, cooling: fragments of each source's mouth, and of the outer
+    fabric of each room if it loses heat."""
 
     ways: Ways
     gas: MeshState
@@ -147,10 +147,13 @@ class Exchange:
         sums = [areas[first[k] : first[k + 1]].sum(axis=0) for k in range(len(passages.rows))]
         blocked = (a[1] for a, row in zip(sums, passages.rows, strict=True) if row.through_blocked < 1.0)
         gas.blocked_area = float(sum(blocked))
-        corners = None if bag.touched is None else bag.touched.any(axis=0)[triangles].mean(axis=1)
+        sealed = [r.coefficient == 0.0 and ways.is_open(k, gas.is_open) for k, r in enumerate(passages.rows)]
+        blocks = any(r.through_blocked < 1.0 and not shut for r, shut in zip(passages.rows, sealed, strict=True))
+        touched = bag.touched is not None and blocks
+        corners = bag.touched.any(axis=0)[triangles].mean(axis=1) if touched else None
         places = []
-        for walls, row in zip(ways.through_walls, passages.rows, strict=True):
-            times = (False,) if row.kind == FABRIC else (True, False)
+        for walls, row, shut in zip(ways.through_walls, passages.rows, sealed, strict=True):
+            times = () if shut else (False,) if row.kind == FABRIC else (True, False)
             places.append(tuple(Place.find(row, walls, chambers, corners, old) for old in times))
         mouths = zip(supply.sources, ways.mouths, strict=True)
         losing = {} if supply.heat_conductance is None else chambers
@@ -205,8 +208,8 @@ class Exchange:
             fragments, there = place.both
             passed = link(
                 a.state, b.state, a.total, b.total, a.gained, b.gained, a.of[cell_a[fragments]], b.of[cell_b[there]],
-                cut.fragments.rows, fragments, cut.triangle, a.walls.triangles, self.velocity, self.ways.cell**2,
-                dt, share, len(self.ways.supply.table),
+                cut.fragments.rows, fragments, cut.fragments.triangle, a.walls.triangles, self.velocity,
+                self.ways.cell**2, dt, share, len(self.ways.supply.table),
             )  # fmt: skip
             if self.ways.origin[k] >= 0:
                 self.gas.passed[self.ways.origin[k]] += passed

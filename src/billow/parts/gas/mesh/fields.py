@@ -142,8 +142,9 @@ def on_triangles(setup: Setup, gas: MeshState, cuts: tuple[CutCells, ...]) -> di
         at, _, temperature, density, velocity, _ = _states(setup, sheet, cut)
         where = np.full(len(cut.key), -1)
         where[at] = np.arange(len(at))
-        mine = where[cut.cell[: first[-1]]]
-        size = np.linalg.norm(cut.fragments.rows[: first[-1], NORMAL : NORMAL + 3], axis=1)
+        fragments = cut.fragments.number[: first[-1]]
+        mine = where[cut.cell[fragments]]
+        size = np.linalg.norm(cut.fragments.rows[fragments, NORMAL : NORMAL + 3], axis=1)
         size[mine < 0] = 0.0
         triangle = np.repeat(np.arange(walls.own), np.diff(first))
         whole = np.bincount(triangle, size, walls.own)

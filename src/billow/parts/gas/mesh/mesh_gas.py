@@ -18,7 +18,6 @@ from billow.parts.gas.mesh.exchange import Exchange
 from billow.parts.gas.mesh.fields import at_places, boxes_of, chamber_totals, is_inside, on_triangles
 from billow.parts.gas.mesh.moved import Moved
 from billow.parts.gas.mesh.rooms import NO_CELLS, join_sheets
-from billow.parts.gas.mesh.scratch import Scratch
 from billow.parts.gas.mesh.setup import VAN_LEER, Setup
 from billow.parts.gas.mesh.sheet import Sheet, fastest
 from billow.parts.gas.mesh.state import MeshState
@@ -92,11 +91,13 @@ class MeshGas(Setup, SwitchableGas):
         return gas.cuts[1]
 
     def _cut(self, gas: MeshState, positions: np.ndarray) -> tuple[CutCells, ...]:
-        if gas.window is None:
-            gas.window = Window.none()
-        places = (positions - gas.origin) / self.cell
-        walls = self.rooms(gas).walls
-        return tuple(cut_cells(w.triangles, w.sign, places, gas.window) if len(w.index) else NO_CELLS for w in walls)
+        walls, places = self.rooms(gas).walls, (positions - gas.origin) / self.cell
+        if gas.windows is None:
+            gas.windows = [Window.none() for _ in walls]
+        return tuple(
+            cut_cells(w.triangles, w.sign, places, window) if len(w.index) else NO_CELLS
+            for w, window in zip(walls, gas.windows, strict=True)
+        )
 
     def advance(self, gas: MeshState, bag: Bag, time: float, dt: float, loads: Loads) -> None:
         """Raises NumericalStop E-NUM-020 and E-NUM-021."""
@@ -117,13 +118,10 @@ class MeshGas(Setup, SwitchableGas):
         velocity = (positions - before) / dt
         parts = max(1, math.ceil(dt / self.longest_part(gas)))
         second_order, rooms = self.advection == VAN_LEER, self.rooms(gas)
-        if gas.scratch is None:
-            gas.scratch = [Scratch() for _ in gas.sheets]
         chambers = {
             c: Moved.begin(
-                rooms.walls[c], gas.sheets[c], gas.scratch[c], self.table, self.cell, gas.origin, (old[c], new[c]),
-                velocity,
-                rooms.ways.links(c, gas.is_open), second_order,
+                rooms.walls[c], gas.sheets[c], gas.windows[c].scratch, self.table, self.cell, gas.origin,
+                (old[c], new[c]), velocity, rooms.ways.links(c, gas.is_open), second_order,
             )
             for c in rooms.lived_in
         }  # fmt: skip
@@ -154,7 +152,7 @@ class MeshGas(Setup, SwitchableGas):
         walls = self.rooms(gas).walls[first]
         sheets[first] = join_sheets(self.table, sheets[first], sheets[second], before[first], before[second], walls)
         sheets[second] = Sheet.empty(len(self.table))
-        gas.sheets, gas.scratch = tuple(sheets), None
+        gas.sheets, gas.windows[second] = tuple(sheets), Window.none()
 
     def longest_part(self, gas: MeshState) -> float:
         """Longest part of a step [s]."""

@@ -10,6 +10,7 @@ import numpy as np
 
 from billow.base.compiled import scalar
 from billow.base.errors import NumericalStop
+from billow.base.scratch import Scratch
 from billow.geometry.cut_cells import CutCells, neighbours, unite
 from billow.geometry.lattice_clipping import NORMAL
 from billow.parts.gas.mesh.balance import add_fluxes, forget_slopes, gather, share_out
@@ -18,7 +19,6 @@ from billow.parts.gas.mesh.clusters import find_clusters
 from billow.parts.gas.mesh.fluxes import face_fluxes
 from billow.parts.gas.mesh.passages import gas_before
 from billow.parts.gas.mesh.patches import Patches
-from billow.parts.gas.mesh.scratch import Scratch
 from billow.parts.gas.mesh.sheet import Sheet, Walls, pace_of
 from billow.parts.gas.mesh.slopes import HALF, VALUES, find_slopes
 from billow.parts.gas.mesh.thermodynamics import Y
@@ -57,6 +57,7 @@ class Moved:
     held: np.ndarray
     temperature: np.ndarray
     sound: np.ndarray
+    pace: np.ndarray
     adopted: int = 0
     lost: int = 0
     donors: int = 0
@@ -74,11 +75,14 @@ class Moved:
         in_sheet, in_old = through(at_both, at_sheet), through(at_both, at_old)
         n, species = len(key), len(table)
         held, temperature, sound = cls._room(scratch, n, species)
-        spread(n, in_sheet, sheet.held, sheet.temperature, sheet.sound, held, temperature, sound)
+        pace = scratch.take("pace", n, 3)
+        spread(
+            n, in_sheet, sheet.held, sheet.temperature, sheet.sound, sheet.pace(), held, temperature, sound, pace
+        )  # fmt: skip
         return cls(
             walls, scratch, table, h, origin, old, new, velocity, is_link, second_order, key, in_old, in_new,
-            neighbours(key), Patches.find(in_old, in_new, old, new, walls.triangles, velocity), held, temperature,
-            sound,
+            neighbours(key), Patches.find(in_old, in_new, old, new, walls.triangles, velocity, scratch), held,
+            temperature, sound, pace,
         )  # fmt: skip
 
     @staticmethod
@@ -97,15 +101,15 @@ class Moved:
         and how fast [m/s] gas leaves `through` the patches of holes. Yields the time [s] in its middle."""
         n, species, dt = len(self.key), len(self.table), dt / parts
         take = self.scratch.take
-        whole, volume = take("whole", 2, n), take("volume", 2, n)
-        self.volume = volume
+        whole = take("whole", 2, n)
+        self.volume = volume = whole if parts == 1 else take("volume", 2, n)
         aperture, centroid = take("aperture", n, 3), take("centroid", n, 3)
         geometry(
             n, self.key, self.in_old, self.in_new, self.old.volume, self.new.volume, self.old.centroid,
             self.new.centroid, whole, centroid,
         )  # fmt: skip
         patches, doors = self.patches, self._doors()
-        flux, owed = take("flux", n, 3, VALUES), take("owed", len(self.walls.index))
+        flux, owed = take("passing", n, 3, VALUES), take("owed", len(self.walls.index))
         debts(len(owed), self.walls.triangles, positions, self.h**2, sheet.owed, owed)
         for part in range(parts):
             begin, end = part / parts, (part + 1) / parts
@@ -116,25 +120,25 @@ class Moved:
             )  # fmt: skip
             if parts > 1:
                 patches.turn(self.old, self.new, middle)
-            pace = pace_of(self.held, self.sound)
-            clusters = find_clusters(self.key, self.beside, volume, aperture, pace, doors, dt / self.h)
+            if part > 0:
+                self.pace = pace_of(self.held, self.sound)
+            clusters = find_clusters(
+                self.key, self.beside, volume, aperture, patches.start, self.pace, doors, dt / self.h
+            )  # fmt: skip
             self.of, self.clusters, self.aperture = clusters.of, clusters, aperture
             self.adopted, self.lost = self.adopted + clusters.adopted, self.lost + clusters.lost
-            count = len(clusters.before)
-            self.total, self.state = take("total", count, species + 4), take("state", count, Y + species)
+            count, special = len(clusters.before), clusters.special
+            self.total, self.state = take("total", special, species + 4), take("state", count, Y + species)
             self.place, bad = take("place", count, 3), np.empty(count, np.bool_)
-            walled = np.empty(count, np.bool_)
             gather(
-                count, clusters.start, clusters.members, patches.start, clusters.before, clusters.after, self.table,
-                volume[0], self.held, self.temperature, self.sound, volume[1], centroid, self.h**3, self.total,
-                self.state, self.place, walled, bad,
+                count, special, clusters.start, clusters.members, clusters.before, clusters.after, self.table,
+                self.held, self.temperature, self.sound, volume[1], centroid, self.h**3, self.total, self.state,
+                self.place, bad,
             )  # fmt: skip
             if bad.any():
                 first = int(bad.argmax())
                 raise self._negative(self.held[clusters.members[clusters.start[first]]], first, time + part * dt)
-            self.with_walls = np.flatnonzero(walled)
-            self.gained, self.fed = take("gained", count, species + 4), np.empty(0, np.int32)
-            self.gained[self.with_walls] = 0.0  # all that gains
+            self.gained, self.fed = self.scratch.zeros("gained", special, species + 4), np.empty(0, np.int32)
             self.through = self.scratch.zeros("through", len(patches.old))
             yield time + (part + 0.5) * dt
             slope, half = take("slope", count, 3, VALUES), take("half", count, HALF)
@@ -142,31 +146,31 @@ class Moved:
                 count, clusters.start, clusters.members, clusters.of, self.beside, aperture, patches.start,
                 patches.rows, self.through, self.state, self.place, dt / self.h, self.second_order, slope, half,
             )  # fmt: skip
-            self._finish(flux, slope, half, walled, owed, dt, time + part * dt)
+            self._finish(flux, slope, half, owed, dt, time + part * dt)
             settle(patches.triangle, self.booked, sheet.owed)
             owed.fill(0.0)
 
     def _finish(
-        self, flux: np.ndarray, slope: np.ndarray, half: np.ndarray, walled: np.ndarray, owed: np.ndarray, dt: float,
-        time: float,
+        self, flux: np.ndarray, slope: np.ndarray, half: np.ndarray, owed: np.ndarray, dt: float, time: float
     ) -> None:  # fmt: skip
         """Fluxes and walls; where a cluster would run out of energy, again with it as a donor cell."""
         half[self.fed, :VALUES] = self.state[self.fed, :VALUES]  # the half step knows nothing of sources
         n, clusters, patches, aperture = len(self.key), self.clusters, self.patches, self.aperture
-        count, scratch, start, members = len(clusters.before), self.scratch, clusters.start, clusters.members
-        held, temperature, sound = self._room(scratch, n, len(self.table))
-        state, bad = scratch.take("new_state", *self.state.shape), np.empty(count, np.bool_)
-        self.booked, face, room = scratch.take("booked", len(patches.old), BOOKS), self.h**2, self.h**3
+        count, special, start, members = len(clusters.before), clusters.special, clusters.start, clusters.members
+        held, temperature, sound = self._room(self.scratch, n, len(self.table))
+        state = self.scratch.take("new_state", special, self.state.shape[1])
+        bad, face, room = np.empty(count, np.bool_), self.h**2, self.h**3
+        self.booked = self.scratch.take("booked", len(patches.old), BOOKS)
         while True:
             face_fluxes(
                 n, self.key, self.beside, aperture, clusters.of, half, slope, self.place, self.second_order, flux
             )
             add_fluxes(
-                count, start, members, self.beside, aperture, clusters.of, walled, clusters.after, self.table,
+                count, special, start, members, self.beside, aperture, clusters.of, clusters.after, self.table,
                 self.held, self.total, self.gained, self.state, flux, face, dt, held, temperature, sound, bad,
             )  # fmt: skip
             add_walls(
-                len(self.with_walls), self.with_walls, start, members, clusters.after, patches.start,
+                special, start, members, clusters.after, patches.start,
                 patches.triangle, patches.rows, self.is_link, self.through, self.table, self.state, half, slope,
                 self.place, self.total, owed, face, room, dt, held, temperature, sound, state, bad, self.booked,
             )  # fmt: skip
@@ -187,8 +191,8 @@ class Moved:
         walls, patches, n, fragments = self.walls, self.patches, len(self.walls.index), self.new.fragments
         force, work, against = np.empty((n, 3, 3)), np.empty(n), np.empty(n)
         load(
-            n, walls.triangles, before, after, fragments.first, fragments.rows, patches.of_new, self.booked,
-            self.is_link, self.h**2, walls.sign, walls.outer, ambient, sheet.force, force, work, against,
+            n, walls.triangles, before, after, fragments.first, fragments.number, fragments.rows, patches.of_new,
+            self.booked, self.is_link, self.h**2, walls.sign, walls.outer, ambient, sheet.force, force, work, against,
         )  # fmt: skip
         self.scratch.keep()
         sheet.force = force
@@ -225,7 +229,7 @@ class Moved:
     def fragments(self, old: bool) -> tuple[np.ndarray, np.ndarray]:
         """Fragments of the old surface or the new one: rows, and the triangle of each."""
         cut = self.old if old else self.new
-        return cut.fragments.rows, cut.triangle
+        return cut.fragments.rows, cut.fragments.triangle
 
     @cached_property
     def cell_of_fragment(self) -> np.ndarray:
@@ -238,9 +242,7 @@ class Moved:
 
     def fragments_of(self, triangles: np.ndarray, old: bool = False) -> np.ndarray:
         """Fragments of the new surface, or the old one, on some triangles, in their order, (m,) int64."""
-        first = (self.old if old else self.new).fragments.first
-        count = first[triangles + 1] - first[triangles]
-        return np.repeat(first[triangles] - np.cumsum(count) + count, count) + np.arange(count.sum())
+        return (self.old if old else self.new).fragments.on(triangles)
 
 
 @scalar

@@ -12,6 +12,7 @@ import numpy as np
 from numba import prange
 
 from billow.base.compiled import kernel
+from billow.base.scratch import Scratch
 from billow.geometry.cut_cells import CutCells
 from billow.geometry.lattice_clipping import NORMAL, PLACE, WEIGHT
 
@@ -37,19 +38,20 @@ class Patches(NamedTuple):
     @classmethod
     def find(
         cls, in_old: np.ndarray, in_new: np.ndarray, old: CutCells, new: CutCells, triangles: np.ndarray,
-        velocity: np.ndarray,
+        velocity: np.ndarray, scratch: Scratch,
     ) -> Patches:  # fmt: skip
         """In the middle of the step. in_old, in_new: number of each cell in the cuts before and after, or -1.
-        triangles, velocity [m/s]: of the walls and their nodes."""
+        triangles, velocity [m/s]: of the walls and their nodes. scratch: memory until the next step."""
         cells = len(in_old)
         start = np.zeros(cells + 1, np.int32)
-        cuts = old.start, old.order, old.triangle, new.start, new.order, new.triangle
+        cuts = old.start, old.fragments.triangle, new.start, new.fragments.triangle
         _count(cells, in_old, in_new, *cuts, start)
         np.cumsum(start, out=start)
         n = int(start[-1])
-        triangle, f_old, f_new = np.empty(n, np.int32), np.empty(n, np.int32), np.empty(n, np.int32)
-        of_old, of_new = np.empty(len(old.cell), np.int32), np.empty(len(new.cell), np.int32)
-        rows = np.empty((n, COLUMNS))
+        triangle, f_old, f_new = (scratch.take(name, n, kind=np.int32) for name in ("triangle", "old", "new"))
+        of_old = scratch.take("of_old", len(old.fragments.triangle), kind=np.int32)
+        of_new = scratch.take("of_new", len(new.fragments.triangle), kind=np.int32)
+        rows = scratch.take("patches", n, COLUMNS)
         _fill(
             cells, in_old, in_new, *cuts, start, old.fragments.rows, new.fragments.rows, triangles, velocity, triangle,
             f_old, f_new, of_old, of_new, rows,
@@ -63,7 +65,7 @@ class Patches(NamedTuple):
 
 @kernel
 def _count(
-    n, in_old, in_new, old_start, old_order, old_triangle, new_start, new_order, new_triangle, start_out
+    n, in_old, in_new, old_start, old_triangle, new_start, new_triangle, start_out
 ):  # fmt: skip
     for i in prange(n):
         a, b = in_old[i], in_new[i]
@@ -71,8 +73,8 @@ def _count(
         g, g_end = (new_start[b], new_start[b + 1]) if b >= 0 else (0, 0)
         found = 0
         while f < f_end or g < g_end:
-            first = old_triangle[old_order[f]] if f < f_end else 2**31
-            second = new_triangle[new_order[g]] if g < g_end else 2**31
+            first = old_triangle[f] if f < f_end else 2**31
+            second = new_triangle[g] if g < g_end else 2**31
             f, g = f + (first <= second), g + (second <= first)
             found += 1
         start_out[i + 1] = found
@@ -80,8 +82,8 @@ def _count(
 
 @kernel
 def _fill(
-    n, in_old, in_new, old_start, old_order, old_triangle, new_start, new_order, new_triangle, start, old_rows,
-    new_rows, triangles, velocity, triangle_out, old_out, new_out, of_old_out, of_new_out, rows_out,
+    n, in_old, in_new, old_start, old_triangle, new_start, new_triangle, start, old_rows, new_rows, triangles,
+    velocity, triangle_out, old_out, new_out, of_old_out, of_new_out, rows_out,
 ):  # fmt: skip
     """Patches of n cells; places and velocities are those of the fragment after the step if there is one."""
     for i in prange(n):
@@ -89,33 +91,29 @@ def _fill(
         f, f_end = (old_start[a], old_start[a + 1]) if a >= 0 else (0, 0)
         g, g_end = (new_start[b], new_start[b + 1]) if b >= 0 else (0, 0)
         for q in range(start[i], start[i + 1]):
-            first = old_triangle[old_order[f]] if f < f_end else 2**31
-            second = new_triangle[new_order[g]] if g < g_end else 2**31
+            first = old_triangle[f] if f < f_end else 2**31
+            second = new_triangle[g] if g < g_end else 2**31
             t, x, y, z = min(first, second), 0.0, 0.0, 0.0
             triangle_out[q], old_out[q], new_out[q], rows_out[q, BEFORE] = t, -1, -1, 0.0
             u, v, w = triangles[t, 0], triangles[t, 1], triangles[t, 2]
             if first <= second:
-                at = old_order[f]
-                old_out[q] = at
-                of_old_out[at] = q
-                x, y, z = 0.5 * old_rows[at, NORMAL], 0.5 * old_rows[at, NORMAL + 1], 0.5 * old_rows[at, NORMAL + 2]
+                old_out[q], of_old_out[f] = f, q
+                x, y, z = 0.5 * old_rows[f, NORMAL], 0.5 * old_rows[f, NORMAL + 1], 0.5 * old_rows[f, NORMAL + 2]
                 rows_out[q, BEFORE] = 2.0 * np.sqrt(x * x + y * y + z * z)
                 if second > first:  # it ends
-                    wu, wv, ww = old_rows[at, WEIGHT], old_rows[at, WEIGHT + 1], old_rows[at, WEIGHT + 2]
+                    wu, wv, ww = old_rows[f, WEIGHT], old_rows[f, WEIGHT + 1], old_rows[f, WEIGHT + 2]
                     for d in range(3):
-                        rows_out[q, AT + d] = old_rows[at, PLACE + d]
+                        rows_out[q, AT + d] = old_rows[f, PLACE + d]
                         rows_out[q, SPEED + d] = wu * velocity[u, d] + wv * velocity[v, d] + ww * velocity[w, d]
                 f += 1
             if second <= first:
-                at = new_order[g]
-                new_out[q] = at
-                of_new_out[at] = q
-                x += 0.5 * new_rows[at, NORMAL]
-                y += 0.5 * new_rows[at, NORMAL + 1]
-                z += 0.5 * new_rows[at, NORMAL + 2]
-                wu, wv, ww = new_rows[at, WEIGHT], new_rows[at, WEIGHT + 1], new_rows[at, WEIGHT + 2]
+                new_out[q], of_new_out[g] = g, q
+                x += 0.5 * new_rows[g, NORMAL]
+                y += 0.5 * new_rows[g, NORMAL + 1]
+                z += 0.5 * new_rows[g, NORMAL + 2]
+                wu, wv, ww = new_rows[g, WEIGHT], new_rows[g, WEIGHT + 1], new_rows[g, WEIGHT + 2]
                 for d in range(3):
-                    rows_out[q, AT + d] = new_rows[at, PLACE + d]
+                    rows_out[q, AT + d] = new_rows[g, PLACE + d]
                     rows_out[q, SPEED + d] = wu * velocity[u, d] + wv * velocity[v, d] + ww * velocity[w, d]
                 g += 1
             area = np.sqrt(x * x + y * y + z * z)

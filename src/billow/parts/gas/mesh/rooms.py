@@ -27,8 +27,8 @@ FOLD = -1
 
 NO_CELLS = CutCells(
     np.empty(0, np.int64), np.empty(0), np.empty((0, 3)), np.empty((0, 3)),
-    Fragments(np.zeros(1, np.int64), np.empty(0, np.int64), np.empty((0, COLUMNS))), np.empty(0, np.int32),
-    np.zeros(1, np.int32), np.empty(0, np.int32), 0.0,
+    Fragments(np.empty((0, COLUMNS)), np.empty(0, np.int32), np.zeros(1, np.int64), np.empty(0, np.int32)),
+    np.zeros(1, np.int32), 0.0,
 )  # fmt: skip
 """Of a room that has joined another."""
 
@@ -66,7 +66,8 @@ class Rooms:
     def meeting(self, cuts: tuple[CutCells, ...]) -> list[tuple[int, int]]:
         """Rooms that can join now, by pairs, lower number first; no room is in two pairs."""
         fabric = {
-            r: np.unique(cut.key[cut.cell[: cut.fragments.first[self.walls[r].own]]]) for r, cut in enumerate(cuts)
+            r: np.unique(cut.key[cut.cell[cut.fragments.on(np.arange(self.walls[r].own))]])
+            for r, cut in enumerate(cuts)
         }
         found, taken = [], set()
         for k, row in enumerate(self.ways.supply.passages.rows):
@@ -75,9 +76,7 @@ class Rooms:
                 continue
             shared = np.intersect1d(fabric[row.behind], fabric[row.ahead], assume_unique=True)
             cut, door = cuts[row.behind], self.ways.through_walls[k][0]
-            first = cut.fragments.first
-            at_door = np.concatenate([np.arange(first[t], first[t + 1]) for t in door])
-            if np.isin(shared, cut.key[cut.cell[at_door]]).all():
+            if np.isin(shared, cut.key[cut.cell[cut.fragments.on(door)]]).all():
                 found.append(pair)
                 taken |= set(pair)
         return found

@@ -68,14 +68,17 @@ class Sheet:
 
     def pace(self) -> np.ndarray:
         """|u_d| + c of each cell [m/s], (cells, 3)."""
-        return pace_of(self.held, self.sound)
+        if self.paced is None or self.paced[0] is not self.held:
+            self.paced = self.held, pace_of(self.held, self.sound)
+        return self.paced[1]
 
     @property
     def species(self) -> int:
         return self.held.shape[1] - 4
 
-    # Sums over the cells, and what they are of: made anew when the cells are others.
+    # Sums over the cells, their speeds, and what they are of: made anew when the cells are others.
     summed = None
+    paced = None
 
     def sums(self) -> np.ndarray:
         """Sums of `held` over the cells, (species + 4,)."""

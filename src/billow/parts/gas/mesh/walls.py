@@ -17,7 +17,7 @@ from billow.geometry.triangle import double_area_vector
 from billow.parts.gas.mesh.patches import AREA, AT, BEFORE, SIDE, SPEED
 from billow.parts.gas.mesh.riemann import wall_pressure
 from billow.parts.gas.mesh.slopes import GAMMA
-from billow.parts.gas.mesh.thermodynamics import RHO, USUAL, C, P, T, U, new_state
+from billow.parts.gas.mesh.thermodynamics import LANES, RHO, C, P, T, U, put_state, temperatures
 
 END, GIVEN, BOOKS = 0, 1, 2
 """Columns of what is booked for a patch, and their number."""
@@ -25,8 +25,6 @@ LARGEST_SHARE = 0.02
 """Of the thermal energy of a cluster that is taken for debts in one step, at most; the rest is owed until the next."""
 LEAST, MOST = 0.5, 2.0
 """Bounds of the pressure that slopes extrapolate to a wall, relative to that of the cluster."""
-TEAM = 128
-"""Clusters that share scratch."""
 
 
 @scalar
@@ -55,31 +53,27 @@ def _give_way(sums, scale):
 
 @kernel
 def add_walls(
-    n, clusters, start, members, after, walls, patches, rows, is_link, through, table, state, half, slope, place, total,
+    n, start, members, after, walls, patches, rows, is_link, through, table, state, half, slope, place, total,
     per_area, face, room, dt, held_out, temperature_out, sound_out, state_out, bad_out, booked_out,
 ):  # fmt: skip
-    """Add what walls do to n of the clusters, and find their states.
+    """Add what walls do to the n special clusters, and find their states.
 
-    clusters: their numbers; start, members, after: as in Clusters; walls, patches, rows: first patch of each cell, and
+    start, members, after: as in Clusters; walls, patches, rows: first patch of each cell, and
     of the patches triangle and rows; is_link: of the triangles; through: speed [m/s] at which gas leaves through each
     patch. total: what clusters held before. per_area: what is owed for triangles [J per face of a cell], to be paid
     now. face, room: area [m^2] and volume [m^3] of a cell. held_out, temperature_out, sound_out: as in `add_fluxes`.
     booked_out: (patches, BOOKS), pressure [Pa] at the end, and what the gas has given: work and debt [J].
     """
     species = len(table)
-    for team in prange((n + TEAM - 1) // TEAM):
-        sums = np.empty(9)
-        for at in range(team * TEAM, min(n, (team + 1) * TEAM)):
-            c = clusters[at]
+    for team in prange((n + LANES - 1) // LANES):
+        sums, cells, guess, found = np.empty(9), np.empty(LANES, np.int64), np.empty(LANES), np.empty((4, LANES))
+        begin, end = team * LANES, min(n, (team + 1) * LANES)
+        for c in range(begin, end):
+            cells[c - begin], guess[c - begin] = members[start[c]], state[c, T]
             first, own, mass, flow, debt = members[start[c]], state[c, P], 0.0, 0.0, 0.0
             for s in range(species):
                 mass += total[c, s]
             if not own > 0.0:  # nothing was there to push
-                bad_out[c] = new_state(table, held_out, first, species, after[c] * room, USUAL, state_out, c)
-                temperature_out[first], sound_out[first] = state_out[c, T], state_out[c, C]
-                for m in range(start[c], start[c + 1]):
-                    for q in range(walls[members[m]], walls[members[m] + 1]):
-                        booked_out[q, END], booked_out[q, GIVEN] = state_out[c, P], 0.0
                 continue
             sums[:] = 0.0
             rho_c = state[c, RHO] * state[c, C]
@@ -130,34 +124,42 @@ def add_walls(
             held_out[first, species + 1] -= dt * face * py
             held_out[first, species + 2] -= dt * face * pz
             held_out[first, species + 3] -= work + share * debt
-            bad_out[c] = new_state(table, held_out, first, species, after[c] * room, state[c, T], state_out, c)
+        temperatures(end - begin, table, held_out, cells, guess, found)
+        for c in range(begin, end):
+            k = c - begin
+            first = cells[k]
+            bad_out[c] = put_state(held_out, first, species, after[c] * room, found, k, state_out, c)
             temperature_out[first], sound_out[first] = state_out[c, T], state_out[c, C]
-            if state_out[c, P] > 0.0:
-                dp, rise = 0.5 * (state_out[c, P] - own), 0.5 * rho_c
-                dvx, dvy = rise * (state_out[c, U] - state[c, U]), rise * (state_out[c, U + 1] - state[c, U + 1])
-                dvz = rise * (state_out[c, U + 2] - state[c, U + 2])
-                for m in range(start[c], start[c + 1]):
-                    for q in range(walls[members[m]], walls[members[m] + 1]):
+            own, now, rise = state[c, P], state_out[c, P], 0.5 * state[c, RHO] * state[c, C]
+            dp = 0.5 * (now - own)
+            dvx, dvy = rise * (state_out[c, U] - state[c, U]), rise * (state_out[c, U + 1] - state[c, U + 1])
+            dvz = rise * (state_out[c, U + 2] - state[c, U + 2])
+            for m in range(start[c], start[c + 1]):
+                for q in range(walls[members[m]], walls[members[m] + 1]):
+                    if not own > 0.0:
+                        booked_out[q, END], booked_out[q, GIVEN] = now, 0.0
+                    elif now > 0.0:
                         nx, ny, nz = rows[q, SIDE], rows[q, SIDE + 1], rows[q, SIDE + 2]
                         booked_out[q, END] = max(booked_out[q, END] + dp + dvx * nx + dvy * ny + dvz * nz, 0.0)
 
 
 @kernel
 def load(
-    n, triangles, before, after, first, rows, of, booked, is_link, face, sign, outer, ambient, force, force_out,
+    n, triangles, before, after, first, number, rows, of, booked, is_link, face, sign, outer, ambient, force, force_out,
     work_out, against_out,
 ):  # fmt: skip
     """Forces [N] of the gas on the corners of n triangles at the end of a step, (n, 3, 3), absolute; their work [J]
     over the step, and that of the ambient pressure [Pa] against them, (n,).
 
-    before, after: positions of the nodes [m]. first, rows, of: of the fragments after the step, and the patch of each;
-    booked: of the patches. force: at the start.
+    before, after: positions of the nodes [m]. first, number, rows, of: of the fragments after the step, and the patch
+    of each; booked: of the patches. force: at the start.
     """
     for t in prange(n):
         for k in range(3):
             for d in range(3):
                 force_out[t, k, d] = 0.0
-        for f in range(first[t], first[t + 1]):
+        for m in range(first[t], first[t + 1]):
+            f = number[m]
             if not is_link[t]:
                 push = face * booked[of[f], END]
                 for k in range(3):

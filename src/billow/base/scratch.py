@@ -6,6 +6,9 @@ import math
 
 import numpy as np
 
+LINE = 64
+"""Bytes of a line of the processor's cache, at one of which arrays begin: so rows of eight numbers lie in one."""
+
 
 class Scratch:
     """Arrays that every step needs anew and whose memory is kept: fresh memory costs as much as filling it."""
@@ -26,11 +29,12 @@ class Scratch:
         """The array whose turn it is."""
         return self.take(f"{name}{self.turn}", *shape)
 
-    def take(self, name: str, *shape: int) -> np.ndarray:
+    def take(self, name: str, *shape: int, kind: type = np.float64) -> np.ndarray:
         """An array of any content, until the next one of this name."""
         size, kept = math.prod(shape), self._kept.get(name)
         if kept is None or len(kept) < size:
-            kept = self._kept[name] = np.empty(size + size // 16)
+            fresh = np.empty(size + size // 16 + LINE // np.dtype(kind).itemsize, kind)
+            kept = self._kept[name] = fresh[-fresh.ctypes.data % LINE // fresh.itemsize :]
         return kept[:size].reshape(shape)
 
     def zeros(self, name: str, *shape: int) -> np.ndarray:
