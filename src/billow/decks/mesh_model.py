@@ -19,7 +19,7 @@ def mesh_model(path: Path) -> Model:
     place = f"{path.name}:1"
     model = Model(Deck.of_mesh(path))
     points, count, cells = mesh.points, len(mesh.points), len(mesh.cells)
-    model.nodes = Nodes(np.arange(1, count + 1), points, None, np.ones(count), np.zeros(count, bool))
+    model.nodes = Nodes(np.arange(1, count + 1), points, None, np.ones(count), np.zeros((count, 3), bool))
     model.shells = Shells(
         np.arange(1, cells + 1), np.searchsorted(numbers, mesh.part) + 1, np.where(mesh.cells >= 0, mesh.cells + 1, -1),
         np.zeros(cells), np.zeros(cells), np.full(cells, path.name, dtype=object), np.ones(cells, np.int64),
