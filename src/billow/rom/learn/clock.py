@@ -43,16 +43,15 @@ FOLDS, ENOUGH_RUNS = 4, 60
 
 
 @one_blas_thread()
-def learn_clock(centred: np.ndarray, times: np.ndarray, coefficients: np.ndarray) -> tuple[Clock, OutputScaling] | None:
-    """The clock, and the scaling of coefficients by it; None where nothing departs from the mean.
+def learn_clock(centred: np.ndarray, times: np.ndarray, coefficients: np.ndarray) -> tuple[Clock, OutputScaling]:
+    """The clock, and the scaling of coefficients by it; where nothing departs from the mean, all clocks are alike.
 
     centred: (runs, parameters), every range from -1 to 1; times: [s], (times,); coefficients: [m], (runs, times,
     components, modes)
     """
     strongest = coefficients[..., :MODES].reshape(*coefficients.shape[:2], -1).astype(float)
     departure = np.square(strongest - strongest.mean(axis=0)).sum()
-    if departure <= 1e-12 * np.square(strongest).sum():
-        return None
+    departure = max(departure, 1e-12 * np.square(strongest).sum()) or 1.0
     last, motion = float(times[-1]), Motion(float(times[-1]) / len(times), FARTHEST * float(times[-1]))
     spent = Clock(np.zeros((1, PARTS)), last).spent(times)
     design = terms(centred, True)[:, 1:]
@@ -107,10 +106,8 @@ def clock_helps(
             break
         out = [row for group in groups[fold::FOLDS] for row in group]
         others = np.setdiff1d(np.arange(len(known)), out)
-        found = learn_clock(centred[others], times, known[others])
-        if found is None:
-            return False
-        common = found[0](centred, times)
+        clock, _ = learn_clock(centred[others], times, known[others])
+        common = clock(centred, times)
         plain = radial_basis(designs[others], known[others], parameters)
         held += len(out)
         for row in out:

@@ -87,8 +87,8 @@ class Recipe:
         three times the training again (once, with many runs). Not done with fewer than `FEWEST_RUNS` runs, with force
         modes, whose inputs are not known in advance, or for `paper`, which has no ensemble
     memory: [byte] larger snapshots are read from disk block by block; calibrating may take twice as much
-    clock: learn a clock of each design (docs/theory.md); default if that helps on runs held out. There is none with
-        fewer than `FEWEST_RUNS` designs, with force modes, or for `paper`.
+    clock: learn a clock of each design (docs/theory.md); default if that helps on runs held out, and there are
+        `FEWEST_RUNS` designs. There is none with force modes, or for `paper`.
     """
 
     networks: str = "shared"
@@ -189,17 +189,15 @@ def train_networks(
     known, times = reduction.coefficients, reduction.times
     model, further = forces or (None, None)
     clock, at, centred = None, times, inputs.design(reduction.design)
-    if _may_have_clock(dataset, reduction, recipe, centred):
-        found = learn_clock(centred, times, known)
-        clock = found and found[0]
-    if clock is None:
-        outputs = OutputScaling.of(known, times, recipe.networks)
-        targets = outputs.forward(known.reshape(*known.shape[:2], -1))
-    else:
-        outputs, at = found[1], clock(centred, times)
+    if _has_clock(dataset, reduction, recipe, centred):
+        clock, outputs = learn_clock(centred, times, known)
+        at = clock(centred, times)
         mean, deviation = outputs.at(at)
         targets = (known.reshape(*known.shape[:2], -1) - mean) / deviation
         inputs = replace(inputs, start=0.0, end=clock.end, frequencies=BY_CLOCK)
+    else:
+        outputs = OutputScaling.of(known, times, recipe.networks)
+        targets = outputs.forward(known.reshape(*known.shape[:2], -1))
     targets = targets.reshape(-1, 3 * recipe.modes)
     if model is not None:
         inputs = replace(inputs, further=model.width)
@@ -250,14 +248,15 @@ def train_networks(
     )
 
 
-def _may_have_clock(dataset: Dataset, reduction: Reduction, recipe: Recipe, centred: np.ndarray) -> bool:
+def _has_clock(dataset: Dataset, reduction: Reduction, recipe: Recipe, centred: np.ndarray) -> bool:
     # Forces of the time before belong to that time, whatever a clock says; the paper has no clock.
-    if recipe.networks != "shared" or recipe.force_modes or recipe.clock is False:
+    if recipe.networks != "shared" or recipe.force_modes:
         return False
+    if recipe.clock is not None:
+        return recipe.clock
     if len(distinct(reduction.design, dataset.parameters)) < FEWEST_RUNS:
         return False
-    told = dataset.parameters, centred, reduction.times, reduction.coefficients
-    return bool(recipe.clock) or clock_helps(reduction.design, *told)
+    return clock_helps(reduction.design, dataset.parameters, centred, reduction.times, reduction.coefficients)
 
 
 def _obstacles(dataset: Dataset, reduction: Reduction) -> tuple[LockedObstacle, ...]:

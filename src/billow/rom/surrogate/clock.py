@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -39,12 +40,17 @@ class Clock:
     def __call__(self, centred: np.ndarray, times: np.ndarray) -> np.ndarray:
         """Common times [s], (runs, times), of own times [s], (times,). centred: (runs, parameters), every range from -1
         to 1."""
-        rates = np.exp(np.clip(terms(centred, True) @ self.weights, -LARGEST, LARGEST))
-        return np.clip(rates @ self.spent(times), 0.0, self.end)
+        rates = np.exp(np.minimum(np.maximum(terms(centred, True) @ self.weights, -LARGEST), LARGEST))
+        return np.minimum(np.maximum(rates @ self.spent(times), 0.0), self.end)
 
     def spent(self, times: np.ndarray) -> np.ndarray:
         """Own time spent in each part until some times: [s], (parts, times)."""
-        part = self.last / self.weights.shape[1]
-        begins = part * np.arange(self.weights.shape[1])
-        longest = np.append(np.full(len(begins) - 1, part), np.inf)
-        return np.clip(times - begins[:, None], 0.0, longest[:, None])
+        begins, longest = self._parts
+        return np.minimum(np.maximum(times - begins, 0.0), longest)
+
+    @cached_property
+    def _parts(self) -> tuple[np.ndarray, np.ndarray]:
+        """When each part begins, and how long it is: [s], (parts, 1)."""
+        count = self.weights.shape[1]
+        longest = np.append(np.full(count - 1, self.last / count), np.inf)
+        return self.last / count * np.arange(count)[:, None], longest[:, None]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 
 
@@ -13,6 +15,9 @@ def count(parameters: int, quadratic: bool) -> int:
 def terms(centred: np.ndarray, quadratic: bool) -> np.ndarray:
     """Constant, linear, and with `quadratic` squares and products, (runs, terms). centred: (runs, parameters), every
     range from -1 to 1."""
-    one, other = np.triu_indices(centred.shape[1])
+    one, other = _pairs(centred.shape[1])
     further = [centred[:, one] * centred[:, other]] if quadratic else []
     return np.column_stack([np.ones(len(centred)), centred, *further])
+
+
+_pairs = functools.cache(np.triu_indices)

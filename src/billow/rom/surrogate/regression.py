@@ -138,10 +138,17 @@ class OutputScaling:
         """Mean and deviation at any times, linear between `times`: [m], (..., times, outputs) float32 each."""
         if np.array_equal(times, self.times):
             return self.mean, self.deviation
-        after = np.clip(np.searchsorted(self.times, times), 1, len(self.times) - 1)
+        after = np.minimum(np.maximum(np.searchsorted(self.times, times), 1), len(self.times) - 1)
         start, stop = self.times[after - 1], self.times[after]
-        part = np.clip((times - start) / (stop - start), 0.0, 1.0).astype(np.float32)[..., None]
-        return tuple(a[after - 1] + part * (a[after] - a[after - 1]) for a in (self.mean, self.deviation))
+        part = np.minimum(np.maximum((times - start) / (stop - start), 0.0), 1.0).astype(np.float32)[..., None]
+        before = self._both[after - 1]
+        found = before + part * (self._both[after] - before)
+        return found[..., : self.mean.shape[1]], found[..., self.mean.shape[1] :]
+
+    @cached_property
+    def _both(self) -> np.ndarray:
+        """Mean and deviation side by side: (times, 2 outputs)."""
+        return np.concatenate([self.mean, self.deviation], axis=1)
 
 
 def silu(x: np.ndarray) -> np.ndarray:
