@@ -3,6 +3,7 @@ what the page makes of them must be what Python makes of them."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -14,9 +15,11 @@ from billow.rom.coupled.impactor import ContactLaw, ImpactorOfDesign
 from billow.rom.coupled.injury_metrics import METRICS, InjuryModel, LogLinear
 from billow.rom.coupled.motion_errors import CURVES
 from billow.rom.surrogate.basis import Basis
+from billow.rom.surrogate.clock import Clock
 from billow.rom.surrogate.intervals import LEVELS, Intervals
 from billow.rom.surrogate.judgement import UNSEEN, Comparison, Judgement
-from billow.rom.surrogate.regression import InputScaling, OutputScaling, Regression
+from billow.rom.surrogate.polynomial import count as terms_of
+from billow.rom.surrogate.regression import BY_CLOCK, InputScaling, OutputScaling, Regression
 from billow.rom.surrogate.surrogate import Surrogate
 
 PARAMETERS = (
@@ -29,22 +32,25 @@ WON = Judgement(UNSEEN, 4, (Comparison("nodes are off by [mm]", "mean trajectory
 
 def made_surrogate(
     nodes: int = 400, *, modes: int = 12, recipe: str = "shared", width: int = 96, title: str = "A bag", seed: int = 1,
-    parameters=PARAMETERS,
+    parameters=PARAMETERS, clock: bool = False,
 ) -> Surrogate:  # fmt: skip
-    """A closed bag of about `nodes` nodes that swells to 0.2 m, with random networks."""
+    """A closed bag of about `nodes` nodes that swells to 0.2 m, with random networks. clock: of random rates"""
     random = np.random.default_rng(seed)
     reference, triangles = globe(nodes)
     nodes, times = len(reference), np.linspace(0.0, 0.05, 26)
     low, high = (np.array([getattr(p, side) for p in parameters]) for side in ("low", "high"))
     shapes = np.linalg.qr(random.normal(size=(nodes, modes)))[0].T
     bases = tuple(Basis(shapes.astype(np.float32), np.linspace(2.0, 0.1, modes), 10.0) for _ in range(3))
-    inputs = InputScaling(low, high, 0.0, 0.05, recipe)
+    inputs, scaled, by = InputScaling(low, high, 0.0, 0.05, recipe), times, None
+    if clock:
+        by = Clock(random.normal(0.0, 0.2, (terms_of(len(parameters), True), 8)), 0.05)
+        inputs, scaled = replace(inputs, end=by.end, frequencies=BY_CLOCK), np.linspace(0.0, by.end, 101)
     count = 3 * modes
     networks, last = (3, count) if recipe == "shared" else (count, 1)
     sizes = [inputs.width, width, width, last]
     weights, biases = random_layers(random, networks, sizes)
-    grows = np.linspace(0.0, 1.0, len(times))[:, None] * random.normal(0.0, 0.3, count)
-    outputs = OutputScaling(times, grows.astype(np.float32), np.full((len(times), count), 0.1, np.float32))
+    grows = np.linspace(0.0, 1.0, len(scaled))[:, None] * random.normal(0.0, 0.3, count)
+    outputs = OutputScaling(scaled, grows.astype(np.float32), np.full((len(scaled), count), 0.1, np.float32))
     intervals = None
     if recipe == "shared":
         lost = random.random((3, len(times))) * 1e-6, random.random((3, nodes)) * 1e-6
@@ -52,7 +58,7 @@ def made_surrogate(
     designs = low + random.random((9, len(parameters))) * (high - low)
     return Surrogate(
         title=title, parameters=tuple(parameters), times=times, reference=reference, triangles=triangles, bases=bases,
-        regression=Regression(recipe, weights, biases, inputs, outputs),
+        regression=Regression(recipe, weights, biases, inputs, outputs, by),
         training={"runs": [f"{k:04d}" for k in range(9)], "mesh_sha256": "0"}, designs=designs, intervals=intervals,
         judgement=WON,
     )  # fmt: skip

@@ -85,11 +85,11 @@ def test_shapes_are_those_of_numpy(opened, surrogate):
     assert np.abs(asked(opened, "halfWidths", DESIGNS[:4]) - widths).max() < 1e-3 * widths.max()
 
 
-@pytest.mark.parametrize("recipe", ["shared", "paper"])
-def test_shapes_in_full_precision_are_those_of_numpy(open_page, place, recipe, monkeypatch):
+@pytest.mark.parametrize(("recipe", "clock"), [("shared", False), ("shared", True), ("paper", False)])
+def test_shapes_in_full_precision_are_those_of_numpy(open_page, place, recipe, clock, monkeypatch):
     monkeypatch.setattr("billow.pages.explorer.in_half_precision", lambda surrogate, modes: modes)
-    surrogate = made_surrogate(100, recipe=recipe, width=16)
-    page = open_page(written(place, surrogate, recipe))
+    surrogate = made_surrogate(100, recipe=recipe, width=16, clock=clock)
+    page = open_page(written(place, surrogate, f"{recipe}_{clock}"))
     truth = surrogate.predict(DESIGNS, np.array(TIMES))
     assert np.abs(asked(page, "displacement", DESIGNS) - truth).max() < 1e-6
     if recipe == "shared":

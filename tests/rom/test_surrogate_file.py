@@ -106,8 +106,8 @@ def test_absent_file_and_later_format(small_file, tmp_path):
         Surrogate.load(tmp_path / "absent.safetensors")
     tensors, record = read_tensors(small_file, IntegrityError)
     del record["sha256"]
-    later = write_tensors(tmp_path / "later.safetensors", tensors, record | {"format": 2})
-    with pytest.raises(InputError, match="format 2"):
+    later = write_tensors(tmp_path / "later.safetensors", tensors, record | {"format": 3})
+    with pytest.raises(InputError, match="format 3"):
         Surrogate.load(later)
 
 

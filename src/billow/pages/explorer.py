@@ -35,8 +35,8 @@ NEEDS_FORCES = InputError.declare(
 )
 
 MODULES = (
-    "elements.js", "tensors.js", "networks.js", "bag.js", "standing.js", "scene.js", "section.js", "plot.js",
-    "clock.js", "design.js", "obstacle.js", "impactor.js", "injury.js", "explorer.js",
+    "elements.js", "tensors.js", "common_time.js", "networks.js", "bag.js", "standing.js", "scene.js", "section.js",
+    "plot.js", "clock.js", "design.js", "obstacle.js", "impactor.js", "injury.js", "explorer.js",
 )  # fmt: skip
 LEAST_BOUND, PART_OF_WIDTH = 2e-4, 0.05
 """How far modes of half precision may change an answer: the larger of [m], and of the median half width."""
@@ -87,12 +87,15 @@ def _of_bag(surrogate: Surrogate, path: Path) -> tuple[dict[str, np.ndarray], di
         "triangles": whole_numbers(surrogate.triangles.reshape(-1)),
         "hole": np.zeros(len(surrogate.triangles), np.uint8) if part is None else part,
         "modes": in_half_precision(surrogate, modes),
+        "outputs.times": regression.outputs.times,
         "outputs.mean": regression.outputs.mean,
         "outputs.deviation": regression.outputs.deviation,
         "known": known,
         "colours": colours(),
         **network_content(regression),
     }
+    if regression.clock is not None:
+        tensors["clock.weights"] = regression.clock.weights
     obstacles = _obstacles(surrogate, tensors, path)
     interval = None
     if intervals is not None:

@@ -1,5 +1,6 @@
 // The surrogate's bag: displacement, interval and volume of a design at a time.
 
+import { CommonTime } from "./common_time.js";
 import { Networks, between } from "./networks.js";
 
 export class Bag {
@@ -8,8 +9,12 @@ export class Bag {
     Object.assign(this, { times, reference, triangles, modes, closed: record.closed });
     this.nodes = reference.shape[0];
     this.count = modes.shape[1];
-    const outputs = { times, mean: tensors["outputs.mean"], deviation: tensors["outputs.deviation"] };
-    this.networks = new Networks(tensors, "", record.recipe, record.parameters, times[0], times.at(-1), outputs);
+    const weights = tensors["clock.weights"], clock = weights ? new CommonTime(weights, times.at(-1)) : null;
+    const [start, end] = clock ? [0, clock.end] : [times[0], times.at(-1)];
+    const outputs = {
+      times: tensors["outputs.times"], mean: tensors["outputs.mean"], deviation: tensors["outputs.deviation"],
+    };
+    this.networks = new Networks(tensors, "", record.recipe, record.parameters, start, end, outputs, 0, clock);
     this.factors = record.interval && record.interval.factors;
     this.lostByTime = tensors.lost_by_time;
     this.lostByNode = tensors.lost_by_node;

@@ -1,6 +1,6 @@
 // Trained networks of equal shape, and their scalings: src/billow/rom/surrogate/regression.py, line by line.
 
-const FREQUENCIES = [1, 2, 4, 8];
+const FREQUENCIES = [1, 2, 4, 8], BY_CLOCK = [...FREQUENCIES, 16, 32];
 
 // x / (1 + exp(-x)) and tanh, in place.
 const ACTIVATIONS = {
@@ -17,9 +17,11 @@ export function between(times, time) {
 }
 
 export class Networks {
-  // parameters: with low and high; start, end: [s]; outputs: times, mean and deviation; further: inputs besides.
-  constructor(tensors, prefix, recipe, parameters, start, end, outputs, further = 0) {
-    Object.assign(this, { recipe, parameters, start, end, outputs });
+  // parameters: with low and high; start, end: [s]; outputs: times, mean and deviation; further: inputs besides;
+  // clock: of a design, in whose common time start, end and times of outputs are then.
+  constructor(tensors, prefix, recipe, parameters, start, end, outputs, further = 0, clock = null) {
+    Object.assign(this, { recipe, parameters, start, end, outputs, clock });
+    this.frequencies = clock ? BY_CLOCK : FREQUENCIES;
     this.weights = [];
     this.biases = [];
     for (let layer = 0; `${prefix}weights.${layer}` in tensors; layer++) {
@@ -38,7 +40,8 @@ export class Networks {
   }
 
   // Outputs by each member; the arrays are used again by the next question.
-  byMember(design, time, further = []) {
+  byMember(design, own, further = []) {
+    const time = this.clock ? this.clock.of(this.parameters, design, own) : own;
     this.fillInputs(design, time, further);
     for (let network = 0; network < this.count; network++) {
       const answer = this.through(network);
@@ -73,8 +76,8 @@ export class Networks {
     const unit = (time - this.start) / (this.end - this.start);
     x[i++] = unit;
     if (shared) {
-      for (const frequency of FREQUENCIES) x[i++] = Math.sin(Math.PI * frequency * unit);
-      for (const frequency of FREQUENCIES) x[i++] = Math.cos(Math.PI * frequency * unit);
+      for (const frequency of this.frequencies) x[i++] = Math.sin(Math.PI * frequency * unit);
+      for (const frequency of this.frequencies) x[i++] = Math.cos(Math.PI * frequency * unit);
     }
     for (const value of further) x[i++] = value;
   }

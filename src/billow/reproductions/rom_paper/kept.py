@@ -15,6 +15,7 @@ from billow import __version__
 from billow.base.errors import InputError, IntegrityError
 from billow.results.atomic import write_atomically
 from billow.results.dataset_files import mesh_sha256
+from billow.rom.learn.clock import PARTS, STEPS
 from billow.rom.learn.dataset import Dataset
 from billow.rom.learn.train import import_network
 
@@ -48,7 +49,8 @@ def shared_settings() -> dict:
     """What the default recipe is at present, as plain JSON: models of other settings are not reused."""
     network = import_network()
     steps = [network.BATCH_SHARED, *network.EPOCHS_SHARED, network.STEPS_SHARED]
-    return {"layers": [network.MEMBERS, *network.HIDDEN_SHARED], "steps": steps}
+    clock = [PARTS, STEPS]
+    return {"layers": [network.MEMBERS, *network.HIDDEN_SHARED], "steps": steps, "clock": clock}
 
 
 def fingerprint(dataset: Dataset, runs) -> str:

@@ -73,7 +73,14 @@ class NestedDesign:
         forces: contact forces of the previous time are inputs too; of the unseen runs they are the true ones, known
         only because these runs have been made. Errors as `train`.
         """
-        how = Recipe(modes=counts[-1], seed=seed, force_modes=FORCE_MODES * forces, force_components=FORCE_COMPONENTS)
+        # Without a clock, which models with forces cannot have: what forces gain is to be seen.
+        how = Recipe(
+            modes=counts[-1],
+            seed=seed,
+            force_modes=FORCE_MODES * forces,
+            force_components=FORCE_COMPONENTS,
+            clock=False,
+        )
 
         def make() -> Surrogate:
             given = self.forces if forces else None

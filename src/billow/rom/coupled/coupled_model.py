@@ -158,7 +158,7 @@ class Coupled:
             moved = zip(bag, motion.centre[starts], motion.velocity[starts], strict=True)
             state.append([self._state(nodes, body, *place) for nodes, *place in moved])
             force.append(self._held(filtered_force(motion, body.mass, self.gravity)))
-        at, inputs = self._middles, self.surrogate.regression.inputs
+        at, inputs = self._middles, self.surrogate.inputs_by_own_time
         law = learn_contact_law(inputs, designs, at, np.array(state), np.array(force), seed, progress)
         return replace(self, law=law)
 
@@ -234,7 +234,7 @@ class Coupled:
         mean, deviation = (stored.take(tensors, f"coupled.state_{n}", np.float64, STATE) for n in ("mean", "deviation"))
         if not (deviation >= LEAST_DEVIATION).all():
             raise ValueError("a state has no deviation")
-        inputs = replace(surrogate.regression.inputs, recipe="shared", further=STATE)
+        inputs = replace(surrogate.inputs_by_own_time, recipe="shared", further=STATE)
         weights, biases, width = stored.take_networks(tensors, "coupled.", None, inputs.width)
         if width != 3:
             raise ValueError(f"the force has {width} components")

@@ -22,25 +22,34 @@ NEIGHBOURS = 0.1
 @dataclass(frozen=True, eq=False)
 class Agreement:
     """One run held out, [m2], (times, 3) each. common: sum over modes of the predicted departure times the true one;
-    own: of the square of the predicted one; spread: mean over nodes of the variance over members"""
+    own: of the square of the predicted one, both at the times of the output scaling, 0 beyond the run; spread: mean
+    over nodes of the variance over members, at the trained times, which by the run's clock are `at` [s]; scaled: [s],
+    times of the output scaling"""
 
     common: np.ndarray
     own: np.ndarray
     spread: np.ndarray
+    at: np.ndarray
+    scaled: np.ndarray
 
     @classmethod
     def of(cls, surrogate: Surrogate, design: np.ndarray, truth: np.ndarray) -> Agreement:
         """surrogate: that has not seen the run; design: (parameters,); truth: [m], (times, nodes, 3)."""
-        mean = surrogate.regression.outputs.mean.reshape(len(surrogate.times), 3, surrogate.modes)
+        regression = surrogate.regression
+        scaled = regression.outputs.times
+        at = np.broadcast_to(regression.common(design[None], surrogate.times), (1, len(surrogate.times)))[0]
+        mean = regression.outputs.at(at)[0].reshape(len(at), 3, surrogate.modes)
         known = np.stack([truth[:, :, c] @ basis.modes.T for c, basis in enumerate(surrogate.bases)], axis=1)
         away = (surrogate.coefficients(design, extrapolate=True) - mean).astype(float)
-        members = surrogate.regression.members
+        members = regression.members
         spread = np.square(surrogate.spread(design, extrapolate=True)) * (members / (members - 1))
-        return cls((away * (known - mean)).sum(axis=2), np.square(away).sum(axis=2), spread)
+        sums = (away * (known - mean)).sum(axis=2), np.square(away).sum(axis=2)
+        return cls(*(_along(scaled, at, of_run, 0.0) for of_run in sums), spread, at, scaled)
 
 
 def factors(agreements: list[Agreement]) -> np.ndarray:
-    """[-], (times, 3) in [0, 1], by least squares over runs held out; one more run that agrees is assumed."""
+    """[-], (times of the output scaling, 3) in [0, 1], by least squares over runs held out; one more run that agrees is
+    assumed."""
     common, own = (_pooled(sum(getattr(one, name) for one in agreements)) for name in ("common", "own"))
     assumed = own / len(agreements)
     total = own + assumed
@@ -49,10 +58,15 @@ def factors(agreements: list[Agreement]) -> np.ndarray:
 
 
 def disbelieved(agreements: list[Agreement], by: np.ndarray) -> np.ndarray:
-    """[m2], (3, times): variance that members no longer show for being shrunk [-], (times, 3), for intervals: what is
-    not believed is not known any better."""
-    spread = np.mean([one.spread for one in agreements], axis=0)
-    return ((1.0 - np.square(by)) * spread).T
+    """[m2], (3, trained times): variance that members no longer show for being shrunk by `factors`, for intervals: what
+    is not believed is not known any better."""
+    shrunk_by = [_along(one.at, one.scaled, by) for one in agreements]
+    return np.mean([(1.0 - np.square(f)) * one.spread for f, one in zip(shrunk_by, agreements, strict=True)], axis=0).T
+
+
+def _along(asked: np.ndarray, times: np.ndarray, values: np.ndarray, outside: float | None = None) -> np.ndarray:
+    """Values (times, 3) at the times asked, linear in between."""
+    return np.stack([np.interp(asked, times, v, left=outside, right=outside) for v in values.T], axis=1)
 
 
 def _pooled(sums: np.ndarray) -> np.ndarray:

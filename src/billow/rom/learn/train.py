@@ -14,6 +14,7 @@ import numpy as np
 from billow import __version__
 from billow.base.errors import InputError, ResourceError, shown
 from billow.results.dataset_files import Parameter, fingerprint
+from billow.rom.learn.clock import clock_helps, learn_clock
 from billow.rom.learn.dataset import TOO_FEW_RUNS, Dataset, ReadOnce, read_run, snapshot_bytes
 from billow.rom.learn.force_modes import learn_force_inputs
 from billow.rom.learn.left_out import left_out
@@ -29,7 +30,7 @@ from billow.rom.surrogate.force_inputs import ForceInputs
 from billow.rom.surrogate.intervals import BINS, FEWEST_RUNS, LEVELS, Intervals, histogram, quantiles, scale
 from billow.rom.surrogate.judgement import HELD_OUT, Judgement
 from billow.rom.surrogate.locked_obstacles import LockedObstacle, locked_obstacles
-from billow.rom.surrogate.regression import ACTIVATIONS, InputScaling, OutputScaling, Regression
+from billow.rom.surrogate.regression import ACTIVATIONS, BY_CLOCK, InputScaling, OutputScaling, Regression
 from billow.rom.surrogate.start_shapes import StartShapes
 from billow.rom.surrogate.surrogate import Surrogate
 
@@ -86,6 +87,8 @@ class Recipe:
         three times the training again (once, with many runs). Not done with fewer than `FEWEST_RUNS` runs, with force
         modes, whose inputs are not known in advance, or for `paper`, which has no ensemble
     memory: [byte] larger snapshots are read from disk block by block; calibrating may take twice as much
+    clock: learn a clock of each design (docs/theory.md); default if that helps on runs held out, and there are
+        `FEWEST_RUNS` designs. There is none with force modes, or for `paper`.
     """
 
     networks: str = "shared"
@@ -96,6 +99,7 @@ class Recipe:
     force_components: str = "z"
     calibrate: bool = True
     memory: int = DEFAULT_MEMORY
+    clock: bool | None = None
 
 
 DEFAULT = Recipe()
@@ -105,8 +109,9 @@ MOST_EPOCHS, MOST_MODES, MOST_SEED = 1_000_000, 1_000, 2**63 - 1
 
 
 def same_training(surrogate: Surrogate) -> dict:
-    """Seed and epochs of a surrogate, for a `Recipe`."""
-    return {"seed": surrogate.training.get("seed", 0), "epochs": surrogate.training.get("epochs")}
+    """Seed, epochs and clock of a surrogate, for a `Recipe`."""
+    told = {name: surrogate.training.get(name, default) for name, default in (("seed", 0), ("epochs", None))}
+    return told | {"clock": surrogate.regression.clock is not None}
 
 
 def check_recipe(recipe: Recipe) -> None:
@@ -156,7 +161,7 @@ def train(
     first = next(stages(progress, 1 + len(folds)))
     surrogate, whole = _learn(dataset, runs, recipe, first, client)
     begun = time.perf_counter()
-    for_folds = replace(recipe, epochs=surrogate.training["epochs"])
+    for_folds = replace(recipe, **same_training(surrogate))
     with import_network().one_thread():
         factors, judgement, agreements = _calibrate(dataset, runs, folds, for_folds, progress, client)
     part = believed(agreements)
@@ -182,9 +187,18 @@ def train_networks(
     inputs = _input_scaling(dataset, recipe.networks)
     begun, spent = time.perf_counter(), time.thread_time()
     known, times = reduction.coefficients, reduction.times
-    outputs = OutputScaling.of(known, times, recipe.networks)
-    targets = outputs.forward(known.reshape(*known.shape[:2], -1)).reshape(-1, 3 * recipe.modes)
     model, further = forces or (None, None)
+    clock, at, centred = None, times, inputs.design(reduction.design)
+    if _has_clock(dataset, reduction, recipe, centred):
+        clock, outputs = learn_clock(centred, times, known)
+        at = clock(centred, times)
+        mean, deviation = outputs.at(at)
+        targets = (known.reshape(*known.shape[:2], -1) - mean) / deviation
+        inputs = replace(inputs, start=0.0, end=clock.end, frequencies=BY_CLOCK)
+    else:
+        outputs = OutputScaling.of(known, times, recipe.networks)
+        targets = outputs.forward(known.reshape(*known.shape[:2], -1))
+    targets = targets.reshape(-1, 3 * recipe.modes)
     if model is not None:
         inputs = replace(inputs, further=model.width)
     losses = []
@@ -198,7 +212,7 @@ def train_networks(
     if own_starts:
         shapes = dataset.starts(reduction.runs)
         starts = StartShapes.learn(reduction.design, shapes, reference, dataset.parameters)
-    features = inputs(reduction.design, times, further)
+    features = inputs(reduction.design, at, further)
     fit = network.train_shared if recipe.networks == "shared" else network.train_paper
     weights, biases = fit(features, targets, epochs=recipe.epochs, seed=recipe.seed, progress=record_loss)
     return Surrogate(
@@ -211,7 +225,7 @@ def train_networks(
         parts=getattr(dataset, "parts", None),
         obstacles=_obstacles(dataset, reduction),
         bases=reduction.bases,
-        regression=Regression(recipe.networks, weights, biases, inputs, outputs),
+        regression=Regression(recipe.networks, weights, biases, inputs, outputs, clock),
         forces=model,
         designs=reduction.design,
         training={
@@ -232,6 +246,17 @@ def train_networks(
             },
         },
     )
+
+
+def _has_clock(dataset: Dataset, reduction: Reduction, recipe: Recipe, centred: np.ndarray) -> bool:
+    # Forces of the time before belong to that time, whatever a clock says; the paper has no clock.
+    if recipe.networks != "shared" or recipe.force_modes:
+        return False
+    if recipe.clock is not None:
+        return recipe.clock
+    if len(distinct(reduction.design, dataset.parameters)) < FEWEST_RUNS:
+        return False
+    return clock_helps(reduction.design, dataset.parameters, centred, reduction.times, reduction.coefficients)
 
 
 def _obstacles(dataset: Dataset, reduction: Reduction) -> tuple[LockedObstacle, ...]:

@@ -19,8 +19,9 @@ import numpy as np
 from billow import __version__
 from billow.base.errors import InputError, NumericalStop, ResourceError
 from billow.results.atomic import write_atomically
+from billow.rom.surrogate.clock import LARGEST, Clock
 from billow.rom.surrogate.design_space import from_unit
-from billow.rom.surrogate.regression import Regression
+from billow.rom.surrogate.regression import InputScaling, Regression
 from billow.rom.surrogate.surrogate import Surrogate
 
 OPSET, IR_VERSION = 17, 8
@@ -98,14 +99,21 @@ def onnx_bytes(surrogate: Surrogate) -> bytes:
     if surrogate.forces is not None:
         raise NEEDS_FORCES(title=surrogate.title)
     graph, regression, times, modes = _Graph(onnx), surrogate.regression, len(surrogate.times), surrogate.modes
-    hidden = _networks(graph, regression)
+    centred = _centred(graph, regression.inputs)
+    if regression.clock is None:
+        of_time, outputs = regression.of_trained_times[:, None], regression.outputs
+        mean, deviation = outputs.mean, outputs.deviation
+    else:
+        common = _common_time(graph, regression.clock, len(surrogate.parameters), centred, surrogate.times)
+        of_time, (mean, deviation) = _of_common_time(graph, regression, common), _scaling(graph, regression, common)
+    hidden = _networks(graph, regression, centred, of_time)
     if surrogate.recipe == "shared":  # (networks, rows, outputs): the answer is their mean
         answer = graph.add("ReduceMean", hidden, axes=[0], keepdims=0)
     else:  # (outputs, rows, 1): one network for each coefficient
         answer = graph.add("Transpose", hidden, perm=[2, 1, 0])
     answer = graph.add("Reshape", answer, np.array([-1, times, 3 * modes]))
-    answer = graph.add("Mul", answer, regression.outputs.deviation)
-    answer = graph.add("Add", answer, regression.outputs.mean)
+    answer = graph.add("Mul", answer, deviation)
+    answer = graph.add("Add", answer, mean)
     answer = graph.add("Reshape", answer, np.array([-1, times, 3, modes]))
     answer = graph.add("Transpose", answer, perm=[0, 2, 1, 3])  # (designs, 3, times, modes)
     fields = graph.add("MatMul", answer, np.stack([basis.modes for basis in surrogate.bases]))
@@ -128,21 +136,66 @@ class _Graph:
 
     def _constant(self, array: np.ndarray) -> str:
         name = f"constant_{len(self.constants)}"
-        self.constants.append(self.onnx.numpy_helper.from_array(np.ascontiguousarray(array), name))
+        self.constants.append(self.onnx.numpy_helper.from_array(np.asarray(array, order="C"), name))
         return name
 
 
-def _networks(graph: _Graph, regression: Regression) -> str:
-    """The networks side by side: (networks, designs * times, outputs)."""
-    inputs = regression.inputs
-    # Scaled in float64: a slope of 1e6 N/m less its lower end would lose digits in float32.
+def _centred(graph: _Graph, inputs: InputScaling) -> str:
+    """The scaled design, (designs, parameters) float64: a slope of 1e6 N/m less its lower end would lose digits in
+    float32."""
     zero, one = (inputs.design(bound) for bound in (inputs.low, inputs.high))
     factor = (one - zero) / (inputs.high - inputs.low)
-    design = graph.add("Add", graph.add("Mul", "design", factor), zero - factor * inputs.low)
-    design = graph.add("Cast", design, to=graph.onnx.TensorProto.FLOAT)
-    # As in `Regression`, the first layer adds the shares of design and time, and that of the time is a constant.
+    return graph.add("Add", graph.add("Mul", "design", factor), zero - factor * inputs.low)
+
+
+def _common_time(graph: _Graph, clock: Clock, parameters: int, centred: str, times: np.ndarray) -> str:
+    """As `Clock`: (designs, times) float64."""
+    one, other = np.triu_indices(parameters)
+    products = graph.add("Mul", *(graph.add("Gather", centred, index, axis=1) for index in (one, other)))
+    polynomial = graph.add("MatMul", graph.add("Concat", centred, products, axis=1), clock.weights[1:])
+    polynomial = graph.add("Add", polynomial, clock.weights[0])
+    logarithms = graph.add("Clip", polynomial, np.array(-LARGEST), np.array(LARGEST))
+    common = graph.add("MatMul", graph.add("Exp", logarithms), clock.spent(times))
+    return graph.add("Clip", common, np.array(0.0), np.array(clock.end))
+
+
+def _of_common_time(graph: _Graph, regression: Regression, common: str) -> str:
+    """Share of the time and the bias in the first layer: (networks, designs, times, neurons)."""
+    inputs = regression.inputs
+    unit = graph.add("Unsqueeze", graph.add("Div", common, np.array(inputs.end)), np.array([2]))
+    angle = graph.add("Mul", unit, np.pi * np.array(inputs.frequencies, float))
+    # Not every runtime has cosines of double precision, and angles up to 100 need it.
+    waves = (graph.add("Sin", angle), graph.add("Sin", graph.add("Add", angle, np.array(0.5 * np.pi))))
+    features = graph.add("Concat", unit, *waves, axis=2)
+    features = graph.add("Cast", features, to=graph.onnx.TensorProto.FLOAT)  # (designs, times, features)
+    share = graph.add("MatMul", features, regression.first_weights[1][:, None])
+    return graph.add("Add", share, regression.biases[0][:, None])
+
+
+def _scaling(graph: _Graph, regression: Regression, common: str) -> tuple[str, str]:
+    """Mean and deviation at common times, as `OutputScaling.at`, whose times are even: (designs, times, outputs)."""
+    outputs, kind = regression.outputs, graph.onnx.TensorProto
+    spacing, last = outputs.times[1] - outputs.times[0], len(outputs.times) - 2
+    place = graph.add("Div", common, np.array(spacing))
+    before = graph.add("Clip", graph.add("Floor", place), np.array(0.0), np.array(float(last)))
+    row = graph.add("Cast", before, to=kind.INT64)
+    part = graph.add("Clip", graph.add("Sub", place, before), np.array(0.0), np.array(1.0))
+    part = graph.add("Cast", graph.add("Unsqueeze", part, np.array([2])), to=kind.FLOAT)
+
+    def at(values: np.ndarray) -> str:
+        step = graph.add("Mul", graph.add("Gather", np.diff(values, axis=0), row, axis=0), part)
+        return graph.add("Add", graph.add("Gather", values, row, axis=0), step)
+
+    return at(outputs.mean), at(outputs.deviation)
+
+
+def _networks(graph: _Graph, regression: Regression, centred: str, of_time: str | np.ndarray) -> str:
+    """The networks side by side: (networks, designs * times, outputs). of_time: share of time in the first layer."""
+    design = graph.add("Cast", centred, to=graph.onnx.TensorProto.FLOAT)
+    # As in `Regression`, the first layer adds the shares of design and time; without a clock, that of the time is a
+    # constant.
     of_design = graph.add("MatMul", design, regression.first_weights[0])  # (networks, designs, neurons)
-    hidden = graph.add("Add", graph.add("Unsqueeze", of_design, np.array([2])), regression.of_trained_times[:, None])
+    hidden = graph.add("Add", graph.add("Unsqueeze", of_design, np.array([2])), of_time)
     networks, _, neurons = regression.biases[0].shape
     hidden = graph.add("Reshape", hidden, np.array([networks, -1, neurons]))
     for weight, bias in zip(regression.weights[1:], regression.biases[1:], strict=True):

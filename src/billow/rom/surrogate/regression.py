@@ -13,9 +13,12 @@ from functools import cached_property
 import numpy as np
 
 from billow.base.errors import NumericalStop
+from billow.rom.surrogate.clock import Clock
 
 FREQUENCIES = (1, 2, 4, 8)
 """k of the time features sin(pi k t), cos(pi k t), with t from 0 at the first recorded time to 1 at the last."""
+BY_CLOCK = (*FREQUENCIES, 16, 32)
+"""Those in the common time of a clock, by which bounces of all designs come at the same times."""
 
 
 NOT_FINITE = NumericalStop.declare(
@@ -45,6 +48,7 @@ class InputScaling:
     start, end: [s], first and last trained time
     recipe: "shared": design in [-1, 1], t in [0, 1] with sines and cosines; "paper": design and t in [0, 1]
     further: number of inputs besides design and time, each about [0, 1] (`force_inputs`)
+    frequencies: of the time features of "shared"
     """
 
     low: np.ndarray
@@ -53,11 +57,12 @@ class InputScaling:
     end: float
     recipe: str
     further: int = 0
+    frequencies: tuple[int, ...] = FREQUENCIES
 
     @property
     def width(self) -> int:
         """Number of inputs of the network."""
-        return len(self.low) + 1 + (2 * len(FREQUENCIES) if self.recipe == "shared" else 0) + self.further
+        return len(self.low) + 1 + (2 * len(self.frequencies) if self.recipe == "shared" else 0) + self.further
 
     def design(self, design: np.ndarray) -> np.ndarray:
         """(..., parameters) -> [-], the same shape float64 in [-1, 1] (or [0, 1])."""
@@ -65,17 +70,17 @@ class InputScaling:
         return 2.0 * unit - 1.0 if self.recipe == "shared" else unit
 
     def time(self, times: np.ndarray) -> np.ndarray:
-        """[s], (times,) -> [-], (times, time features) float64."""
-        unit = ((times - self.start) / (self.end - self.start))[:, None]
+        """[s], (..., times) -> [-], (..., times, time features) float64."""
+        unit = ((times - self.start) / (self.end - self.start))[..., None]
         if self.recipe == "paper":
             return unit
-        angle = np.pi * unit * np.array(FREQUENCIES)
-        return np.hstack([unit, np.sin(angle), np.cos(angle)])
+        angle = np.pi * unit * np.array(self.frequencies)
+        return np.concatenate([unit, np.sin(angle), np.cos(angle)], axis=-1)
 
     def __call__(self, design: np.ndarray, times: np.ndarray, further: np.ndarray | None = None) -> np.ndarray:
-        """Every design at every time: (runs, parameters), (times,) -> (runs * times, width) float32. further: [-],
-        (runs, times, further), the inputs besides design and time."""
-        features = np.empty((len(design), len(times), self.width), np.float32)
+        """Every design at every time: (runs, parameters), (times,) or (runs, times) -> (runs * times, width)
+        float32. further: [-], (runs, times, further), the inputs besides design and time."""
+        features = np.empty((len(design), times.shape[-1], self.width), np.float32)
         known = self.width - self.further
         features[:, :, : len(self.low)] = self.design(design)[:, None]
         features[:, :, len(self.low) : known] = self.time(times)
@@ -86,9 +91,9 @@ class InputScaling:
 
 @dataclass(frozen=True)
 class OutputScaling:
-    """Coefficients as deviations of order one from what is typical at each time.
+    """Coefficients as deviations of order one from what is typical at each time, by a clock if there is one.
 
-    times: [s], (times,) float64
+    times: [s], (times,) float64, rising
     mean, deviation: [m], (times, outputs) float32; outputs are the modes of x, then of y, then of z
     """
 
@@ -121,7 +126,7 @@ class OutputScaling:
         return cls(times, *(values.reshape(len(times), -1).astype(np.float32) for values in each))
 
     def forward(self, coefficients: np.ndarray) -> np.ndarray:
-        """[m], (runs, times, outputs) at the trained times -> [-], the same shape float32."""
+        """[m], (runs, times, outputs) at `times` -> [-], the same shape float32."""
         return (coefficients - self.mean) / self.deviation
 
     def back(self, outputs: np.ndarray, times: np.ndarray) -> np.ndarray:
@@ -130,13 +135,20 @@ class OutputScaling:
         return outputs * deviation + mean
 
     def at(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Mean and deviation at any times, linear between the trained ones: [m], (times, outputs) float32 each."""
+        """Mean and deviation at any times, linear between `times`: [m], (..., times, outputs) float32 each."""
         if np.array_equal(times, self.times):
             return self.mean, self.deviation
-        after = np.clip(np.searchsorted(self.times, times), 1, len(self.times) - 1)
+        after = np.minimum(np.maximum(np.searchsorted(self.times, times), 1), len(self.times) - 1)
         start, stop = self.times[after - 1], self.times[after]
-        part = np.clip((times - start) / (stop - start), 0.0, 1.0).astype(np.float32)[:, None]
-        return tuple(a[after - 1] + part * (a[after] - a[after - 1]) for a in (self.mean, self.deviation))
+        part = np.minimum(np.maximum((times - start) / (stop - start), 0.0), 1.0).astype(np.float32)[..., None]
+        before = self._both[after - 1]
+        found = before + part * (self._both[after] - before)
+        return found[..., : self.mean.shape[1]], found[..., self.mean.shape[1] :]
+
+    @cached_property
+    def _both(self) -> np.ndarray:
+        """Mean and deviation side by side: (times, 2 outputs)."""
+        return np.concatenate([self.mean, self.deviation], axis=1)
 
 
 def silu(x: np.ndarray) -> np.ndarray:
@@ -159,6 +171,7 @@ class Regression:
 
     recipe: "shared" or "paper"; inputs, outputs: the scalings
     weights, biases: one (networks, inputs, outputs) and one (networks, 1, outputs) float32 per layer
+    clock: of each design, in whose common time the scalings are then; None if all go by their own time
     """
 
     recipe: str
@@ -166,6 +179,7 @@ class Regression:
     biases: tuple[np.ndarray, ...]
     inputs: InputScaling
     outputs: OutputScaling
+    clock: Clock | None = None
 
     @property
     def members(self) -> int:
@@ -179,19 +193,25 @@ class Regression:
         if self.recipe == "paper":
             return self.by_member(design, times, further)[0]
         with np.errstate(over="ignore", invalid="ignore"):  # an overflow stays one to the end and is raised below
-            hidden = self._hidden(design, times, further)
+            at = self.common(design, times)
+            hidden = self._hidden(design, at, further)
             # The last layer is linear: the mean over members is one product with all their last layers.
             weight, bias = self._mean_layer
             answer = hidden.transpose(1, 0, 2).reshape(hidden.shape[1], -1) @ weight + bias
-            return _finite(self.outputs.back(answer.reshape(len(design), len(times), -1), times))
+            return _finite(self.outputs.back(answer.reshape(len(design), len(times), -1), at))
 
     def by_member(self, design: np.ndarray, times: np.ndarray, further: np.ndarray | None = None) -> np.ndarray:
         """Coefficients by each member: [m], (members, runs, times, outputs) float32."""
         with np.errstate(over="ignore", invalid="ignore"):
-            answer = self._hidden(design, times, further) @ self.weights[-1] + self.biases[-1]
+            at = self.common(design, times)
+            answer = self._hidden(design, at, further) @ self.weights[-1] + self.biases[-1]
             if self.recipe == "paper":
                 answer = answer.transpose(2, 1, 0)
-            return _finite(self.outputs.back(answer.reshape(self.members, len(design), len(times), -1), times))
+            return _finite(self.outputs.back(answer.reshape(self.members, len(design), len(times), -1), at))
+
+    def common(self, design: np.ndarray, times: np.ndarray) -> np.ndarray:
+        """The times by which scalings go: [s], (times,) as they are, or (runs, times) by the clock of each design."""
+        return times if self.clock is None else self.clock(self.inputs.design(design), times)
 
     @cached_property
     def _mean_layer(self):
@@ -212,12 +232,16 @@ class Regression:
         """First layer before its activation: (networks, runs * times, neurons).
 
         It is linear, so that the shares of designs, times and further inputs are found apart and added: a product for
-        every design instead of one for every design and time, and that of the trained times once for all.
+        every design instead of one for every design and time, and, without a clock, that of the trained times once for
+        all.
         """
-        trained = np.array_equal(times, self.outputs.times)
-        of_time = self.of_trained_times if trained else self._of_times(times)
         of_design = self.inputs.design(design).astype(np.float32) @ self.first_weights[0]
-        first = of_design[:, :, None] + of_time[:, None]  # (networks, runs, times, neurons)
+        if times.ndim > 1:
+            of_time = self._of_times(times.ravel()).reshape(len(of_design), *times.shape, -1)
+        else:
+            trained = np.array_equal(times, self.outputs.times)
+            of_time = (self.of_trained_times if trained else self._of_times(times))[:, None]
+        first = of_design[:, :, None] + of_time  # (networks, runs, times, neurons)
         if further is not None:
             flat = np.asarray(further, np.float32).reshape(-1, self.inputs.further)
             first += (flat @ self.first_weights[2]).reshape(first.shape)

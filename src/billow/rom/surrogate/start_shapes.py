@@ -11,6 +11,7 @@ import numpy as np
 
 from billow.results.dataset_files import Parameter
 from billow.rom.surrogate.design_space import to_unit
+from billow.rom.surrogate.polynomial import count, terms
 
 ENOUGH = 1.5
 """Runs for each term from which squares and products are fitted, too."""
@@ -26,30 +27,18 @@ class StartShapes:
     def learn(cls, designs: np.ndarray, starts: np.ndarray, reference: np.ndarray, parameters) -> StartShapes:
         """designs: (runs, parameters); starts: [m], (runs, nodes, 3); reference: [m], (nodes, 3)."""
         unit = to_unit(designs, parameters)
-        terms = _terms(unit, quadratic=len(unit) >= ENOUGH * _count(len(parameters), True))
+        rows = terms(2.0 * unit - 1.0, quadratic=len(unit) >= ENOUGH * count(len(parameters), True))
         away = (starts.astype(float) - reference).reshape(len(starts), -1)
-        weights = np.linalg.lstsq(terms, away, rcond=1e-10)[0]
+        weights = np.linalg.lstsq(rows, away, rcond=1e-10)[0]
         return cls(weights.reshape(-1, *reference.shape).astype(np.float32))
 
     def __call__(self, rows: np.ndarray, reference: np.ndarray, parameters: tuple[Parameter, ...]) -> np.ndarray:
         """Start shapes [m], (runs, nodes, 3) float32, of designs (runs, parameters)."""
-        quadratic = len(self.weights) == _count(len(parameters), True)
-        terms = _terms(to_unit(rows, parameters), quadratic)
-        return reference + np.tensordot(terms.astype(np.float32), self.weights, 1)
+        quadratic = len(self.weights) == count(len(parameters), True)
+        found = terms(2.0 * to_unit(rows, parameters) - 1.0, quadratic)
+        return reference + np.tensordot(found.astype(np.float32), self.weights, 1)
 
     @staticmethod
     def fits(weights: np.ndarray, parameters: int) -> bool:
         """Whether so many terms belong to so many parameters."""
-        return len(weights) in (_count(parameters, False), _count(parameters, True))
-
-
-def _count(parameters: int, quadratic: bool) -> int:
-    return 1 + parameters + quadratic * parameters * (parameters + 1) // 2
-
-
-def _terms(unit: np.ndarray, quadratic: bool) -> np.ndarray:
-    """Constant, linear, and with `quadratic` squares and products, (runs, terms)."""
-    centred = 2.0 * unit - 1.0
-    one, other = np.triu_indices(unit.shape[1])
-    further = [centred[:, one] * centred[:, other]] if quadratic else []
-    return np.column_stack([np.ones(len(unit)), centred, *further])
+        return len(weights) in (count(parameters, False), count(parameters, True))

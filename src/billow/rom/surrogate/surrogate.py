@@ -28,7 +28,7 @@ from billow.rom.surrogate.force_inputs import ForceInputs, further_inputs
 from billow.rom.surrogate.intervals import FEWEST_RUNS, Intervals, scale
 from billow.rom.surrogate.judgement import Judgement, require_won
 from billow.rom.surrogate.locked_obstacles import LockedObstacle
-from billow.rom.surrogate.regression import Regression
+from billow.rom.surrogate.regression import FREQUENCIES, InputScaling, Regression
 from billow.rom.surrogate.start_shapes import StartShapes
 from billow.rom.surrogate.surrogate_file import read_checked, surrogate_content, surrogate_fields
 
@@ -115,6 +115,12 @@ class Surrogate:
     def modes(self) -> int:
         """K, modes of each component."""
         return len(self.bases[0].modes)
+
+    @property
+    def inputs_by_own_time(self) -> InputScaling:
+        """Scaling of designs and times without a clock."""
+        start, end = float(self.times[0]), float(self.times[-1])
+        return replace(self.regression.inputs, start=start, end=end, frequencies=FREQUENCIES)
 
     @property
     def nodes(self) -> int:

@@ -14,13 +14,15 @@ from billow.base.input_file import require_file
 from billow.results.dataset_files import MeshParts, parameter_of
 from billow.results.tensor_file import read_tensors
 from billow.rom.surrogate.basis import Basis
+from billow.rom.surrogate.clock import Clock
 from billow.rom.surrogate.design_space import bounds, has_range
 from billow.rom.surrogate.force_inputs import ForceInputs
 from billow.rom.surrogate.intervals import Intervals
 from billow.rom.surrogate.judgement import judgement_of
 from billow.rom.surrogate.locked_obstacles import MOST as MOST_OBSTACLES
 from billow.rom.surrogate.locked_obstacles import LockedObstacle, numbers_of
-from billow.rom.surrogate.regression import ACTIVATIONS, InputScaling, OutputScaling, Regression
+from billow.rom.surrogate.polynomial import count as terms_of
+from billow.rom.surrogate.regression import ACTIVATIONS, BY_CLOCK, FREQUENCIES, InputScaling, OutputScaling, Regression
 from billow.rom.surrogate.start_shapes import StartShapes
 
 DAMAGED = IntegrityError.declare(
@@ -38,7 +40,8 @@ UNREADABLE = InputError.declare(
     remedy="check the path, or train one: {command}",
 )
 
-FORMAT = 1
+FORMAT, WITH_CLOCK = 1, 2
+"""Of a file without and with the clock of designs, which Billow before it would not apply."""
 
 MOST_BYTES = 4 * 2**30
 """Of a file, and of one answer of the model in it: [byte]. Ten times the largest mesh and history in use."""
@@ -59,6 +62,8 @@ def surrogate_content(surrogate) -> tuple[dict[str, np.ndarray], dict]:
         tensors[name] = np.stack([np.asarray(getattr(basis, name)) for basis in surrogate.bases])
     tensors |= network_content(regression)
     tensors |= {f"outputs.{name}": getattr(regression.outputs, name) for name in ("mean", "deviation")}
+    if regression.clock is not None:
+        tensors |= {"clock.weights": regression.clock.weights, "outputs.times": regression.outputs.times}
     if surrogate.forces is not None:
         tensors |= {f"forces.{name}": np.asarray(value) for name, value in vars(surrogate.forces).items()}
     if surrogate.designs is not None:
@@ -72,7 +77,7 @@ def surrogate_content(surrogate) -> tuple[dict[str, np.ndarray], dict]:
     for place, obstacle in enumerate(surrogate.obstacles):
         tensors[f"obstacles.{place}"] = obstacle.affine
     record = {
-        "format": FORMAT,
+        "format": FORMAT if regression.clock is None else WITH_CLOCK,
         "title": surrogate.title,
         "recipe": surrogate.recipe,
         "parameters": [asdict(parameter) for parameter in surrogate.parameters],
@@ -106,11 +111,11 @@ def read_checked(path: str | Path, fields: Callable[[dict, dict], object], comma
         tensors, record = read_tensors(path, damaged)
     except OSError as error:
         raise UNREADABLE(path=path, why=error, command=command) from error
-    if record.get("format") != FORMAT:
+    if record.get("format") not in (FORMAT, WITH_CLOCK):
         raise UNREADABLE(
             what=f"the surrogate has format {record.get('format')!r}",
             path=path,
-            why=f"Billow {__version__} reads format {FORMAT}",
+            why=f"Billow {__version__} reads formats {FORMAT} and {WITH_CLOCK}",
             remedy=f"use the version of Billow that wrote it, or train it again: {command}",
         )
     try:
@@ -146,13 +151,16 @@ def surrogate_fields(tensors: dict[str, np.ndarray], record: dict) -> dict:
     require_affordable(len(times) * reference.size)
     forces = _forces(tensors, len(reference))
     further = 0 if forces is None else forces.width
-    inputs = InputScaling(low, high, float(times[0]), float(times[-1]), recipe, further)
+    clock, scaled = _clock(tensors, record, len(parameters), times)
+    start, end = (float(times[0]), float(times[-1])) if clock is None else (0.0, clock.end)
+    frequencies = FREQUENCIES if clock is None else BY_CLOCK
+    inputs = InputScaling(low, high, start, end, recipe, further, frequencies)
     count = 3 * modes.shape[1]  # coefficients of all components
     weights, biases, width = take_networks(tensors, "", None if recipe == "shared" else count, inputs.width)
     require_affordable(len(times) * max(weight.shape[0] * weight.shape[2] for weight in weights))
     if width != (count if recipe == "shared" else 1):
         raise ValueError(f"the last layer has {width} outputs")
-    mean, deviation = (take(tensors, f"outputs.{n}", np.float32, len(times), count) for n in ("mean", "deviation"))
+    mean, deviation = (take(tensors, f"outputs.{n}", np.float32, len(scaled), count) for n in ("mean", "deviation"))
     return {
         "title": title,
         "parameters": parameters,
@@ -160,7 +168,7 @@ def surrogate_fields(tensors: dict[str, np.ndarray], record: dict) -> dict:
         "reference": reference,
         "triangles": triangles,
         "bases": tuple(map(Basis, modes, values, energy.tolist())),
-        "regression": Regression(recipe, weights, biases, inputs, OutputScaling(times, mean, deviation)),
+        "regression": Regression(recipe, weights, biases, inputs, OutputScaling(scaled, mean, deviation), clock),
         "training": training,
         "forces": forces,
         "designs": take(tensors, "designs", np.float64, None, len(parameters)) if "designs" in tensors else None,
@@ -170,6 +178,21 @@ def surrogate_fields(tensors: dict[str, np.ndarray], record: dict) -> dict:
         "obstacles": _obstacles(tensors, record.get("obstacles", []), 0.5 * (low + high)),
         "judgement": judgement_of(record.get("judgement")),  # none in files of Billow before it judged
     }
+
+
+def _clock(tensors, record: dict, parameters: int, times: np.ndarray) -> tuple[Clock | None, np.ndarray]:
+    """The clock, and the times of the output scaling: [s]."""
+    if (record["format"] == WITH_CLOCK) != ("clock.weights" in tensors):
+        raise ValueError("its format does not say whether it has a clock")
+    if "clock.weights" not in tensors:
+        return None, times
+    weights = take(tensors, "clock.weights", np.float64, terms_of(parameters, True), None)
+    if record["recipe"] != "shared" or not times[-1] > 0.0:
+        raise ValueError("its clock does not fit")
+    scaled = times_of(tensors, "outputs.times")
+    if not np.allclose(scaled, scaled[1] * np.arange(len(scaled)), atol=1e-9 * scaled[-1]):
+        raise ValueError("times of its output scaling are not even")
+    return Clock(weights, float(times[-1])), scaled
 
 
 def _starts(tensors: dict[str, np.ndarray], parameters: int, nodes: int) -> StartShapes | None:
