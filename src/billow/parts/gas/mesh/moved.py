@@ -21,7 +21,7 @@ from billow.parts.gas.mesh.passages import gas_before
 from billow.parts.gas.mesh.patches import Patches
 from billow.parts.gas.mesh.sheet import Sheet, Walls, pace_of
 from billow.parts.gas.mesh.slopes import HALF, VALUES, find_slopes
-from billow.parts.gas.mesh.thermodynamics import Y
+from billow.parts.gas.mesh.thermodynamics import P, Y
 from billow.parts.gas.mesh.walls import BOOKS, add_walls, load
 from billow.parts.gas.mesh.work import debts, settle
 
@@ -140,11 +140,13 @@ class Moved:
                 raise self._negative(self.held[clusters.members[clusters.start[first]]], first, time + part * dt)
             self.gained, self.fed = self.scratch.zeros("gained", special, species + 4), np.empty(0, np.int32)
             self.through = self.scratch.zeros("through", len(patches.old))
+            self.door, self.beyond = np.full(len(patches.old), -1, np.int32), np.empty((0, 3 + VALUES))
             yield time + (part + 0.5) * dt
             slope, half = take("slope", count, 3, VALUES), take("half", count, HALF)
             find_slopes(
                 count, clusters.start, clusters.members, clusters.of, self.beside, aperture, patches.start,
-                patches.rows, self.through, self.state, self.place, dt / self.h, self.second_order, slope, half,
+                patches.rows, self.through, self.door, self.beyond, self.state, self.place, dt / self.h,
+                self.second_order, slope, half,
             )  # fmt: skip
             self._finish(flux, slope, half, owed, dt, time + part * dt)
             settle(patches.triangle, self.booked, sheet.owed)
@@ -220,6 +222,14 @@ class Moved:
             size = np.sqrt((rows[mine, NORMAL : NORMAL + 3] ** 2).sum(axis=1))
             both.append(np.bincount(of[mine], size, len(self.key)))
         return np.maximum(*both)
+
+    def open_door(self, patches: np.ndarray, other: Moved, cluster: np.ndarray) -> None:
+        """Let slopes see the clusters of another room behind openings, which are these patches."""
+        some = other.state[cluster, P] > 0.0
+        patches, cluster = patches[some], cluster[some]
+        self.door[patches] = len(self.beyond) + np.arange(len(patches))
+        behind = np.hstack([other.place[cluster], other.state[cluster, :VALUES]])
+        self.beyond = np.concatenate([self.beyond, behind])
 
     def before(self, cluster: np.ndarray) -> np.ndarray:
         """The gas that comes to a hole, (5,); cluster: of each of its fragments."""
