@@ -175,7 +175,7 @@ def test_a_seam_holds_a_bag_together_until_it_tears():
             }
         )
         model = model_of_case(case)
-        state = run(model, Schedule(0.015, 1, 20))
+        state = run(model, Schedule(0.015, 1, 20, 0.8))  # a bag this coarse loses 1.1 % at the full step, as its square
         volumes[name] = model.surface.volume(state.positions)
         torn = state.tear_seams[:, TORN_AT] != NOT_YET
         assert not torn.any() if name == "strong" else torn.all()

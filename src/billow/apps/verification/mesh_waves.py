@@ -222,11 +222,11 @@ def order() -> Iterator[Measurement]:
     yield Measurement("order of a sound wave", found[-1], 2.0, 0.25)
 
 
-def vortex_in_a_box(cells: int) -> tuple[float, float]:
+def vortex_in_a_box(cells: int, radius: float = 0.1) -> tuple[float, float]:
     """A smooth vortex at rest in a flat box that moves slantwise through the lattice, a quarter turn of its core: mean
     error of the velocity, relative to the fastest swirl, away from cut cells and in all of them. Speed and temperature
-    of C.-W. Shu's isentropic vortex (NASA CR-97-206253, 1997), 0.3 c at most; at the walls it is 3e-4 of that."""
-    h, radius, swirl, drift = 1.0 / cells, 1.0 / 8.0, 0.3 * SOUND, np.array([30.0, 12.0, 0.0])
+    of C.-W. Shu's isentropic vortex (NASA CR-97-206253, 1997), 0.3 c at most; at the walls it is 3e-5 of that."""
+    h, swirl, drift = 1.0 / cells, 0.3 * SOUND, np.array([30.0, 12.0, 0.0])
     shape = box(1.0, 1.0, ACROSS * h)
     bag = Bag(shape.surface, shape.positions, np.zeros_like(shape.positions))
     gas = mesh_in(bag, h)
@@ -257,8 +257,9 @@ def vortex_in_a_box(cells: int) -> tuple[float, float]:
 
 
 def vortex() -> Iterator[Measurement]:
-    """M7: a smooth vortex between moving walls, 20 to 80 cells: second order, at least 1.5 with cut cells. What the
-    limiter cuts off falls faster, so that more than that is found, 2.37 and 2.30."""
+    """M7: a smooth vortex between moving walls, 20 to 80 cells: second order, at least 1.5 with cut cells.
+
+    Checks are of one side: 2 +- 0.15 is not what is found, but 2.3 to 2.4 (docs/mesh_gas.md, Checks)."""
     errors = np.array([vortex_in_a_box(cells) for cells in (20, 40, 80)])
     inner, whole = np.log2(errors[1] / errors[2])
     yield Measurement("order of a vortex away from the walls, at most 2", min(inner, 2.0), 2.0, 0.075)

@@ -67,7 +67,10 @@ def _mesh(case, shape: BagShape, supply: Supply) -> GasModel:
     area, plan, strips = float(flat_area(shape.reference).sum()), fold_plan(case.bag), None
     if plan is not None and supply.chambers.count == 1:
         strips = find_strips(plan, build_shape(case.bag))
-    return MeshGas(supply, shape.surface, area, case.gas.cell, case.gas.advection, case.gas.flow_limit, strips)
+    return MeshGas(
+        supply, shape.surface, area, case.gas.cell, case.gas.advection, case.gas.flow_limit, strips,
+        case.gas.film_friction,
+    )  # fmt: skip
 
 
 class Kind(NamedTuple):

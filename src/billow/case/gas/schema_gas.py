@@ -108,6 +108,9 @@ class Gas(Strict):
     flow_limit: quantity("-", 0.02, 1.0) = 1.0
     """Part of a cell that the mesh gas may flow in a step of its own, at most. 1: only stability limits steps, 0.9 of a
     cell for flow and sound together. 0.25 is the limit of other codes; it costs more steps beyond Mach 1.1."""
+    film_friction: bool = False
+    """Whether walls brake the mesh gas in layers thinner than a cell, as in a channel with fully developed flow.
+    Matters below a millimetre; gas in motion for a few milliseconds is braked harder than that."""
     particles: whole(1_000, 20_000_000) = 100_000
     """Number of particles of the corpuscular gas, for injected and initial gas together."""
     seed: whole(0, 2**31 - 1) = 1

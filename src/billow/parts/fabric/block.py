@@ -13,7 +13,7 @@ import numpy as np
 
 from billow.base.compiled import inlined
 
-VOLUMES = 5
+VOLUMES = 7
 """First column of the volumes in the sums of a chunk: of the surroundings, then of each chamber."""
 
 BLOCK = 32
@@ -23,6 +23,8 @@ D11, D12, D21, D22, V, MU, RATE = range(7)
 """Rows of what is constant of the elements (CONSTANTS, n), with room to the end of the last block: inverse of the flat
 edges [1/m], volume [m^3], damping modulus [Pa s], 1/dt^2 at rest [1/s^2]."""
 CONSTANTS = 7
+RATES = 3
+"""Last columns of what a law remembers: the rates of Green strain that its damping last went by [1/s]."""
 
 # fmt: off
 (
@@ -32,13 +34,15 @@ CONSTANTS = 7
     AX, AY, AZ, BX, BY, BZ,  # columns of the deformation gradient F, along warp and weft [-]
     AA, BB, AB,  # their products, the entries of F^T F [-]
     R11, R22, R12,  # rates of Green strain [1/s]
+    Q11, Q22, Q12,  # products of the rates of F [1/s^2]
+    P11, P22, P12,  # rates of Green strain in the call before [1/s]
     S11, S22, S12, ENERGY,  # second Piola-Kirchhoff stress [Pa] and recoverable energy [J/m^3], from the law
     NX, NY, NZ,  # a third of the area vector [m^2]
     F1X, F1Y, F1Z, F2X, F2Y, F2Z,  # minus the forces on corners 1 and 2 [N]
     VOLUME,  # part in the volume [m^3]
-    STORED, POWER, SQUARED, FASTEST,  # of all blocks of a chunk so far: see `FabricLaw.add_forces`
-) = (BLOCK * row for row in range(45))
-ROWS = 45
+    STORED, POWER, LATE, TURNED, SQUARED, FASTEST,  # of all blocks of a chunk so far: see `FabricLaw.add_forces`
+) = (BLOCK * row for row in range(53))
+ROWS = 53
 # fmt: on
 
 
@@ -53,10 +57,10 @@ def open_chunk(chunk, corners, loads, partial_out):
 
 
 @inlined
-def fetch(block, first, count, mesh, corners):
-    """Fill the rows UX to CZ with `count` elements from `first` on; mesh: of `Membrane.for_kernels`."""
+def fetch(block, first, count, mesh, corners, history):
+    """Fill the rows UX to CZ and P11 to P12 with `count` elements from `first` on; mesh: of `Membrane.for_kernels`."""
     positions, velocities = mesh[3], mesh[4]
-    node = corners[0]
+    node, w, one, two = corners[0], np.uint64(history.shape[1] - RATES), np.uint64(1), np.uint64(2)
     ox, oy, oz = positions[0, 0], positions[0, 1], positions[0, 2]  # so that far-away bags lose no digits
     for j in range(count):
         i = np.uint64(first + j)
@@ -69,11 +73,12 @@ def fetch(block, first, count, mesh, corners):
         block[DUX + j], block[DUY + j] = velocities[b, 0] - x, velocities[b, 1] - y
         block[DWX + j], block[DWY + j] = velocities[c, 0] - x, velocities[c, 1] - y
         block[DUZ + j], block[DWZ + j] = velocities[b, 2] - z, velocities[c, 2] - z
+        block[P11 + j], block[P22 + j], block[P12 + j] = history[i, w], history[i, w + one], history[i, w + two]
 
 
 @inlined
 def strain_of(block, first, mesh):
-    """Fill the rows AX to R12, and NX to NZ."""
+    """Fill the rows AX to Q12, and NX to NZ."""
     flat, begin = mesh[0], np.uint64(first)
     for j in range(BLOCK):
         ux, uy, uz = block[UX + j], block[UY + j], block[UZ + j]
@@ -94,6 +99,9 @@ def strain_of(block, first, mesh):
         block[R11 + j] = ax * dax + ay * day + az * daz
         block[R22 + j] = bx * dbx + by * dby + bz * dbz
         block[R12 + j] = 0.5 * (ax * dbx + ay * dby + az * dbz + bx * dax + by * day + bz * daz)
+        block[Q11 + j] = dax * dax + day * day + daz * daz
+        block[Q22 + j] = dbx * dbx + dby * dby + dbz * dbz
+        block[Q12 + j] = dax * dbx + day * dby + daz * dbz
         block[NX + j] = (uy * wz - uz * wy) / 6.0
         block[NY + j] = (uz * wx - ux * wz) / 6.0
         block[NZ + j] = (ux * wy - uy * wx) / 6.0
@@ -123,7 +131,11 @@ def load(block, first, mesh, cot, csc, stiffening):
         block[F1Y + j], block[F2Y + j] = v * (p1y * d11 + p2y * d12), v * (p1y * d21 + p2y * d22)
         block[F1Z + j], block[F2Z + j] = v * (p1z * d11 + p2z * d12), v * (p1z * d21 + p2z * d22)
         block[STORED + j] += v * block[ENERGY + j]
-        block[POWER + j] += v * mu * (r11 * r11 + r22 * r22 + 2.0 * r12 * r12)
+        power = r11 * r11 + r22 * r22 + 2.0 * r12 * r12
+        p11, p22, p12 = block[P11 + j], block[P22 + j], block[P12 + j]
+        block[POWER + j] += v * mu * power
+        block[LATE + j] += 0.5 * v * mu * (p11 * r11 + p22 * r22 + 2.0 * p12 * r12 - power)
+        block[TURNED + j] += 0.5 * v * mu * (p11 * block[Q11 + j] + p22 * block[Q22 + j] + 2.0 * p12 * block[Q12 + j])
         aa, bb, ab = block[AA + j], block[BB + j], block[AB + j]
         ab, bb = csc * ab - cot * aa, csc * csc * bb - 2.0 * csc * cot * ab + cot * cot * aa
         squared = (aa if aa > bb else bb) + abs(ab)  # Gershgorin's bound of the largest squared stretch
@@ -137,12 +149,13 @@ def load(block, first, mesh, cot, csc, stiffening):
 
 
 @inlined
-def add_up(block, first, count, mesh, corners, loads, chunk, partial_out):
-    """Add forces and area vectors to their entries, and to the volumes of a chunk."""
-    entry = corners[1]
+def add_up(block, first, count, mesh, corners, history, loads, chunk, partial_out):
+    """Add forces and area vectors to their entries, and to the volumes of a chunk; remember the rates."""
+    entry, w, one, two = corners[1], np.uint64(history.shape[1] - RATES), np.uint64(1), np.uint64(2)
     for j in range(count):
         i = np.uint64(first + j)
         a, b, c = np.uint64(entry[i, 0]), np.uint64(entry[i, 1]), np.uint64(entry[i, 2])
+        history[i, w], history[i, w + one], history[i, w + two] = block[R11 + j], block[R22 + j], block[R12 + j]
         x1, y1, z1 = block[F1X + j], block[F1Y + j], block[F1Z + j]
         x2, y2, z2 = block[F2X + j], block[F2Y + j], block[F2Z + j]
         nx, ny, nz = block[NX + j], block[NY + j], block[NZ + j]
@@ -168,9 +181,11 @@ def add_up(block, first, count, mesh, corners, loads, chunk, partial_out):
 @inlined
 def close_chunk(block, chunk, partial_out):
     """Set the sums of a chunk but for HYSTERESIS."""
-    energy, power, largest, rate = 0.0, 0.0, 0.0, 0.0
+    energy, power, late, turned, largest, rate = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for j in range(BLOCK):
         energy, power = energy + block[STORED + j], power + block[POWER + j]
+        late, turned = late + block[LATE + j], turned + block[TURNED + j]
         largest, rate = max(largest, block[SQUARED + j]), max(rate, block[FASTEST + j])
     partial_out[chunk, 0], partial_out[chunk, 1] = energy, power
     partial_out[chunk, 2], partial_out[chunk, 4] = largest, rate
+    partial_out[chunk, 5], partial_out[chunk, 6] = late, turned

@@ -24,6 +24,7 @@ from billow.parts.fabric.block import (
     R11,
     R12,
     R22,
+    RATES,
     S11,
     S12,
     S22,
@@ -167,7 +168,7 @@ class CurveFabric:
 
     @property
     def history_width(self) -> int:
-        return OWED + 1 if self.switches_shear else 1 + 2 * len(self.springs)
+        return RATES + (OWED + 1 if self.switches_shear else 1 + 2 * len(self.springs))
 
     def squared_rate(self, membrane: Membrane) -> np.ndarray:
         """(1.2 c/h)^2: the exact bound of a triangle with a wave speed c in all directions is at least 1/1.28 h/c."""
@@ -257,7 +258,7 @@ def _curve_forces(n, switches_shear, table, constants, mesh, history, corners, l
         heat = 0.0
         for first in range(chunk * CHUNK, end, BLOCK):
             count = min(BLOCK, end - first)
-            fetch(block, first, count, mesh, corners)
+            fetch(block, first, count, mesh, corners, history)
             strain_of(block, first, mesh)
             for j in range(count):
                 i = np.uint64(first + j)
@@ -321,6 +322,6 @@ def _curve_forces(n, switches_shear, table, constants, mesh, history, corners, l
                 block[ENERGY + j] = stored
                 heat += mesh[0][V, i] * history[i, HEAT]
             load(block, first, mesh, cot, csc, 0.0)
-            add_up(block, first, count, mesh, corners, loads, chunk, partial_out)
+            add_up(block, first, count, mesh, corners, history, loads, chunk, partial_out)
         close_chunk(block, chunk, partial_out)
         partial_out[chunk, HYSTERESIS] = heat

@@ -24,10 +24,13 @@ from billow.parts.fabric.frame_fields import fabric_fields
 from billow.parts.fabric.membrane import (
     ENERGY,
     HYSTERESIS,
+    LATE,
     POWER,
     SQUARED_RATE,
     STRETCH,
+    TURNED,
     Membrane,
+    damping_heat,
     odd_speed,
 )  # fmt: skip
 from billow.parts.part import (
@@ -140,17 +143,18 @@ class Fabric(Part):
             membranes = self._reference(state, positions, time, dt, bookings)
         chambers = self.surface.chambers
         *of_membranes, of_holes = self.assembly.corners
-        sums = np.empty((self._chunks[-1], VOLUMES + 1 + len(loads.volumes)))
+        sums = np.zeros((self._chunks[-1], VOLUMES + 1 + len(loads.volumes)))
         for k, membrane in enumerate(membranes):
             own = sums[self._chunks[k] : self._chunks[k + 1]]
             membrane.fabric.add_forces(
                 membrane, of_membranes[k], positions, velocities, state.history[k], loads.entries, own
             )  # fmt: skip
-        strain, power, largest, heat, state.squared_rate = _sum_up(
+        strain, power, largest, heat, state.squared_rate, late, turned = _sum_up(
             sums, self._bare, positions, chambers.behind, chambers.ahead, *of_holes, loads.entries, loads.volumes
         )  # fmt: skip
         state.largest_stretch = math.sqrt(largest)
-        return [*bookings, Booking(DAMPING, power * dt), Booking(STRAIN, strain), Booking(HEAT_OF_HYSTERESIS, heat)]
+        damping = Booking(DAMPING, damping_heat(power, late, turned, dt))
+        return [*bookings, damping, Booking(STRAIN, strain), Booking(HEAT_OF_HYSTERESIS, heat)]
 
     @cached_property
     def _chunks(self) -> list[int]:
@@ -310,7 +314,8 @@ def _sum_up(partial, which, positions, behind, ahead, node, corner, first, loads
             loads_out[entry, 4] += ny
             loads_out[entry, 5] += nz
     volumes_out[:] = totals[VOLUMES + 1 :]
-    return totals[ENERGY], totals[POWER], totals[STRETCH], totals[HYSTERESIS], totals[SQUARED_RATE]
+    strain, largest, fastest = totals[ENERGY], totals[STRETCH], totals[SQUARED_RATE]
+    return strain, totals[POWER], largest, totals[HYSTERESIS], fastest, totals[LATE], totals[TURNED]
 
 
 def worst_stretch(membrane: Membrane, triangles: np.ndarray, positions: np.ndarray) -> tuple[int, float]:

@@ -22,6 +22,7 @@ from billow.parts.fabric.block import (
     BB,
     BLOCK,
     ENERGY,
+    RATES,
     S11,
     S12,
     S22,
@@ -79,7 +80,7 @@ class LinearFabric:
     compression: bool
     damping: float
     liner: Liner = Liner()
-    history_width: ClassVar[int] = 0
+    history_width: ClassVar[int] = RATES
 
     @cached_property
     def is_isotropic(self) -> bool:
@@ -141,10 +142,10 @@ class LinearFabric:
         self, membrane: Membrane, corners: Corners, positions: np.ndarray, velocities: np.ndarray,
         history: np.ndarray, loads: np.ndarray, partial: np.ndarray,
     ) -> None:  # fmt: skip
-        """As `billow.parts.fabric.membrane.FabricLaw` promises; there is no history."""
+        """As `billow.parts.fabric.membrane.FabricLaw` promises."""
         rule = KEEP if self.compression else PRINCIPAL if self.is_isotropic else YARN
         mesh = membrane.for_kernels(positions, velocities)
-        _linear_forces(len(membrane.elements), rule, *self._moduli, mesh, tuple(corners), loads, partial)
+        _linear_forces(len(membrane.elements), rule, *self._moduli, mesh, tuple(corners), history, loads, partial)
 
 
 @inlined
@@ -211,15 +212,15 @@ def _stress(block, rule, moduli, liner):
 
 
 @kernel
-def _linear_forces(n, rule, moduli, liner, mesh, corners, loads, partial_out):
+def _linear_forces(n, rule, moduli, liner, mesh, corners, history, loads, partial_out):
     for chunk in prange((n + CHUNK - 1) // CHUNK):
         block = open_chunk(chunk, corners, loads, partial_out)
         end = min(n, (chunk + 1) * CHUNK)
         for first in range(chunk * CHUNK, end, BLOCK):
             count = min(BLOCK, end - first)
-            fetch(block, first, count, mesh, corners)
+            fetch(block, first, count, mesh, corners, history)
             strain_of(block, first, mesh)
             _stress(block, rule, moduli, liner)
             load(block, first, mesh, 0.0, 1.0, 0.5)
-            add_up(block, first, count, mesh, corners, loads, chunk, partial_out)
+            add_up(block, first, count, mesh, corners, history, loads, chunk, partial_out)
         close_chunk(block, chunk, partial_out)

@@ -19,7 +19,7 @@ from billow.geometry.chambers import Chambers
 from billow.parts.fabric.block import BLOCK, CONSTANTS, D11, D12, D21, D22, MU, RATE, VOLUMES, V
 from billow.parts.part import Setting
 
-ENERGY, POWER, STRETCH, HYSTERESIS, SQUARED_RATE = range(VOLUMES)
+ENERGY, POWER, STRETCH, HYSTERESIS, SQUARED_RATE, LATE, TURNED = range(VOLUMES)
 """Columns of `partial`, what a law sums up per chunk of elements; those of the volumes follow."""
 
 UNDAMPED, SLACKENING = 1e-3, 0.3
@@ -61,8 +61,8 @@ class FabricLaw(Protocol):
 
     density: [kg/m^3]. thickness: [m], on which the stress acts. compression: whether the fabric carries compression or
     goes slack. damping: fraction of critical damping of an element's highest mode [-]. history_width: numbers stored
-    per element, all zero at the start. wave_speed: fastest membrane wave [m/s], from the steepest slope, unloading
-    included. warp_modulus: [Pa], of straps cut along the warp.
+    per element, all zero at the start; a law that uses `block` leaves the last RATES of them to it. wave_speed: fastest
+    membrane wave [m/s], from the steepest slope, unloading included. warp_modulus: [Pa], of straps cut along the warp.
     """
 
     density: float
@@ -92,8 +92,9 @@ class FabricLaw(Protocol):
         summed up at the entries of `corners`, and only there. partial: of `Membrane.sums`, receives per chunk of
         elements the recoverable strain energy [J], the power turned to heat [W], a bound on the largest squared stretch
         [-], the energy turned to heat so far that follows from the history [J], the largest 1/dt^2 [1/s^2] of any
-        element as it is strained now, and the part of the
-        elements in the volumes [m^3] of the surroundings and of each chamber, by Gauss' theorem.
+        element as it is strained now, what `damping_heat` needs of the stress of the call before [W] and [W/s] (zero
+        before the call), and the part of the elements in the volumes [m^3] of the surroundings and of each chamber, by
+        Gauss' theorem.
         """
 
     def concerns(self, altitude: float, setting: Setting) -> Iterator[Concern]:
@@ -204,7 +205,7 @@ class Membrane:
 
     def sums(self, chambers: int = 1) -> np.ndarray:
         """Room for what the law sums up: (chunks, VOLUMES + 1 + chambers)."""
-        return np.empty((-(-len(self.elements) // CHUNK), VOLUMES + 1 + chambers))
+        return np.zeros((-(-len(self.elements) // CHUNK), VOLUMES + 1 + chambers))
 
     def fresh_history(self) -> np.ndarray:
         """History of fabric that has never been strained, (n, history_width)."""
@@ -232,6 +233,17 @@ class Membrane:
     def crossing_time(self) -> float:
         """Time [s] that the fastest wave takes across the smallest altitude."""
         return float(self.altitude.min() / self.fabric.wave_speed)
+
+
+def damping_heat(power: float, late: float, turned: float, dt: float) -> float:
+    """What damping turns to heat [J] in a step of dt [s]: the work of the mean of its stresses at both ends.
+
+    Nodes move by the mean of the forces at both ends of a step, those of damping among them. Power at the end alone
+    would book too much of what swings from step to step. The rates of strain that the stress of the start goes with are
+    those about the shape of the start: with F0 = F - dt F', F0^T F' is what the end has less dt F'^T F', and both are
+    known at the end.
+    """
+    return dt * (power + late - dt * turned)
 
 
 def odd_speed(yarns: str, modulus: float, density: float) -> Iterator[Concern]:

@@ -17,6 +17,8 @@ from billow.results.result import Result
 
 SHOWN = (0.0, 0.2, 1.0 / 3.0, 2.0 / 3.0, 1.0)
 """Times of the shapes, as parts of the shortest run."""
+WIDTH, ROW = 13.0, (1.2, 1.7)
+"""Of a figure, and bounds of the height of a row of sections [inch]."""
 CURVES = (
     ("gas_energy [J]", "internal energy [kJ]", 1e-3, 0.0),
     ("vented [kg]", "outgoing mass [g]", 1e3, 0.0),
@@ -38,7 +40,8 @@ def label(result: Result) -> str:
     """What the gas of a run is, with its particles or cells."""
     gas = result.case_toml["gas"]
     if gas["model"] == "mesh":
-        return f"mesh, {1e3 * gas['cell']:g} mm, {gas['advection']}"
+        scheme = ", donor" if gas["advection"] == "donor" else ""
+        return f"mesh, {1e3 * gas['cell']:g} mm{scheme}"
     return f"{gas['particles']:,} particles" if gas["model"] == "corpuscular" else gas["model"].replace("-", " ")
 
 
@@ -75,8 +78,11 @@ def figure_of(results: Mapping[str, Result]) -> Figure:
         name: [results[name].reference + results[name].displacement[k] for k in some] for name, some in frames.items()
     }
     window = window_of(plane, [points for rows in shapes.values() for points in rows])
-    figure = Figure((3.6 * max(len(results), 3), 1.5 * len(SHOWN) + 3.2), layout="constrained", dpi=150)
-    above, below = figure.subfigures(2, 1, height_ratios=(1.5 * len(SHOWN), 3.2))
+    (left, right), (low, high) = window
+    width, tall = WIDTH / max(len(results), 3), (high - low) / (right - left)
+    rows_high = len(SHOWN) * (0.3 + np.clip(width * tall, *ROW))
+    figure = Figure((WIDTH, rows_high + 3.2), layout="constrained", dpi=150)
+    above, below = figure.subfigures(2, 1, height_ratios=(rows_high, 3.2))
     grid = above.subplots(len(SHOWN), len(results), squeeze=False)
     for column, (name, rows) in zip(grid.T, shapes.items(), strict=True):
         for axes, points, k in zip(column, rows, frames[name], strict=True):

@@ -201,11 +201,13 @@ class Exchange:
         row = self.ways.supply.passages.rows[k]
         a, b = self.chambers[row.behind], self.chambers[row.ahead]
         sides = (
-            (a.old, a.old_cell_of_fragment, b.old_cell_of_fragment, 1.0 - a.middle),
-            (a.new, a.cell_of_fragment, b.cell_of_fragment, a.middle),
+            (a.old, a.old_cell_of_fragment, b.old_cell_of_fragment, a.patches.of_old, b.patches.of_old, 1.0 - a.middle),
+            (a.new, a.cell_of_fragment, b.cell_of_fragment, a.patches.of_new, b.patches.of_new, a.middle),
         )
-        for place, (cut, cell_a, cell_b, share) in zip(self.places[k], sides, strict=True):
+        for place, (cut, cell_a, cell_b, patch_a, patch_b, share) in zip(self.places[k], sides, strict=True):
             fragments, there = place.both
+            a.open_door(patch_a[fragments], b, b.of[cell_b[there]])
+            b.open_door(patch_b[there], a, a.of[cell_a[fragments]])
             passed = link(
                 a.state, b.state, a.total, b.total, a.gained, b.gained, a.of[cell_a[fragments]], b.of[cell_b[there]],
                 cut.fragments.rows, fragments, cut.fragments.triangle, a.walls.triangles, self.velocity,

@@ -122,6 +122,7 @@ class MeshGas(Setup, SwitchableGas):
             c: Moved.begin(
                 rooms.walls[c], gas.sheets[c], gas.windows[c].scratch, self.table, self.cell, gas.origin,
                 (old[c], new[c]), velocity, rooms.ways.links(c, gas.is_open), second_order,
+                self.film_friction,
             )
             for c in rooms.lived_in
         }  # fmt: skip

@@ -16,12 +16,13 @@ from billow.geometry.lattice_clipping import NORMAL
 from billow.parts.gas.mesh.balance import add_fluxes, forget_slopes, gather, share_out
 from billow.parts.gas.mesh.cell_maps import blend, cell_here, geometry, spread, through
 from billow.parts.gas.mesh.clusters import find_clusters
+from billow.parts.gas.mesh.film import Drag, brake, find_drag, pull_along
 from billow.parts.gas.mesh.fluxes import face_fluxes
 from billow.parts.gas.mesh.passages import gas_before
 from billow.parts.gas.mesh.patches import Patches
 from billow.parts.gas.mesh.sheet import Sheet, Walls, pace_of
 from billow.parts.gas.mesh.slopes import HALF, VALUES, find_slopes
-from billow.parts.gas.mesh.thermodynamics import Y
+from billow.parts.gas.mesh.thermodynamics import P, Y
 from billow.parts.gas.mesh.walls import BOOKS, add_walls, load
 from billow.parts.gas.mesh.work import debts, settle
 
@@ -49,6 +50,7 @@ class Moved:
     velocity: np.ndarray
     is_link: np.ndarray
     second_order: bool
+    film_friction: bool
     key: np.ndarray
     in_old: np.ndarray
     in_new: np.ndarray
@@ -61,11 +63,13 @@ class Moved:
     adopted: int = 0
     lost: int = 0
     donors: int = 0
+    drag: Drag | None = None
 
     @classmethod
     def begin(
         cls, walls: Walls, sheet: Sheet, scratch: Scratch, table: np.ndarray, h: float, origin: np.ndarray,
         cuts: tuple[CutCells, CutCells], velocity: np.ndarray, is_link: np.ndarray, second_order: bool,
+        film_friction: bool,
     ) -> Moved:  # fmt: skip
         """h, origin: of the lattice [m]. cuts: the surface before and after; velocity: of the nodes in between [m/s];
         is_link: (triangles,) bool, triangles through which gas passes freely."""
@@ -80,7 +84,8 @@ class Moved:
             n, in_sheet, sheet.held, sheet.temperature, sheet.sound, sheet.pace(), held, temperature, sound, pace
         )  # fmt: skip
         return cls(
-            walls, scratch, table, h, origin, old, new, velocity, is_link, second_order, key, in_old, in_new,
+            walls, scratch, table, h, origin, old, new, velocity, is_link, second_order, film_friction, key, in_old,
+            in_new,
             neighbours(key), Patches.find(in_old, in_new, old, new, walls.triangles, velocity, scratch), held,
             temperature, sound, pace,
         )  # fmt: skip
@@ -140,11 +145,15 @@ class Moved:
                 raise self._negative(self.held[clusters.members[clusters.start[first]]], first, time + part * dt)
             self.gained, self.fed = self.scratch.zeros("gained", special, species + 4), np.empty(0, np.int32)
             self.through = self.scratch.zeros("through", len(patches.old))
+            self.door, self.beyond = np.full(len(patches.old), -1, np.int32), np.empty((0, 3 + VALUES))
             yield time + (part + 0.5) * dt
+            if self.film_friction:
+                self._brake(sheet.owed, dt)
             slope, half = take("slope", count, 3, VALUES), take("half", count, HALF)
             find_slopes(
                 count, clusters.start, clusters.members, clusters.of, self.beside, aperture, patches.start,
-                patches.rows, self.through, self.state, self.place, dt / self.h, self.second_order, slope, half,
+                patches.rows, self.through, self.door, self.beyond, self.state, self.place, dt / self.h,
+                self.second_order, slope, half,
             )  # fmt: skip
             self._finish(flux, slope, half, owed, dt, time + part * dt)
             settle(patches.triangle, self.booked, sheet.owed)
@@ -183,6 +192,14 @@ class Moved:
         share_out(count, start, members, clusters.after, self.volume[1], held, temperature, sound)
         self.held, self.temperature, self.sound, self.state = held, temperature, sound, state
 
+    def _brake(self, owed: np.ndarray, dt: float) -> None:
+        """Friction in films; owed: work [J] that triangles got and the gas did not give yet."""
+        patches = self.patches
+        cluster = self.of[np.repeat(np.arange(len(self.key)), np.diff(patches.start))]
+        is_wall = ~self.is_link[patches.triangle] & (self.through == 0.0)
+        self.drag = find_drag(cluster, patches.rows, is_wall, self.state, self.clusters.before, self.h, dt)
+        brake(self.drag, cluster, patches.triangle, patches.rows, dt * self.h**2, self.gained, owed)
+
     def push(
         self, sheet: Sheet, before: np.ndarray, after: np.ndarray, ambient: float
     ) -> tuple[np.ndarray, np.ndarray]:
@@ -194,6 +211,11 @@ class Moved:
             n, walls.triangles, before, after, fragments.first, fragments.number, fragments.rows, patches.of_new,
             self.booked, self.is_link, self.h**2, walls.sign, walls.outer, ambient, sheet.force, force, work, against,
         )  # fmt: skip
+        if self.drag is not None:
+            added = pull_along(
+                self.drag, len(patches.old), patches.of_new, fragments.triangle, fragments.rows, self.h**2, force
+            )
+            work += 0.5 * (added * (after - before)[walls.triangles]).sum(axis=(1, 2))
         self.scratch.keep()
         sheet.force = force
         sheet.owed += work
@@ -220,6 +242,14 @@ class Moved:
             size = np.sqrt((rows[mine, NORMAL : NORMAL + 3] ** 2).sum(axis=1))
             both.append(np.bincount(of[mine], size, len(self.key)))
         return np.maximum(*both)
+
+    def open_door(self, patches: np.ndarray, other: Moved, cluster: np.ndarray) -> None:
+        """Let slopes see the clusters of another room behind openings, which are these patches."""
+        some = other.state[cluster, P] > 0.0
+        patches, cluster = patches[some], cluster[some]
+        self.door[patches] = len(self.beyond) + np.arange(len(patches))
+        behind = np.hstack([other.place[cluster], other.state[cluster, :VALUES]])
+        self.beyond = np.concatenate([self.beyond, behind])
 
     def before(self, cluster: np.ndarray) -> np.ndarray:
         """The gas that comes to a hole, (5,); cluster: of each of its fragments."""

@@ -22,7 +22,7 @@ class Setup:
 
     supply: its sources have mouths, its passages triangles. surface: of the bag. fabric_area: as cut [m^2]. cell:
     edge of a cell [m]. advection: DONOR or VAN_LEER. flow_limit: part of a cell that gas may flow in a part of a
-    step. strips: of a folded bag, or None."""
+    step. strips: of a folded bag, or None. film_friction: whether walls brake gas between them."""
 
     supply: Supply
     surface: Surface
@@ -31,6 +31,7 @@ class Setup:
     advection: str = VAN_LEER
     flow_limit: float = 1.0
     strips: Strips | None = None
+    film_friction: bool = False
 
     @property
     def table(self) -> np.ndarray:

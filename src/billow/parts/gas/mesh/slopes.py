@@ -3,7 +3,8 @@
 B. van Leer, Towards the ultimate conservative difference scheme V, J. Comput. Phys. 32 (1979) 101 (slopes, harmonic
 limiter, Hancock's half step). On each side of each axis a cluster sees the mean, by area, of the clusters behind open
 faces and of the walls there. A wall says only what the velocity along the axis is. Without walls a layer thinner than a
-cell between panels that part would know nothing of its own expansion, and push on them like a damper.
+cell between panels that part would know nothing of its own expansion, and push on them like a damper. An opening to
+another room is no wall: behind it lies a cluster, as behind an open face.
 """
 
 from __future__ import annotations
@@ -42,14 +43,15 @@ def limited(a, b, walled):
 
 @kernel
 def find_slopes(
-    n, start, members, of, beside, aperture, walls, rows, through, state, place, courant, second_order, slope_out,
-    half_out,
+    n, start, members, of, beside, aperture, walls, rows, through, door, beyond, state, place, courant, second_order,
+    slope_out, half_out,
 ):  # fmt: skip
     """slope_out: (n, 3, VALUES) per cell. half_out: (n, HALF), the state half a step later.
 
     n clusters: start, members, of as in Clusters; beside, aperture: of the cells; walls: first patch of each cell, and
-    one more; rows: of the patches; through: speed at which gas leaves through each [m/s]. courant: dt/h.
-    second_order: van Leer's scheme, else only the slopes of u_d along d, for the walls.
+    one more; rows: of the patches; through: speed at which gas leaves through each [m/s]; door: of each its row of
+    `beyond`, place (3) and state (VALUES) of the cluster behind an opening, or -1. courant: dt/h. second_order: van
+    Leer's scheme, else only the slopes of u_d along d, for the walls.
     """
     for team in prange((n + TEAM - 1) // TEAM):
         seen = np.empty((3, 2, VALUES + 3))  # sums of area, area x, area q, and area of walls
@@ -103,6 +105,12 @@ def find_slopes(
                         for d in range(3):
                             along = rows[q, SIDE + d]
                             a, side = size * abs(along), 1 if along > 0.0 else 0
+                            if door[q] >= 0:
+                                seen[d, side, 0] += a
+                                seen[d, side, 1] += a * beyond[door[q], d]
+                                for v in range(VALUES):
+                                    seen[d, side, 2 + v] += a * beyond[door[q], 3 + v]
+                                continue
                             seen[d, side, 2 + VALUES] += a
                             seen[d, side, 1] += a * rows[q, AT + d]
                             seen[d, side, 2 + U + d] += a * (rows[q, SPEED + d] + out * along - state[c, U + d])
