@@ -169,7 +169,8 @@ PILLOW = {
             "motion": {"kind": "speed", "speed": {"time": [0.008, 0.009, 0.015, 0.016], "value": [0.0, 7.0, 7.0, 0.0]}},
         },
     ],
-    "run": {"end_time": 0.02, "frames": 4, "histories_per_frame": 100},
+    # The residual is that of elastic forces (docs/theory.md, Energy balance): 1.4, 0.9, 0.4 % at 1, 0.8 and 0.5.
+    "run": {"end_time": 0.02, "frames": 4, "histories_per_frame": 100, "dt_scale": 0.8},
 }  # fmt: skip
 
 
