@@ -169,8 +169,9 @@ PILLOW = {
             "motion": {"kind": "speed", "speed": {"time": [0.008, 0.009, 0.015, 0.016], "value": [0.0, 7.0, 7.0, 0.0]}},
         },
     ],
-    # The residual is that of elastic forces (docs/theory.md, Energy balance): 1.4, 0.9, 0.4 % at 1, 0.8 and 0.5.
-    "run": {"end_time": 0.02, "frames": 4, "histories_per_frame": 100, "dt_scale": 0.8},
+    # Rows so near to each other that force over way can be summed from them; so steps are half as long, and elastic
+    # forces keep their books (docs/theory.md, Energy balance: a residual of 1.4 % at the longest step, 0.4 % at half).
+    "run": {"end_time": 0.02, "frames": 4, "histories_per_frame": 400},
 }  # fmt: skip
 
 
@@ -196,9 +197,9 @@ def test_a_press_on_a_pillow_feels_pressure_times_area_and_its_work_is_force_ove
     assert gauge > 5e3
     touching = state.bodies.contact.touching[1][model.surface.triangles]  # the edge of the patch lies within triangles
     area = np.linalg.norm(area_vectors(model.surface.triangles, state.positions), axis=1)
-    assert gauge * area[touching.all(axis=1)].sum() < np.mean(force[-20:]) < gauge * area[touching.any(axis=1)].sum()
+    assert gauge * area[touching.all(axis=1)].sum() < np.mean(force[-80:]) < gauge * area[touching.any(axis=1)].sum()
     by_histories = float(np.sum(0.5 * (force[1:] + force[:-1]) * -np.diff(height)))
-    assert work[-1] == pytest.approx(by_histories, rel=0.02)
+    assert work[-1] == pytest.approx(by_histories, rel=0.002)
     assert work[-1] > 5.0
     assert state.ledger.relative_error < 0.01
     again = run(model, build_schedule(case.run), state=rows.kept)
