@@ -118,6 +118,10 @@ def saved(figure: Figure, kind: str) -> bytes:
         "svg": {"Creator": "Billow", "Date": None},
         "pdf": {"Creator": "Billow", "Producer": "Billow", "CreationDate": None},
     }
+    engine = figure.get_layout_engine()
+    if engine is not None:  # laid out by itself: `savefig` would draw all of it for that, and then again
+        engine.execute(figure)
+        figure.set_layout_engine("none")
     figure.savefig(buffer, format=kind, dpi=figure.dpi, metadata=metadata[kind])
     return named_in_order(buffer.getvalue()) if kind == "svg" else buffer.getvalue()
 
