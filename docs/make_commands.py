@@ -79,7 +79,12 @@ def section(name: str, command) -> str:
     told = inspect.cleandoc(command.help or "")
     parameters = [parameter for parameter in command.params if not parameter.hidden and parameter.name != "help"]
     arguments = [label(parameter) for parameter in parameters if parameter.param_type_name == "argument"]
-    parts = [f"## {name}\n", f"```\n{' '.join([name, *arguments, '[OPTIONS]'])}\n```\n", told, ""]
+    required = [
+        f"{parameter.opts[0]} {parameter.metavar or parameter.name.upper()}"
+        for parameter in parameters
+        if parameter.required and parameter.param_type_name == "option"
+    ]
+    parts = [f"## {name}\n", f"```\n{' '.join([name, *arguments, *required, '[OPTIONS]'])}\n```\n", told, ""]
     if parameters:
         parts += ["| name | value | default | meaning |\n|---|---|---|---|", *map(row, parameters), ""]
     return "\n".join(parts)

@@ -1,6 +1,7 @@
 """What the pages name is there: files of the repository, and commands of `billow`."""
 
 import re
+import shlex
 from pathlib import Path
 
 import pytest
@@ -10,7 +11,8 @@ from billow.cli.main import app
 
 ROOT = Path(__file__).parents[2]
 PAGES = sorted([ROOT / "README.md", ROOT / "CONTRIBUTING.md", *(ROOT / "docs").glob("*.md")])
-COMMANDS = set(typer.main.get_command(app).commands)
+BILLOW = typer.main.get_command(app)
+COMMANDS = set(BILLOW.commands)
 
 
 def missing_files(text: str, page: Path) -> list[str]:
@@ -36,6 +38,30 @@ def test_files_and_commands_that_a_page_names_exist(page):
     text = page.read_text(encoding="utf-8")
     assert missing_files(text, page) == []
     assert missing_commands(text) == []
+
+
+def parse(line: str) -> None:
+    """Fails for options, values and arguments that a command does not take; ... stands for more of the same."""
+    _, *words = shlex.split(line.partition(" > ")[0], comments=True)
+    command = BILLOW
+    while hasattr(command, "commands"):
+        name, *words = words
+        command = command.commands[name]
+    command.make_context(name, [word for word in words if word != "..."])
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if page.name != "commands.md"], ids=lambda page: page.name)
+def test_every_command_line_of_a_page_can_be_given(page):
+    for block in re.findall(r"^ *```\n(.*?)^ *```", page.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL):
+        for line in block.replace("\\\n", " ").splitlines():
+            if line.lstrip().startswith("billow "):
+                parse(line)
+
+
+def test_a_line_that_cannot_be_given_is_found():
+    for wrong in ("billow run bag.toml", "billow run bag.toml --out a --fast", "billow schema nowhere"):
+        with pytest.raises(Exception, match=r"out|fast|nowhere"):
+            parse(wrong)
 
 
 def test_what_is_not_there_is_found():
