@@ -313,7 +313,8 @@ def _sum_up(partial, which, positions, behind, ahead, node, corner, first, loads
             loads_out[entry, 3] += nx
             loads_out[entry, 4] += ny
             loads_out[entry, 5] += nz
-    volumes_out[:] = totals[VOLUMES + 1 :]
+    for c in range(len(volumes_out)):  # an assigned slice would bring the text of an error: seconds of compiling
+        volumes_out[c] = totals[VOLUMES + 1 + c]
     strain, largest, fastest = totals[ENERGY], totals[STRETCH], totals[SQUARED_RATE]
     return strain, totals[POWER], largest, totals[HYSTERESIS], fastest, totals[LATE], totals[TURNED]
 

@@ -80,7 +80,9 @@ def lit_triangles(triangles, walls, turned_round, positions, holes, frames, ring
 def _doubled(rows):
     """The same rows with room for as many more."""
     more = np.empty((2 * len(rows), rows.shape[1]), rows.dtype)
-    more[: len(rows)] = rows
+    for i in range(len(rows)):  # an assigned slice would bring the text of an error with it: seconds of compiling
+        for j in range(rows.shape[1]):
+            more[i, j] = rows[i, j]
     return more
 
 
