@@ -82,6 +82,8 @@ def clip(triangles: np.ndarray, sign: np.ndarray, places: np.ndarray, scratch: S
     np.cumsum(slot, out=slot)
     key, rows = scratch.take("loose_key", slot[n], kind=np.int64), scratch.take("passing", slot[n], COLUMNS)
     _clip(n, triangles, sign, places, slot, key, rows, first)
+    if (first[1:] > np.diff(slot)).any():
+        raise RuntimeError("a triangle has more fragments than it can have")
     np.cumsum(first, out=first)
     return Loose(slot, first, key, rows)
 
@@ -108,7 +110,7 @@ def _clip(n, triangles, sign, places, slot, key_out, rows_out, found_out):
         room = np.empty((5, CORNERS, 3))
         for t in range(team * TEAM, min(n, (team + 1) * TEAM)):
             a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
-            found_out[t + 1] = _fragments(places, a, b, c, sign[t], room, slot[t], key_out, rows_out)
+            found_out[t + 1] = _fragments(places, a, b, c, sign[t], room, slot[t], slot[t + 1], key_out, rows_out)
 
 
 @kernel
@@ -168,8 +170,9 @@ def _range(polygons, source, n, axis):
 
 
 @scalar
-def _fragments(places, a, b, c, sign, room, first, key_out, rows_out):
-    """Write the fragments of the triangle of nodes a, b, c from `first` on; returns their number.
+def _fragments(places, a, b, c, sign, room, first, end, key_out, rows_out):
+    """Write the fragments of the triangle of nodes a, b, c from `first` on, before `end`; returns their number, which
+    is more than fit where one had no room.
 
     room: (5, CORNERS, 3), for the triangle, the parts of it in a layer, in a column and in a cell, and one between.
     """
@@ -223,6 +226,8 @@ def _fragments(places, a, b, c, sign, room, first, key_out, rows_out):
                 share = area / whole
                 if not share > NOTHING:
                     continue
+                if first + found == end:
+                    return found + 1
                 at, scale, third = first + found, 0.5 * sign * share, 1.0 / (3.0 * area)
                 key_out[at] = key_of(i, j, k)
                 for d in range(3):

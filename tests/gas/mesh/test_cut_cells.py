@@ -7,6 +7,7 @@ import pytest
 
 from billow.apps.verification.scenes import box, sphere
 from billow.base.scratch import Scratch
+from billow.geometry import lattice_clipping
 from billow.geometry.cut_cells import Window, cut_cells, neighbours, unite
 from billow.geometry.lattice_clipping import NORMAL, WEIGHT, cell_of, clip, key_of
 from billow.geometry.surface import area_vectors
@@ -94,3 +95,13 @@ def test_keys_and_neighbours():
     assert both.tolist() == key.tolist()
     assert first.tolist() == [0, 1, 2, -1, -1]
     assert second.tolist() == [-1, -1, 0, 1, 2]
+
+
+def test_a_fragment_without_room_is_never_written(monkeypatch):
+    def too_few(n, triangles, places, slot_out):
+        slot_out[1:] = 1
+
+    monkeypatch.setattr(lattice_clipping, "_most", too_few)
+    corners = np.array([[0.2, 0.2, 0.2], [3.7, 0.4, 0.3], [0.3, 3.6, 0.4]])
+    with pytest.raises(RuntimeError, match="more fragments"):
+        clip(np.array([[0, 1, 2]], np.uint32), np.ones(1), corners, Scratch())
