@@ -64,3 +64,12 @@ def test_nothing_is_overwritten(result, tmp_path):
     (tmp_path / "d3plot").write_text("mine")
     with pytest.raises(InputError, match="E-RES-009"):
         export_d3plot(result, tmp_path / "d3plot")
+
+
+def test_a_folder_is_no_place_for_a_file_and_nothing_else_is_left(result, tmp_path):
+    pytest.importorskip("dynars")
+    (tmp_path / "out" / "folder").mkdir(parents=True)
+    with pytest.raises(InputError, match="E-RES-009"):
+        export_d3plot(result, tmp_path / "out" / "folder")
+    export_d3plot(result, tmp_path / "out" / "d3plot")
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {"folder", "d3plot"}

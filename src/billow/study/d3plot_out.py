@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 
 from billow.decks.units import SYSTEMS
-from billow.results.atomic import new_place
+from billow.results.atomic import FOLDER_EXISTS, new_place, write_atomically
 from billow.results.result import Result
 from billow.study.dyna_run import NO_LIBRARY
 
 LONGEST_TITLE = 40
 FIRST = 1
-"""Number of the first node: connectivity from 0 on is written without a word, and all shells are off."""
+"""Number of the first node. The library writes what it is given: from 0 on, every shell would have wrong nodes."""
 
 
 def export_d3plot(result: Result, path: str | Path, units: str = "kg-mm-ms") -> dict[int, str]:
@@ -22,8 +23,9 @@ def export_d3plot(result: Result, path: str | Path, units: str = "kg-mm-ms") -> 
 
     Raises InputError E-STU-033 without the library, E-RES-009 if path exists.
     """
-    path = Path(path)
-    new_place(path)
+    path = new_place(path)
+    if path.is_dir():
+        raise FOLDER_EXISTS(folder=path, why="it is a folder, and a file is to be written")
     try:
         import dynars
     except ImportError:
@@ -40,9 +42,10 @@ def export_d3plot(result: Result, path: str | Path, units: str = "kg-mm-ms") -> 
     for k, (time, points) in enumerate(zip(fabric.times, fabric.each_points(), strict=True)):
         velocity = {} if moving is None else {"vel": _single(moving[k], speed)}
         plot.add_state(system.of_si(float(time), "time"), _single(points, length), **velocity)
-    partial = path.with_name(f".{path.name}.partial")
-    plot.write(str(partial))
-    partial.replace(path)
+    with TemporaryDirectory(prefix=f".{path.name}.", dir=path.parent) as folder:
+        made = Path(folder, "d3plot")
+        plot.write(str(made))
+        write_atomically(path, made.read_bytes())
     return dict(enumerate(fabric.part_names, 1))
 
 
