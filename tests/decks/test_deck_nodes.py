@@ -96,6 +96,17 @@ def test_a_later_card_counts_and_that_of_a_node_before_those_of_sets(use):
     assert rows(report, "INITIAL_VELOCITY_SET")["NSID"] == "approximated"
 
 
+def test_cards_of_single_nodes_that_say_the_same_are_one_group(use):
+    case, report = use(
+        "*INITIAL_VELOCITY_NODE\n" + "".join(f"{n},0,0,{8 if n == 7 else 5}\n" for n in range(1, 50)) + "7,0,0,5\n"
+    )
+    (group,) = case.nodes
+    assert group.velocity == (0.0, 0.0, 5.0)
+    assert group.numbers == tuple(range(49))
+    assert [row.field for row in report.of("ignored") if "a later card" in row.note] == ["INITIAL_VELOCITY_NODE.NID"]
+    assert not report.of("refused")
+
+
 def test_inertia_keeps_its_velocity_unless_a_card_resets_it(use, tmp_path):
     from_deck = lambda deck: deck.replace("*PART\nbox\n9,9,9\n", "*PART_INERTIA\nbox\n9,9,9\n300,300,250,2.0\n"  # noqa: E731
                                           "1e3,0,0,1e3,0,1e3\n0,0,-7\n")  # fmt: skip

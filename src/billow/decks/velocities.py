@@ -26,7 +26,8 @@ MOST_GROUPS = 500
 @dataclass
 class Launch:
     """One card. ids: nodes, None for all. velocity [m/s], spin [rad/s], about [m]: (3,). one: the field that names the
-    nodes; says: the fields of velocity, spin and point. resets: whether it counts for *PART_INERTIA too."""
+    nodes; says: the fields of velocity, spin and point. resets: whether it counts for *PART_INERTIA too. others: fields
+    that name further nodes, where several cards say the same."""
 
     ids: np.ndarray | None
     velocity: np.ndarray
@@ -35,6 +36,7 @@ class Launch:
     one: Field
     says: list[tuple[Field, str]]
     resets: bool = False
+    others: list[Field] = field(default_factory=list)
 
     def names(self, ids: np.ndarray) -> np.ndarray:
         """Which of some nodes it names, (n,) bool."""
@@ -104,18 +106,18 @@ class Velocities:
     def finish(self, context: Context) -> None:
         """Say which cards nothing took."""
         for launch in self.launches:
-            if not context.report.settled(launch.one):
-                context.report.ignored(
-                    launch.one, "none of its nodes belongs to the bag or to an obstacle that is free"
-                )
+            for one in (launch.one, *launch.others):
+                if not context.report.settled(one):
+                    context.report.ignored(one, "none of its nodes belongs to the bag or to an obstacle that is free")
 
 
 def tell(context: Context, launch: Launch, table: str, whom: str) -> None:
     """Rows of a card that counts for something."""
     for one, key in launch.says:
         context.report.mapped(one, one.text, f"{table}.{key}")
-    if not context.report.settled(launch.one):
-        context.report.mapped(launch.one, whom, table)
+    for one in (launch.one, *launch.others):
+        if not context.report.settled(one):
+            context.report.mapped(one, whom, table)
 
 
 def velocities_of(context: Context) -> Velocities:
@@ -134,8 +136,25 @@ def velocities_of(context: Context) -> Velocities:
             nodes += _of_nodes(context, block)
         elif name in ("", "_SET"):
             found.launches += _of_set(context, block)
-    found.launches += nodes  # the one that names a node alone counts before those that name sets
+    found.launches += _together(context, nodes)  # what names a node alone counts before what names sets
     return found
+
+
+def _together(context: Context, cards: list[Launch]) -> list[Launch]:
+    """Cards of one node each: all that give the same velocity as one, of nodes that are named twice the last."""
+    last = {int(card.ids[0]): card for card in cards}
+    found: dict[tuple[float, ...], Launch] = {}
+    for card in cards:
+        if last[int(card.ids[0])] is not card:
+            context.report.ignored(card.one, "a later card gives this node its velocity")
+            continue
+        first = found.setdefault(tuple(card.velocity.tolist()), card)
+        if first is not card:
+            first.says += card.says
+            first.others.append(card.one)
+    for first in found.values():
+        first.ids = np.array([first.one.whole, *(one.whole for one in first.others)])
+    return list(found.values())
 
 
 def _vector(context: Context, f: dict[str, Field], names: tuple[str, ...], dimension: str) -> np.ndarray:
