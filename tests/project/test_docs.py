@@ -27,9 +27,15 @@ def missing_files(text: str, page: Path) -> list[str]:
     return linked + [path for path in named if not any((place / path).exists() for place in places)]
 
 
+def shell_blocks(text: str) -> list[str]:
+    """Blocks of code without a language. All blocks are matched: the end of one would else be taken for a beginning."""
+    blocks = re.findall(r"^ *```([^\n`]*)\n(.*?)^ *```$", text, re.MULTILINE | re.DOTALL)
+    return [block for language, block in blocks if not language]
+
+
 def missing_commands(text: str) -> list[str]:
     """First words of `billow ...` in code that are no commands."""
-    code = "\n".join(re.findall(r"^```\n(.*?)^```", text, re.MULTILINE | re.DOTALL) + re.findall(r"`([^`\n]+)`", text))
+    code = "\n".join(shell_blocks(text) + re.findall(r"`([^`\n]+)`", text))
     return sorted(set(re.findall(r"^ *billow ([a-z]+)", code, re.MULTILINE)) - COMMANDS)
 
 
@@ -52,7 +58,7 @@ def parse(line: str) -> None:
 
 @pytest.mark.parametrize("page", [page for page in PAGES if page.name != "commands.md"], ids=lambda page: page.name)
 def test_every_command_line_of_a_page_can_be_given(page):
-    for block in re.findall(r"^ *```\n(.*?)^ *```", page.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL):
+    for block in shell_blocks(page.read_text(encoding="utf-8")):
         for line in block.replace("\\\n", " ").splitlines():
             if line.lstrip().startswith("billow "):
                 parse(line)
