@@ -84,7 +84,7 @@ def section(name: str, command) -> str:
         for parameter in parameters
         if parameter.required and parameter.param_type_name == "option"
     ]
-    parts = [f"## {name}\n", f"```\n{' '.join([name, *arguments, *required, '[OPTIONS]'])}\n```\n", told, ""]
+    parts = [f"## {name}\n", f"```text\n{' '.join([name, *arguments, *required, '[OPTIONS]'])}\n```\n", told, ""]
     if parameters:
         parts += ["| name | value | default | meaning |\n|---|---|---|---|", *map(row, parameters), ""]
     return "\n".join(parts)

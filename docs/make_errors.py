@@ -71,7 +71,7 @@ INTRODUCTION = f"""# Errors and warnings
 
 Every message answers four questions, and begins with a code that never changes its meaning:
 
-```
+```text
 E-CASE-005 error: fabric.thickness = 0.3 cannot be used
   where: bag.toml, key fabric.thickness
   why:   0.3 m is outside the plausible range 1e-05 to 0.005 m

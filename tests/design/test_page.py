@@ -11,13 +11,14 @@ from typer.testing import CliRunner
 
 from billow.case.schema import Case
 from billow.cli.main import app
-from billow.design import table
+from billow.design import surfaces, table
 from billow.study.corners import check_values, meshed_once
 from billow.study.definition import StudyDefinition
 from billow.study.design import draw
 
 PAGE = (Path(__file__).parents[2] / "docs" / "design.md").read_text(encoding="utf-8")
 TOML = re.findall(r"```toml\n(.*?)```", PAGE, re.DOTALL)
+(PYTHON,) = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
 COMMANDS = re.search(r"```\n(billow study.*?)```", PAGE, re.DOTALL)[1].splitlines()
 NAMES = ("study.toml", "case.toml", "goals.toml", "scatter.toml")
 
@@ -47,6 +48,14 @@ def test_the_study_of_the_page_is_accepted(definition):
     case = meshed_once(Case.load("case.toml"), definition)
     check_values(Path("study.toml"), definition, case)
     assert case.bag.mesh_of.vent_diameter == case.bag.vents.diameter
+
+
+def test_the_python_of_the_page(definition, monkeypatch):
+    monkeypatch.setattr(surfaces, "respond", lambda folder, responses: made_up(definition))
+    session: dict = {}
+    exec(PYTHON, session)
+    assert session["best"].design["speed"] == pytest.approx(-5.0)
+    assert session["surfaces"].verdict("hic15").word == "usable"
 
 
 def test_commands_of_the_page(definition, monkeypatch):

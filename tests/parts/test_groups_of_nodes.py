@@ -214,7 +214,7 @@ def test_two_directions_of_two_groups_add(pillow):
 def test_the_example_of_the_page_is_a_case(small_case):
     page = (Path(__file__).parents[2] / "docs" / "packing.md").read_text(encoding="utf-8")
     section = page[page.index("## Nodes that are held") :]
-    tables = tomllib.loads(section.split("```")[1])
+    tables = tomllib.loads(section.split("```")[1].removeprefix("toml"))
     case = Case.from_dict({**small_case.to_dict(), "obstacles": [], **tables})
     model = build_model(case)
     assert len(model.driven.nodes) > 3

@@ -64,6 +64,30 @@ def test_every_command_line_of_a_page_can_be_given(page):
                 parse(line)
 
 
+def missing_options(text: str) -> list[str]:
+    """Options in `billow ...` within sentences that the command does not have."""
+    found = []
+    for code in re.findall(r"`(billow [^`]+)`", text):
+        _, *words = shlex.split(code)
+        command = BILLOW
+        while hasattr(command, "commands") and words and words[0] in command.commands:
+            command = command.commands[words.pop(0)]
+        known = {name for option in command.params for name in option.opts} | {"--help", "--install-completion"}
+        found += [f"{code}: {word}" for word in words if word.startswith("--") and word not in known]
+    return found
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_options_that_a_sentence_names_exist(page):
+    assert missing_options(page.read_text(encoding="utf-8")) == []
+
+
+def test_an_option_that_is_not_there_is_found():
+    assert missing_options("so `billow run bag.toml --out a --fast` does") == [
+        "billow run bag.toml --out a --fast: --fast"
+    ]
+
+
 def test_a_line_that_cannot_be_given_is_found():
     for wrong in ("billow run bag.toml", "billow run bag.toml --out a --fast", "billow schema nowhere"):
         with pytest.raises(Exception, match=r"out|fast|nowhere"):
