@@ -153,7 +153,7 @@ def test_particle_with_and_without_its_optional_card(folder, name):
     found = read(cards, "bag", "particles")
     assert (found["SID1"], found["NP"], found["UNIT"], found["PATM"], found["NVENT"]) == (1, 1e5, 1, 101325.0, 2)
     if cards.starts_with(b"+"):
-        cards.plus()
+        cards.unsign()
         assert read(cards, "tracking")["TSTOP"] == 1e10
     found = read(cards, "gases", "vent#1", "vent#2", "air", "gas#1", "gas#2", *(f"orifice#{k}" for k in (3, 4, 5)))
     assert (found["NGAS"], found["NORIF"], found["SID31"], found["SID32"]) == (2, 3, 21, 22)

@@ -60,12 +60,18 @@ def core(context: Context, cards: Cards) -> Airbag:
 
 
 def exits_of(context: Context, f: dict[str, Field], airbag: Airbag) -> None:
-    """Orifices of A23 and AP23, or vents of the parts that they name."""
+    """Orifices of A23 and AP23, or vents of the parts that they name. With OPT the fabric leaks by its own law, and the
+    fields of AP23 count as zero."""
     report = context.report
     opens = f.get("PVENT") or f.get("PPOP")
+    fabric_curve = "LCCP23" if "LCCP23" in f else "LCP23"
     for name, area, discharge, curve, of_pressure in (
-        ("exit", "A23", "C23", "LCC23", "LCA23"), ("porosity", "AP23", "CP23", "LCCP23", "LCAP23"),
+        ("exit", "A23", "C23", "LCC23", "LCA23"), ("porosity", "AP23", "CP23", fabric_curve, "LCAP23"),
     ):  # fmt: skip
+        if name == "porosity" and airbag.option:
+            for one in (f[area], f[discharge], f[curve], f[of_pressure]):
+                report.ignored(one, f"OPT is {airbag.option}: the fabric leaks by its own law instead")
+            continue
         given = f[area].number
         if f[of_pressure].whole and given:
             report.ignored(f[of_pressure], f"a {area} that is not zero counts")

@@ -13,12 +13,21 @@ from billow.decks.airbag_gas import (
     temperature_of,
 )
 from billow.decks.block import Block
-from billow.decks.cards import Field
+from billow.decks.cards import Cards, Field
 from billow.decks.context import Context
+from billow.decks.draft import Said, plain, said
 
 
 def particle(context: Context, block: Block) -> Airbag:
-    cards, report = context.cards(block), context.report
+    options, report = block.name.split("_"), context.report
+    cards = Cards(context.model.deck.parameters, block)
+    if "MPP" in options:
+        for one in context.card(cards, "mpp").values():
+            report.ignored(one, "how the work is shared out to processors")
+    if "ID" in options:
+        cards.text()
+    if "TIME" in options:
+        _life(context, context.card(cards, "time"))
     f = context.card(cards, "bag")
     parts, kind = f["SID1"], f["STYPE1"].whole
     report.mapped(parts, "part set" if kind else "part")
@@ -29,7 +38,13 @@ def particle(context: Context, block: Block) -> Airbag:
         report.refused(f["SID2"], "walls inside the bag: name their parts with --part, and set bag.parts yourself")
     if f["FRIC"].number:
         report.refused(f["FRIC"], "particles are reflected diffusely in Billow; friction has no counterpart")
+    if "SEGMENT" in options:
+        for one in context.card(cards, "segment").values():
+            report.refused(one, "segments that bound the volume: the parts of SID1 are used")
     main = context.card(cards, "particles")
+    if "JET" in options:
+        for one in context.card(cards, "jet").values():
+            report.refused(one, "the thrust on a node: give it to the body")
     context.set("gas.model", "corpuscular", f"{block.place} {block.name}")
     context.set("gas.particles", int(min(max(main["NP"].number or 200_000, 1000), 20_000_000)), main["NP"])
     report.mapped(main["NP"], main["NP"].whole or 200_000)
@@ -45,7 +60,7 @@ def particle(context: Context, block: Block) -> Airbag:
         context.put("gas.switch_time", main["TSW"], "time")
     for card in ("tracking", "more tracking"):
         if cards.starts_with(b"+"):
-            cards.plus()
+            cards.unsign()
             context.card(cards, card)
     if main["UNIT"].whole == 3:
         context.card(cards, "units")
@@ -67,7 +82,7 @@ def particle(context: Context, block: Block) -> Airbag:
         report.mapped(gases["IAIR"], counts["IAIR"], "gas.initial")
     else:
         report.approximated(gases["IAIR"], "no air at the start; a case always holds ambient air")
-    infos = []
+    infos, total = [], context.card(cards, "mole fractions")["LCMASS"] if "MOLEFRACTION" in options else None
     for k in range(1, counts["NGAS"] + 1):
         g = context.card(cards, "gas", f"[{k}]")
         mass = context.si(g["XM"], "molar mass")
@@ -76,10 +91,16 @@ def particle(context: Context, block: Block) -> Airbag:
             report.mapped(g[one], value)
         name = f"gas_{k}"
         put_species(context, name, mass, *heats, g["XM"])
-        flow = flow_of(context, g["LCM"])
+        if total is None:
+            flow = flow_of(context, g["LCM"])
+        else:  # a share of moles; masses follow once all gases are known
+            flow = said(context.curve(g["LCM"], "time", "-", "a share of moles"), g["LCM"])
+            report.approximated(g["LCM"], f"curve {g['LCM'].whole}: LCMASS times its share of mass, exact at points")
         put_inflator(context, name, name, flow, temperature_of(context, g["LCT"], flow))
         infos.append(g["INFG"].whole or 1)
         report.mapped(g["INFG"], infos[-1])
+    if total is not None:
+        _share_out(context, total)
     for k in range(1, counts["NORIF"] + 1):
         o = context.card(cards, "orifice", f"[{k}]")
         for number, info in enumerate(infos):
@@ -95,6 +116,32 @@ def particle(context: Context, block: Block) -> Airbag:
             context.set("bag.vents.blockage", True, f["BLOCK"])
         report.mapped(f["BLOCK"], blocking)
     return airbag
+
+
+def _life(context: Context, f: dict[str, Field]) -> None:
+    """When the airbag is there."""
+    if f["BIRTH"].number > 0.0:
+        context.report.refused(f["BIRTH"], "a gas that comes later: set inflator.delay")
+    if 0.0 < f["DEATH"].number < 1e20:
+        context.report.refused(f["DEATH"], "a gas that goes: let the run end then, run.end_time")
+
+
+def _share_out(context: Context, total: Field) -> None:
+    """Mass flows of inflators that hold shares x of moles: m x M / sum(x M), at the points of all curves."""
+    whole = context.curve(total, "time", "mass flow", "a mass flow")
+    context.report.mapped(total, f"curve {total.whole}")
+    inflators, species = context.tables["inflator"], context.tables["gas"]["species"]
+    time = np.unique(np.concatenate([whole["time"], *(one["mass_flow"].value["time"] for one in inflators)]))
+    moles = np.array([
+        np.interp(time, one["mass_flow"].value["time"], one["mass_flow"].value["value"])
+        * plain(species[one["name"]])["molar_mass"]
+        for one in inflators
+    ])  # fmt: skip
+    sums = moles.sum(axis=0)
+    flow = np.interp(time, whole["time"], whole["value"], left=0.0, right=0.0)
+    for one, mole in zip(inflators, moles, strict=True):
+        value = flow * np.divide(mole, sums, out=np.zeros_like(mole), where=sums > 0.0)
+        one["mass_flow"] = Said({"time": time.tolist(), "value": value.tolist()}, one["mass_flow"].source)
 
 
 def _particle_vent(context: Context, f: dict[str, Field], airbag: Airbag) -> None:

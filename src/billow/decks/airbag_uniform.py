@@ -172,13 +172,14 @@ def wang_nefske(context: Context, block: Block) -> Airbag:
     f = context.card(cards, "gas")
     exits = context.card(cards, "exits")
     ambient = context.card(cards, "ambient")
-    if f["CV"].number == 0.0:
-        if cards.left >= 2:
-            for one in context.card(cards, "inflator").values():
-                if one.number:
-                    report.refused(
-                        one, "an inflator's tank has no counterpart here: give its mass flow; see billow tank"
-                    )
+    molar, options = f["CV"].number == 0.0, block.name.split("_")
+    further = molar + ("POP" in options) + 2 * ("JETTING" in options) + ("CM" in options)
+    # The card of the inflator is there even if it is blank; some programs leave it out.
+    if cards.next_is_blank or cards.left > further:
+        for one in context.card(cards, "inflator").values():
+            if one.number:
+                report.refused(one, "an inflator's tank has no counterpart here: give its mass flow; see billow tank")
+    if molar:
         f |= context.card(cards, "molar", optional=True)
     for name in ("TVOL", "LCDT"):
         if f[name].number:
@@ -202,10 +203,14 @@ def wang_nefske(context: Context, block: Block) -> Airbag:
         report.mapped(ambient["POVER"], over)
     if ambient["KNKDN"].number:
         report.refused(ambient["KNKDN"], "pressures of a case act in full")
-    if "JETTING" in block.name:
-        put_jet(context, cards, airbag)
-    if "POP" in block.name:
+    if "POP" in options:
         _pop(context, context.card(cards, "pop", optional=True), ambient["PPOP"])
+    if "MULTIPLE" in options:
+        for card in ("many jets", "jet ends"):
+            for one in context.card(cards, card, optional=True).values():
+                report.refused(one, "a field of many jets has no counterpart: it is left out")
+    elif "JETTING" in options:
+        put_jet(context, cards, airbag)
     return airbag
 
 

@@ -94,6 +94,10 @@ class Cards:
         number = self._lines[min(self._next, len(self._lines) - 1)][0] if self._lines else self.block.line
         return f"{self.block.file}:{number}"
 
+    @property
+    def next_is_blank(self) -> bool:
+        return self.left > 0 and not self._lines[self._next][1].strip()
+
     def starts_with(self, sign: bytes) -> bool:
         return self.left > 0 and self._lines[self._next][1].startswith(sign)
 
@@ -130,8 +134,8 @@ class Cards:
             return self.card(card, names, part, widths)
         return {name: Field(self.block.name, name, "", self.place, part) for name in names.split() if name != "."}
 
-    def plus(self) -> None:
-        """Leave out the + in the first column of the next card."""
+    def unsign(self) -> None:
+        """Leave out the sign, + or &, in the first column of the next card."""
         number, line = self._lines[self._next]
         self._lines[self._next] = number, b" " + line[1:]
 

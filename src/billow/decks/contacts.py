@@ -15,6 +15,11 @@ def put_contact(context: Context, bag_parts: set[int]) -> None:
         cards = context.cards(block)
         if not cards.left or cards.left < 2:
             continue
+        if "MPP" in block.name.split("_"):
+            context.card(cards, "mpp")
+            if cards.starts_with(b"&"):
+                cards.unsign()
+                context.card(cards, "more mpp")
         sides = context.card(cards, "sides")
         friction = context.card(cards, "friction")
         scales = context.card(cards, "scales", optional=True)

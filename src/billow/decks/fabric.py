@@ -31,9 +31,15 @@ def fabric_cards(context: Context, block: Block) -> dict[str, Field]:
     """All fields of a *MAT_FABRIC by name."""
     cards = context.cards(block)
     found: dict[str, Field] = {}
-    for card in ("elastic", "shear", "leakage", "axes", "vector"):
-        found |= context.card(cards, card, optional=card not in ("elastic", "shear"))
+    for card in ("elastic", "shear", "leakage"):
+        found |= context.card(cards, card, optional=card == "leakage")
     form = found["FORM"].whole
+    # A negative FVOPT brings a card of yarns in newer releases: cards beyond all that older ones have tell.
+    older = 2 + (form in (4, 14, -14, 24)) + (form == -14)
+    if found["FVOPT"].whole < 0 and cards.left > older:
+        found |= context.card(cards, "yarns")
+    for card in ("axes", "vector"):
+        found |= context.card(cards, card, optional=True)
     if form in (4, 14, -14, 24):
         found |= context.card(cards, "curves")
     if form in (-14, 24):
@@ -258,6 +264,9 @@ def leakage(context: Context, f: dict[str, Field], option: int) -> dict[str, obj
         table["area"] = said("deformed", f["FVOPT"])
         return table
     # A negative FVOPT takes the area of Anagonye and Wang, and FLC and FAC are X2 and X3.
+    for name in ("L", "R", "C1", "C2", "C3"):
+        if name in f and f[name].number:
+            report.refused(f[name], "an area of gaps between yarns has no counterpart: that of X0 to X3 is used")
     if law not in ("wang-nefske", "graefe"):
         report.refused(f["FVOPT"], "the area of Anagonye and Wang leaves no field for the law's own factor")
     terms = [f[name].number for name in ("X0", "X1", "FLC", "FAC")]

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 CORE = {"core": "SID SIDTYP RBID VSCA PSCA VINI MWD SPSF"}
 """First card of all airbags but PARTICLE and the meshed gases."""
-EXITS = "C23 LCC23 A23 LCA23 CP23 LCCP23 AP23 LCAP23"
+EXITS = "C23 LCC23 A23 LCA23 CP23 {} AP23 LCAP23"
+"""The curve of CP23 has two names."""
 JET, JET_ENDS = "XJFP YJFP ZJFP XJVH YJVH ZJVH CA BETA", "XSJFP YSJFP ZSJFP PSID ANGLE NODE1 NODE2 NODE3"
 
 CARDS: dict[str, dict[str, str]] = {
@@ -19,19 +20,20 @@ CARDS: dict[str, dict[str, str]] = {
     "AIRBAG_WANG_NEFSKE": {
         **CORE,
         "gas": "CV CP T LCT LCMT TVOL LCDT IABT",
-        "exits": EXITS,
+        "exits": EXITS.format("LCCP23"),
         "ambient": "PE RO GC LCEFR POVER PPOP OPT KNKDN",
         "inflator": "IOC IOA IVOL IRO IT LCBF",
         "molar": "TEXT A B MW GASC HCONV",
+        "pop": "TDP AXP AYP AZP AMAGP TDURP TDA RBIDP",
         "jet": JET,
+        "many jets": JET.replace("CA", "LCJRV"),
         "jet ends": JET_ENDS,
         "reaction": "NREACT",
-        "pop": "TDP AXP AYP AZP AMAGP TDURP TDA RBIDP",
     },
     "AIRBAG_HYBRID": {
         **CORE,
         "ambient": "ATMOST ATMOSP ATMOSD GC CC HCONV",
-        "exits": EXITS,
+        "exits": EXITS.format("LCP23"),
         "options": "OPT PVENT NGAS LCEFR LCIDM0 VNTOPT",
         "gas": "LCIDM LCIDT . MW INITM A B C",
         "aspirated": "FMASS",
@@ -40,8 +42,12 @@ CARDS: dict[str, dict[str, str]] = {
         "reaction": "NREACT",
     },
     "AIRBAG_PARTICLE": {
+        "mpp": "SX SY SZ",
+        "time": "BIRTH DEATH",
         "bag": "SID1 STYPE1 SID2 STYPE2 BLOCK NPDATA FRIC IRDP",
+        "segment": "SEGSID",
         "particles": "NP UNIT VISFLG TATM PATM NVENT TEND TSW",
+        "jet": "JNODE",
         "tracking": "TSTOP TSMTH OCCUP REBL SIDSV PSID1 TSPLIT SFFDC",
         "more tracking": "SFIAIR4 IDFRIC MDNOISE",
         "units": ". MASS . TIME . LENGTH",
@@ -50,6 +56,7 @@ CARDS: dict[str, dict[str, str]] = {
         "heat": "SIDH STYPEH HCONV PFRIC SDFBLK KP INIP CP",
         "vent": "SID3 STYPE3 C23 LCTC23 LCPC23 ENH_V PPOP",
         "air": "PAIR TAIR XMAIR AAIR BAIR CAIR NPAIR NPRLX",
+        "mole fractions": "LCMASS",
         "gas": "LCM LCT XM A B C INFG",
         "orifice": "NID AN VD CA INFO IMOM IANG CHM_ID",
     },
@@ -71,6 +78,7 @@ CARDS: dict[str, dict[str, str]] = {
         "elastic": "MID RO EA EB . PRBA PRAB .",
         "shear": "GAB . . CSE EL PRL LRATIO DAMP",
         "leakage": "AOPT FLC FAC ELA LNRC FORM FVOPT TSRFAC",
+        "yarns": "L R C1 C2 C3",
         "axes": ". RGBRTH A0REF A1 A2 A3 X0 X1",
         "vector": "V1 V2 V3 . . . BETA ISREFG",
         "curves": "LCA LCB LCAB LCUA LCUB LCUAB RL",
@@ -89,6 +97,8 @@ CARDS: dict[str, dict[str, str]] = {
     },
     "MAT_NULL": {"null": "MID RO PC MU TEROD CEROD YM PR"},
     "CONTACT": {
+        "mpp": "IGNORE_MPP BCKT LCBCKT NS2TRK INITITR PARMAX . CPARM8",
+        "more mpp": ". CHKSEGS PENSF GRPABLE",
         "sides": "SSID MSID SSTYP MSTYP SBOXID MBOXID SPR MPR",
         "friction": "FS FD DC VC VDC PENCHK BT DT",
         "scales": "SFS SFM SST MST SFST SFMT FSF VSF",
@@ -108,8 +118,10 @@ CARDS: dict[str, dict[str, str]] = {
         "nodes": "NSID NSIDEX BOXID BIRTH DEATH",
         "wall": "XT YT ZT XH YH ZH FRIC",
         "sphere": "RADSPH",
-        "cylinder": "RADCYL LENCYL",
+        "cylinder": "RADCYL LENCYL NSEGS",
+        "section": "VL HEIGHT",
         "flat": "XHEV YHEV ZHEV LENL LENM",
+        "prism": "XHEV YHEV ZHEV LENL LENM LENP",
         "motion": "LCID OPT VX VY VZ",
     },
     "BOUNDARY_PRESCRIBED_MOTION": {
@@ -147,7 +159,8 @@ TARGETS = {
     "ATMOST": "ambient.temperature", "ATMOSP": "ambient.pressure", "GC": "units", "HCONV": "gas.heat_transfer",
     "SID": "bag.parts", "SIDTYP": "bag.parts", "SID1": "bag.parts", "STYPE1": "bag.parts",
     "C23": "discharge", "LCC23": "discharge", "A23": "gas.orifices.exit.area", "CP23": "discharge",
-    "LCCP23": "discharge", "AP23": "gas.orifices.porosity.area", "PVENT": "bag.vents.opening_pressure",
+    "LCCP23": "discharge", "LCP23": "discharge", "AP23": "gas.orifices.porosity.area",
+    "PVENT": "bag.vents.opening_pressure",
     "LCIDM": "inflator.mass_flow", "LCIDT": "inflator.temperature", "MW": "gas.species.molar_mass",
     "INITM": "gas.initial.gas", "A": "gas.species.a", "B": "gas.species.b", "C": "gas.species.c",
     "CV": "gas.species.a", "CP": "gas.species.a", "T": "inflator.temperature", "LCT": "inflator.temperature",
@@ -167,7 +180,8 @@ TARGETS = {
     "TAIR": "gas.initial.temperature", "XMAIR": "gas.species.molar_mass", "AAIR": "gas.species.a",
     "BAIR": "gas.species.b", "CAIR": "gas.species.c", "LCM": "inflator.mass_flow", "XM": "gas.species.molar_mass",
     "NID": "inflator.jets", "AN": "inflator.jets.hole_diameter", "VD": "inflator.jets.angle",
-    "CA": "inflator.jets.cone", "INFG": "inflator.jets", "INFO": "inflator.jets", "SID3": "bag.parts",
+    "CA": "inflator.jets.cone", "INFG": "inflator.jets", "INFO": "inflator.jets", "LCMASS": "inflator.mass_flow",
+    "SID3": "bag.parts",
     "STYPE3": "bag.parts", "LCTC23": "bag.vents.discharge", "PPOP": "bag.vents.opening_pressure",
     "FS": "friction", "ENDTIM": "run.end_time", "DT": "run.frames", "FRIC": "obstacles.friction",
     "AB1": "gas.orifices.between", "AB2": "gas.orifices.between", "SF": "gas.orifices.discharge",
@@ -184,7 +198,8 @@ TARGETS = {
 DEFAULTS = {
     "VSCA": 1.0, "PSCA": 1.0, "CC": 1.0, "SFS": 1.0, "SFM": 1.0, "SFST": 1.0, "SFMT": 1.0, "FSF": 1.0, "VSF": 1.0,
     "BT": 0.0, "DT": 1e20, "VISFLG": 1.0, "TEND": 1e10, "TSW": 1e10, "TSTOP": 1e11, "TSMTH": 1.0, "OCCUP": 0.1,
-    "SFFDC": 1.0, "SFIAIR4": 1.0, "TSRFAC": 0.0, "DEATH": 1e20, "RL": 0.0, "CA": 30.0, "SDFBLK": 1.0, "PSF": 1.0,
+    "SFFDC": 1.0, "SFIAIR4": 1.0, "TSRFAC": 0.0, "DEATH": 1e20, "BCKT": 200.0, "NS2TRK": 3.0, "INITITR": 2.0,
+    "PARMAX": 1.0005, "PENSF": 1.0, "RL": 0.0, "CA": 30.0, "SDFBLK": 1.0, "PSF": 1.0,
 }  # fmt: skip
 """Values that mean the same as a blank field."""
 

@@ -89,6 +89,9 @@ def _wall(context: Context, block: Block) -> list[dict[str, Any]]:
     elif "CYLINDER" in block.name:
         size = context.card(cards, "cylinder")
         radius, length = (context.si(size[n], "length") for n in ("RADCYL", "LENCYL"))
+        for k in range(size["NSEGS"].whole):
+            for one in context.card(cards, "section", f"[{k + 1}]").values():
+                report.refused(one, "sections of their own have no counterpart: RADCYL and LENCYL are used")
         for name in ("RADCYL", "LENCYL"):
             report.mapped(size[name], context.si(size[name], "length"), f"obstacles.{LENGTHS[name]}")
         made = {
@@ -98,8 +101,9 @@ def _wall(context: Context, block: Block) -> list[dict[str, Any]]:
         }  # fmt: skip
     else:
         made = _plate(shared, tail, normal, source)
-    if "PRISM" in block.name or "FLAT" in block.name:
-        _infinite(context, context.card(cards, "flat", optional=True))
+    for word, card in (("PRISM", "prism"), ("FLAT", "flat")):
+        if word in block.name:
+            _infinite(context, context.card(cards, card, optional=True))
     if kind == "RIGIDWALL_PLANAR":
         return [made | _planar_options(context, cards, normal)]
     if "MOTION" in block.name:
