@@ -107,7 +107,9 @@ become one node where all their bits agree, and on open edges within the toleran
 - If CP - CV is no gas constant of a gas, which decks in inches and pounds often have, the flow of enthalpy and the
   ratio of heats are kept, with the molar mass of nitrogen. The report says so.
 - One keyword switches from uniform pressure to particles or to a mesh: *AIRBAG_HYBRID, *AIRBAG_PARTICLE or *AIRBAG_ALE;
-  in a case it is `gas.model`. Cells are cubes of the mean volume of the deck's.
+  in a case it is `gas.model`. Cells are cubes of the mean volume of the deck's. *AIRBAG_ADVANCED_ALE is read by the
+  *DEFINE_ALEBAG_BAG, _HOLE and _INFLATOR that belong to it; its own columns are refused one by one, so say
+  `ambient`, `gas.initial` and `gas.cell` yourself.
 - *AIRBAG_ADIABATIC_GAS_MODEL and _SIMPLE_PRESSURE_VOLUME inject nothing: their inflator has a delay of 10 s. The second
   says a gauge pressure; a gas of gamma 1.008 in surroundings of 1 kPa comes close, and the report says how close.
 - The jet of HYBRID_JETTING and WANG_NEFSKE_JETTING is taken if it comes out of the mouth within 10 degrees of its axis.

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from test_decks_of_others import CLOTH, GAS, ROWS, Pillow
 
+from billow.base.errors import InputError
 from billow.case.schema import Case
 from billow.decks.import_deck import Options, import_deck
 from billow.run.simulate import simulate
@@ -162,3 +163,60 @@ def test_an_airbag_without_a_mass_flow_does_not_get_the_inflator_of_a_case_by_de
     (inflator,) = case.inflators
     assert inflator.delay == 10.0
     assert any("nothing flows in" in remark for remark in report.remarks)
+
+
+ADVANCED = (
+    "*AIRBAG_ADVANCED_ALE_ID\n1,a bag in modules\n1,1,1\n293,1.01e-4\n"
+    "*DEFINE_ALEBAG_BAG_TITLE\nthe bag\n1,1,PSET,YES,1,0.6,3,1\n4,4,0.1,0.1,0.3,0,2,0.1\n0,0,1e10\n"
+    "*DEFINE_ALEBAG_INFLATOR\n1,,,,2,0,0,2\n1,,,0.028,,29,1e-3,0\n1,,,0.044,,37,0,0\n"
+    "*DEFINE_ALEBAG_INFLATOR\n2,,,,1,6,0,2\n1,,,0.03,,31,1e-3,0\n"
+    + "".join(f"{9001 + k},{9001 + k},12.5\n" for k in range(6))
+)
+
+
+def test_a_bag_in_modules_is_read_by_what_it_names_and_its_own_columns_are_refused(use, tmp_path):
+    """Nobody outside says what the columns of *AIRBAG_ADVANCED_ALE are; *DEFINE_ALEBAG_... are known."""
+    case, report = use(ADVANCED, with_mouth(), ring(-90.0))
+    assert case.gas.model == "mesh"
+    assert [part.kind for part in case.bag.parts] == ["fabric", "fabric", "vent"]
+    assert (case.bag.vents.discharge, case.bag.vents.blockage) == (0.6, True)
+    assert [one.jets.count for one in case.inflators] == [0, 0, 0]  # a bag with a vent and no mouth
+    masses = {name: gas.molar_mass for name, gas in case.gas.species.items()}
+    assert masses == pytest.approx({"gas_1": 0.028, "gas_2": 0.044, "gas_3": 0.03})
+    refused = report.of("refused")
+    assert {row.field.split(".")[0] for row in refused} == {"AIRBAG_ADVANCED_ALE_ID"}
+    assert [row.deck for row in refused] == ["1", "1", "1", "293", "1.01e-4"]
+    rows = json.loads((tmp_path / "case" / "import.json").read_text())["fields"]
+    assert sum(row["field"].startswith("DEFINE_ALEBAG") for row in rows) >= 50
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "field"),
+    [
+        ("PSET,YES", "PSET,NO", None),
+        ("*DEFINE_ALEBAG_INFLATOR\n2", "*DEFINE_ALEBAG_HOLE\n5,3,1,1,0,0,0,1\n*DEFINE_ALEBAG_INFLATOR\n2", "SID"),
+        ("0,0,1e10", "0,5,1e10", "START"),
+        ("\n0,0,1e10", "\n0,0,15", "END"),
+        (",0.6,3,1\n", ",0.6,3,SEGSET\n", "VSET"),
+    ],
+)
+def test_modules_that_a_case_does_not_have_are_refused(use, old, new, field):
+    assert old in ADVANCED
+    if field is None:
+        with pytest.raises(InputError) as error:
+            use(ADVANCED.replace(old, new), with_mouth(), ring(-90.0))
+        assert (error.value.code, "bag.k" in error.value.where) == ("E-DCK-006", True)
+        return
+    _, report = use(ADVANCED.replace(old, new), with_mouth(), ring(-90.0), parts={3: "mouth"})
+    names = {row.field.split(".")[1] for row in report.of("refused") if row.field.startswith("DEFINE")}
+    assert names == {field}
+
+
+def test_the_unit_of_particles_counts_and_contradictions_are_asked_about(use):
+    cards = "*AIRBAG_PARTICLE\n1,1\n5000,{},1,293,1.01e-4\n1,1,0\n1.01e-4,293,0.029,29\n1,2,0.028,29\n"
+    with pytest.raises(InputError) as error:
+        use(cards.format(1))
+    assert error.value.code == "E-DCK-009"
+    assert "says kg-m-s, which does not fit" in error.value.why
+    _, report = use(cards.format(0))
+    assert any("as UNIT at bag.k:" in remark for remark in report.remarks)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from billow.base.errors import InputError
-from billow.decks.airbag_ale import ale
+from billow.decks.airbag_ale import advanced, ale
 from billow.decks.airbag_gas import Airbag
 from billow.decks.airbag_particle import particle
 from billow.decks.airbag_sealed import adiabatic, pressure_volume
@@ -32,14 +32,14 @@ NOT_READ = InputError.declare(
 
 READ = (
     "AIRBAG_HYBRID", "AIRBAG_PARTICLE", "AIRBAG_WANG_NEFSKE", "AIRBAG_SIMPLE_AIRBAG_MODEL", "AIRBAG_ALE",
-    "AIRBAG_ADIABATIC_GAS_MODEL", "AIRBAG_SIMPLE_PRESSURE_VOLUME",
+    "AIRBAG_ADVANCED_ALE", "AIRBAG_ADIABATIC_GAS_MODEL", "AIRBAG_SIMPLE_PRESSURE_VOLUME",
 )  # fmt: skip
 WHY_NOT = {
     "AIRBAG_LINEAR_FLUID": "it is filled with a liquid",
-    "AIRBAG_ADVANCED_ALE": "its cards name *DEFINE_ALEBAG_BAG, _HOLE and _INFLATOR, which are not read; *AIRBAG_ALE is",
     "AIRBAG_FLUID_AND_GAS": "it is filled with a liquid",
     "AIRBAG_LOAD_CURVE": "pressure is given there, and no gas flows",
     "AIRBAG_HYBRID_CHEMKIN": "its gases are in a data base of its own",
+    "AIRBAG_CPG": "its gas is a continuum of particles, with cards of its own",
 }
 
 
@@ -85,6 +85,7 @@ READERS: dict[str, Callable[[Context, Block], Airbag]] = {
     "AIRBAG_WANG_NEFSKE": wang_nefske,
     "AIRBAG_SIMPLE_AIRBAG_MODEL": simple,
     "AIRBAG_ALE": ale,
+    "AIRBAG_ADVANCED_ALE": advanced,
     "AIRBAG_ADIABATIC_GAS_MODEL": adiabatic,
     "AIRBAG_SIMPLE_PRESSURE_VOLUME": pressure_volume,
 }

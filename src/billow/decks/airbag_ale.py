@@ -1,4 +1,4 @@
-"""*AIRBAG_ALE as the mesh gas: its lattice gives the size of cells, its point sources the ring of jets.
+"""*AIRBAG_ALE and _ADVANCED_ALE as the mesh gas: the lattice gives the size of cells, point sources the ring of jets.
 
 What couples fabric and fluid there (penalties, leakage control) has no counterpart: cells are cut by the fabric.
 """
@@ -20,6 +20,7 @@ from billow.decks.block import Block
 from billow.decks.cards import Cards, Field
 from billow.decks.context import Context
 from billow.decks.draft import Said, plain, said
+from billow.decks.tables import NOT_THERE
 
 CELLS = 0.0005, 0.2
 """Range of `gas.cell` [m]."""
@@ -36,12 +37,8 @@ def ale(context: Context, block: Block) -> Airbag:
             report.approximated(
                 ambient[name], "the speed of a jet is what its holes need, choked at most, not a tank's"
             )
-    for name, one in context.card(cards, "coupling").items():
-        if name == "FRIC" and one.number:
-            report.approximated(one, "the gas has no viscosity and fabric no friction for it")
-        else:
-            report.ignored(one, "the fabric cuts the cells exactly: nothing is coupled by a penalty, and nothing leaks")
-    _vents(context, context.card(cards, "vents"), airbag)
+    _coupling(context, context.card(cards, "coupling"))
+    _vents(context, context.card(cards, "vents"), airbag, ("IVSETID", "IVTYPE", "IBLOCK", "VNTCOF"))
     context.set("gas.model", "mesh", f"{block.place} {block.name}")
     _lattice(context, cards)
     f = context.card(cards, "flow")
@@ -53,10 +50,7 @@ def ale(context: Context, block: Block) -> Airbag:
     else:
         context.set("gas.model", "uniform-pressure", f["SWTIME"])
         report.mapped(f["SWTIME"], "uniform-pressure", "gas.model", "a switch at time 0")
-    if f["LCVEL"].whole:
-        report.approximated(f["LCVEL"], "the speed of a jet is what its holes need, choked at most, not a curve")
-    for name in ("NAIR", "NGAS", "NORIF"):
-        report.mapped(f[name], f[name].whole, "gas.initial" if name == "NAIR" else "inflator")
+    report.mapped(f["NAIR"], f["NAIR"].whole, "gas.initial")
     air: dict[str, Said] = {}
     for k in range(1, f["NAIR"].whole + 1):
         g = context.card(cards, "air", f"[{k}]")
@@ -67,19 +61,107 @@ def ale(context: Context, block: Block) -> Airbag:
     if total > 0.0:
         shares = {name: Said(one.value / total, one.source) for name, one in air.items()}
         context.tables.setdefault("gas", {})["initial"] = {"gas": shares, "fractions": "mass"}
+    _inflator(context, cards, f, airbag, "LCMF")
+    return airbag
+
+
+def advanced(context: Context, block: Block) -> Airbag:
+    """Bags, holes and inflators of *DEFINE_ALEBAG_...; the columns of *AIRBAG_ADVANCED_ALE itself are in no source that
+    may be used, so that its fields are refused one by one. Raises InputError E-DCK-006 if no bag is defined."""
+    model, report = context.model, context.report
+    cards, k = context.cards(block), 0
+    while cards.left:
+        k += 1
+        for one in context.card(cards, "each", f"[{k}]").values():
+            if not one.is_blank:
+                report.refused(
+                    one, "its meaning is not known here: set ambient, gas.initial, gas.cell, gas.switch_time"
+                )
+    airbag = Airbag(block, np.empty(0, np.int64), None, block.place)
+    context.set("gas.model", "mesh", f"{block.place} {block.name}")
+    for one in model.all("DEFINE_ALEBAG_BAG"):
+        _bag(context, one, airbag)
+    if not len(airbag.parts):
+        raise NOT_THERE(kind="*DEFINE_ALEBAG_BAG", number=1, who=block.name, place=block.place)
+    for one in model.all("DEFINE_ALEBAG_HOLE"):
+        _hole(context, context.card(context.cards(one), "hole"), airbag)
+    for one in model.all("DEFINE_ALEBAG_INFLATOR"):
+        cards = context.cards(one)
+        f = context.card(cards, "inflator")
+        report.mapped(f["INFID"], f["INFID"].whole, "inflator")
+        _inflator(context, cards, f, airbag, "LCIDM")
+    return airbag
+
+
+def _bag(context: Context, block: Block, airbag: Airbag) -> None:
+    cards, report = context.cards(block), context.report
+    f = context.card(cards, "bag")
+    report.mapped(f["BAGID"], f["BAGID"].whole, "bag.parts")
+    if f["CVBAG"].text in ("0", "NO"):
+        report.refused(f["SID"], "walls inside the bag: name their parts with --part, and set bag.parts yourself")
+    else:
+        members = _parts(context, f["SID"], f["SIDTYPE"])
+        airbag.parts = np.union1d(airbag.parts, members)
+        report.mapped(f["SID"], f["SID"].whole, "bag.parts")
+        report.mapped(f["SIDTYPE"], f["SIDTYPE"].text, "bag.parts")
+        report.mapped(f["CVBAG"], f["CVBAG"].text, "bag.parts")
+    _vents(context, f, airbag, ("VSET", "VTYPE", "IBLOCK", "VCOF"))
+    _coupling(context, context.card(cards, "coupling"))
+    life = context.card(cards, "life", optional=True)
+    report.ignored(life["NORM"], "normals are made to point out of the bag")
+    for name, beyond in (("START", 0.0), ("END", 1e10)):
+        if life[name].number not in (0.0, beyond):
+            report.refused(life[name], "gas and fabric of a case feel each other from the start to the end")
+
+
+def _hole(context: Context, f: dict[str, Field], airbag: Airbag) -> None:
+    """What watches a hole: gas that has passed it counts as outside."""
+    report, kind = context.report, f["INT/EXT"].text
+    if kind in ("1", "INT"):
+        report.refused(f["SID"], "a hole between chambers: set bag.parts yourself")
+        return
+    airbag.vents |= set(_parts(context, f["SID"], f["SIDTYPE"]).tolist())
+    for name in ("HOLEID", "SID", "SIDTYPE", "INT/EXT"):
+        report.mapped(f[name], f[name].text, "bag.parts")
+    for name in ("NQUAD", "XOFF", "XCLEN", "NFOLD"):
+        report.ignored(f[name], "gas is counted where it crosses the vent")
+
+
+def _parts(context: Context, one: Field, kind: Field) -> np.ndarray:
+    """Ids of a part, or of a set of them."""
+    if kind.text in ("1", "PART"):
+        return np.array([one.whole], np.int64)
+    return context.model.set_of("PART", one.whole, one.shown, one.place)
+
+
+def _coupling(context: Context, f: dict[str, Field]) -> None:
+    for name, one in f.items():
+        if name == "FRIC" and one.number:
+            context.report.approximated(one, "the gas has no viscosity and fabric no friction for it")
+        else:
+            how = "the fabric cuts the cells exactly: nothing is coupled by a penalty, and nothing leaks"
+            context.report.ignored(one, how)
+
+
+def _inflator(context: Context, cards: Cards, f: dict[str, Field], airbag: Airbag, flow_name: str) -> None:
+    """The gases and point sources that follow a card with NGAS, NORIF, LCVEL and LCT."""
+    report, first = context.report, len(context.tables.get("inflator", []))
+    if f["LCVEL"].whole:
+        report.approximated(f["LCVEL"], "the speed of a jet is what its holes need, choked at most, not a curve")
+    for name in ("NGAS", "NORIF"):
+        report.mapped(f[name], f[name].whole, "inflator")
     for k in range(1, f["NGAS"].whole + 1):
-        g = context.card(cards, "gas", f"[{k}]")
-        _species(context, f"gas_{k}", g, ("MWGAS", "GASA", "GASB", "GASC"))
-        flow = flow_of(context, g["LCMF"])
-        put_inflator(context, f"gas_{k}", f"gas_{k}", flow, temperature_of(context, f["LCT"], flow))
+        g, name = context.card(cards, "gas", f"[{k}]"), f"gas_{first + k}"
+        _species(context, name, g, ("MWGAS", "GASA", "GASB", "GASC"))
+        flow = flow_of(context, g[flow_name])
+        put_inflator(context, name, name, flow, temperature_of(context, f["LCT"], flow))
     for k in range(1, f["NORIF"].whole + 1):
         o = context.card(cards, "orifice", f"[{k}]")
         row = (o["NODEID"], o["NODEID"].whole, context.si(o["ORIFARE"], "area"), o["VECID"].whole, 0.0)
         for number in range(f["NGAS"].whole):
-            airbag.orifices.setdefault(number, []).append(row)
+            airbag.orifices.setdefault(first + number, []).append(row)
         report.mapped(o["ORIFARE"], row[2])
         report.mapped(o["VECID"], row[3])
-    return airbag
 
 
 def _species(context: Context, name: str, f: dict[str, Field], fields: tuple[str, ...]) -> None:
@@ -91,26 +173,27 @@ def _species(context: Context, name: str, f: dict[str, Field], fields: tuple[str
         context.report.mapped(f[one], value)
 
 
-def _vents(context: Context, f: dict[str, Field], airbag: Airbag) -> None:
-    report, one, kind = context.report, f["IVSETID"], f["IVTYPE"].whole
+def _vents(context: Context, f: dict[str, Field], airbag: Airbag, names: tuple[str, str, str, str]) -> None:
+    """names: of the fields that say which set, of which kind, whether contact blocks, and the coefficient."""
+    report = context.report
+    one, kind, blocked, coefficient = (f[name] for name in names)
     if not one.whole:
         return
-    if kind == 2:
+    if kind.text in ("2", "SEGSET"):
         report.refused(one, "vents of segments: make them a part")
         return
-    named = context.model.set_of("PART", one.whole, one.shown, one.place) if kind == 0 else [one.whole]
-    airbag.vents |= {int(part) for part in named}
-    report.mapped(one, one.whole)
-    report.mapped(f["IVTYPE"], kind)
-    context.set("bag.vents.discharge", f["VNTCOF"].number, f["VNTCOF"])
-    if f["VNTCOF"].number:
-        report.mapped(f["VNTCOF"], f["VNTCOF"].number)
+    airbag.vents |= set(_parts(context, one, kind).tolist())
+    report.mapped(one, one.whole, "bag.parts")
+    report.mapped(kind, kind.text, "bag.parts")
+    context.set("bag.vents.discharge", coefficient.number, coefficient)
+    if coefficient.number:
+        report.mapped(coefficient, coefficient.number, "bag.vents.discharge")
     else:
-        report.refused(f["VNTCOF"], "0 closes the vents: write the coefficient, or bag.vents.discharge")
-    if f["IBLOCK"].whole:
-        context.set("bag.vents.blockage", True, f["IBLOCK"])
-        context.set("leakage.blockage", True, f["IBLOCK"])
-        report.mapped(f["IBLOCK"], f["IBLOCK"].whole)
+        report.refused(coefficient, "0 closes the vents: write the coefficient, or bag.vents.discharge")
+    if blocked.whole:
+        context.set("bag.vents.blockage", True, blocked)
+        context.set("leakage.blockage", True, blocked)
+        report.mapped(blocked, blocked.whole, "bag.vents.blockage")
 
 
 def _lattice(context: Context, cards: Cards) -> None:

@@ -18,7 +18,8 @@ from billow.decks.context import Context
 from billow.decks.draft import Said, plain, said
 
 
-def particle(context: Context, block: Block) -> Airbag:
+def head(context: Context, block: Block) -> tuple[Cards, dict[str, Field], dict[str, Field]]:
+    """The cards of the bag and of particles, with those that options insert; and the cards that are left."""
     options, report = block.name.split("_"), context.report
     cards = Cards(context.model.deck.parameters, block)
     if "MPP" in options:
@@ -28,7 +29,20 @@ def particle(context: Context, block: Block) -> Airbag:
         cards.text()
     if "TIME" in options:
         _life(context, context.card(cards, "time"))
-    f = context.card(cards, "bag")
+    bag = context.card(cards, "bag")
+    if "SEGMENT" in options:
+        for one in context.card(cards, "segment").values():
+            report.refused(one, "segments that bound the volume: the parts of SID1 are used")
+    main = context.card(cards, "particles")
+    if "JET" in options:
+        for one in context.card(cards, "jet").values():
+            report.refused(one, "the thrust on a node: give it to the body")
+    return cards, bag, main
+
+
+def particle(context: Context, block: Block) -> Airbag:
+    options, report = block.name.split("_"), context.report
+    cards, f, main = head(context, block)
     parts, kind = f["SID1"], f["STYPE1"].whole
     report.mapped(parts, "part set" if kind else "part")
     report.mapped(f["STYPE1"], kind)
@@ -38,13 +52,6 @@ def particle(context: Context, block: Block) -> Airbag:
         report.refused(f["SID2"], "walls inside the bag: name their parts with --part, and set bag.parts yourself")
     if f["FRIC"].number:
         report.refused(f["FRIC"], "particles are reflected diffusely in Billow; friction has no counterpart")
-    if "SEGMENT" in options:
-        for one in context.card(cards, "segment").values():
-            report.refused(one, "segments that bound the volume: the parts of SID1 are used")
-    main = context.card(cards, "particles")
-    if "JET" in options:
-        for one in context.card(cards, "jet").values():
-            report.refused(one, "the thrust on a node: give it to the body")
     context.set("gas.model", "corpuscular", f"{block.place} {block.name}")
     context.set("gas.particles", int(min(max(main["NP"].number or 200_000, 1000), 20_000_000)), main["NP"])
     report.mapped(main["NP"], main["NP"].whole or 200_000)
@@ -142,6 +149,10 @@ def _share_out(context: Context, total: Field) -> None:
     for one, mole in zip(inflators, moles, strict=True):
         value = flow * np.divide(mole, sums, out=np.zeros_like(mole), where=sums > 0.0)
         one["mass_flow"] = Said({"time": time.tolist(), "value": value.tolist()}, one["mass_flow"].source)
+
+
+UNIT_SYSTEMS = {"0": "kg-mm-ms", "1": "kg-m-s", "2": "t-mm-s"}
+"""What UNIT says."""
 
 
 def _particle_vent(context: Context, f: dict[str, Field], airbag: Airbag) -> None:

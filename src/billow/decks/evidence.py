@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from billow.decks.airbag_particle import UNIT_SYSTEMS, head
 from billow.decks.block import Block
 from billow.decks.cards import Cards, Field
 from billow.decks.context import Context
@@ -45,6 +46,24 @@ def evidence_of(model: Model, block: Block | None, bag: list[int]) -> Iterator[E
         yield Evidence("size of the bag", size, deck.path.name)
 
 
+def told(model: Model, block: Block | None) -> tuple[str, str] | None:
+    """The system that UNIT of *AIRBAG_PARTICLE names, and where; None if it names none."""
+    if block is None or known(block.name) != "AIRBAG_PARTICLE":
+        return None
+    _, _, found = head(Context(model, SYSTEMS["kg-m-s"], Report()), block)
+    unit = found["UNIT"]
+    return (UNIT_SYSTEMS[unit.text], unit.place) if unit.text in UNIT_SYSTEMS else None
+
+
+def _inflator_evidence(reader: Context) -> Iterator[Evidence]:
+    for block in reader.model.all("DEFINE_ALEBAG_INFLATOR"):
+        cards = reader.cards(block)
+        for _ in range(reader.card(cards, "inflator")["NGAS"].whole):
+            mass = reader.card(cards, "gas")["MWGAS"]
+            if mass.number:
+                yield Evidence("molar mass", mass.number, mass.place)
+
+
 def _gas_evidence(model: Model, block: Block) -> Iterator[Evidence]:
     """Numbers of the airbag's cards that tell the units, read without meaning."""
     reader = Context(model, SYSTEMS["kg-m-s"], Report())
@@ -54,9 +73,11 @@ def _gas_evidence(model: Model, block: Block) -> Iterator[Evidence]:
              "AIRBAG_SIMPLE_AIRBAG_MODEL": ("gas",), "AIRBAG_ALE": ("ambient",),
              "AIRBAG_ADIABATIC_GAS_MODEL": ("gas",)}.get(kind, ())  # fmt: skip
     found: dict[str, Field] = {}
+    if kind == "AIRBAG_ADVANCED_ALE":
+        yield from _inflator_evidence(reader)
+        return
     if kind == "AIRBAG_PARTICLE":
-        reader.card(cards, "bag")
-        found = reader.card(cards, "particles")
+        _, _, found = head(reader, block)
         if found["PATM"].number != 1.0 and found["PATM"].number:
             yield Evidence("ambient pressure", found["PATM"].number, found["PATM"].place)
         return

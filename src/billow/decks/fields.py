@@ -73,6 +73,18 @@ CARDS: dict[str, dict[str, str]] = {
         "gas": "LCMF . . MWGAS . GASA GASB GASC",
         "orifice": "NODEID VECID ORIFARE",
     },
+    "AIRBAG_ADVANCED_ALE": {"each": " ".join(f"COLUMN{k}" for k in range(1, 9))},
+    "DEFINE_ALEBAG_BAG": {
+        "bag": "BAGID SID SIDTYPE CVBAG IBLOCK VCOF VSET VTYPE",
+        "coupling": "NQUAD CTYPE PFAC FRIC FRCMIN NORMTYP ILEAK PLEAK",
+        "life": "NORM START END",
+    },
+    "DEFINE_ALEBAG_HOLE": {"hole": "HOLEID SID SIDTYPE NQUAD XOFF NFOLD XCLEN INT/EXT"},
+    "DEFINE_ALEBAG_INFLATOR": {
+        "inflator": "INFID . . . NGAS NORIF LCVEL LCT",
+        "gas": "LCIDM . . MWGAS . GASA GASB GASC",
+        "orifice": "NODEID VECID ORIFARE",
+    },
     "AIRBAG_INTERACTION": {"interaction": "AB1 AB2 AREA SF PID LCID IFLOW"},
     "MAT_FABRIC": {
         "elastic": "MID RO EA EB . PRBA PRAB .",
@@ -147,7 +159,7 @@ CARDS: dict[str, dict[str, str]] = {
     "DATABASE_ABSTAT": {"interval": "DT BINARY LCUR IOOPT"},
     "LOAD_BODY": {"load": "LCID SF LCIDDR XC YC ZC CID"},
 }
-"""Keyword -> card -> columns."""
+"""Keyword -> card -> columns. Those of *AIRBAG_ADVANCED_ALE are not known: it is read by what it names."""
 
 ALIASES = {
     "MAT_034": "MAT_FABRIC", "MAT_34": "MAT_FABRIC", "MAT_020": "MAT_RIGID", "MAT_20": "MAT_RIGID",

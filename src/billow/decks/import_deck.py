@@ -19,7 +19,7 @@ from billow.decks.cards import Field
 from billow.decks.contacts import put_contact
 from billow.decks.context import Context
 from billow.decks.draft import case_text, plain, said, source_of
-from billow.decks.evidence import evidence_of
+from billow.decks.evidence import evidence_of, told
 from billow.decks.fabric import added_leakage, fabric_cards, leakage, put_fabric, same_fabric
 from billow.decks.fixed import put_fixed
 from billow.decks.jets import put_jets
@@ -127,8 +127,10 @@ def _units(model: Model, block: Block | None, options: Options, path: Path, repo
         report.remarks.append(f"units {options.units}, as said")
         return SYSTEMS[options.units]
     cloth = [number for number, kind in options.parts.items() if kind == "fabric"]
-    found = find_units(list(evidence_of(model, block, cloth)), str(path))
-    report.remarks.append(f"units {found.name}: the one system in which everything fits")
+    said_by_deck = told(model, block)
+    found = find_units(list(evidence_of(model, block, cloth)), str(path), said_by_deck)
+    how = f"as UNIT at {said_by_deck[1]} says" if said_by_deck else "the one system in which everything fits"
+    report.remarks.append(f"units {found.name}: {how}")
     return found
 
 

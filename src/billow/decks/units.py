@@ -124,9 +124,15 @@ class Evidence:
         return low <= self.in_si(units) <= high
 
 
-def find_units(evidence: list[Evidence], deck: str) -> Units:
-    """The one system that fits all evidence. Raises InputError E-DCK-009, which says what each reading would mean."""
+def find_units(evidence: list[Evidence], deck: str, told: tuple[str, str] | None = None) -> Units:
+    """The one system that fits all evidence. told: one that the deck names, and where. Raises InputError E-DCK-009,
+    which says what each reading would mean."""
     passed = [units for units in SYSTEMS.values() if all(one.fits(units) for one in evidence)]
+    if told is not None:
+        if any(units.name == told[0] for units in passed):
+            return SYSTEMS[told[0]]
+        why = f"UNIT at {told[1]} says {told[0]}, which does not fit; {_readings(evidence, passed)}"
+        raise UNKNOWN_UNITS(deck=deck, names=", ".join(SYSTEMS), why=why)
     if len(passed) == 1 and len({one.kind for one in evidence}) >= LEAST:
         return passed[0]
     raise UNKNOWN_UNITS(deck=deck, names=", ".join(SYSTEMS), why=_readings(evidence, passed))
