@@ -38,7 +38,11 @@ def body(mass: float = 0.0, centre: int = 2, moments=(0.0, 0.0, 0.0), sensor: in
 
 def moved(keyword: str, way: str, group: int, **other) -> str:
     head = line((61, 10), (way, 10), (other.get("skew", 0), 10), (0, 10), (group, 10), (0, 10))
-    return f"/{keyword}/7\nmotion\n" + head + reals(1.0, other.get("scale", 1.0), 0.0, other.get("stop", 1e30))
+    return (
+        f"/{keyword}/7\nmotion\n"
+        + head
+        + reals(other.get("time", 1.0), other.get("scale", 1.0), 0.0, other.get("stop", 1e30))
+    )
 
 
 @pytest.fixture
@@ -112,6 +116,18 @@ def test_a_motion_of_the_main_node_moves_its_body(use):
     assert (head(case).motion.kind, head(case).motion.speed.value[-1]) == ("speed", 20.0)
     case, _ = use(body() + moved("IMPACC", "Y", 92))
     assert head(case).motion.speed.value[-1] == pytest.approx(100.0)  # 20 mm/ms^2 at 10 ms, from 0
+    assert not report.of("refused")
+
+
+def test_scales_of_time_and_smooth_functions_count(use):
+    """Public decks scale a function of 1 to the end of the run; f(t / Ascale_x)."""
+    case, report = use(body() + moved("IMPDISP", "Z", 92, time=2.5))
+    travel = head(case).motion.travel
+    assert (travel.time[-1], travel.value[-1]) == (pytest.approx(0.025), pytest.approx(0.02))
+    smooth = "/FUNCT_SMOOTH/62\npush\n" + reals(0.5, 2.0, 0.0, 0.0) + reals(0.0, 0.0) + reals(20.0, 10.0)
+    case, report = use(smooth + body() + moved("IMPDISP", "Z", 92).replace("61", "62"))
+    travel = head(case).motion.travel
+    assert np.interp([0.0025, 0.01], travel.time, travel.value) == pytest.approx([0.02 * 0.103515625, 0.02])
     assert not report.of("refused")
 
 

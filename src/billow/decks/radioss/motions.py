@@ -42,7 +42,6 @@ def _motion(context: Context, keyword: str, f: dict[str, Field]) -> Motion | Non
         ("skew_ID", f["skew_ID"].whole != 0, "a direction of a skew: give it along X, Y or Z"),
         ("frame_ID", f["frame_ID"].whole != 0, "a direction of a frame: give it along X, Y or Z"),
         ("sens_ID", f["sens_ID"].whole != 0, "a sensor: let the function begin later"),
-        ("Ascale_x", f["Ascale_x"].number not in (0.0, 1.0), "a scale of time: put it into the function"),
         ("Tstart", f["Tstart"].number > 0.0, "free until then: let the function begin later"),
         ("Tstop", 0.0 < stop < context.end, "free from then on: a case moves it by its function"),
     ):
@@ -50,7 +49,9 @@ def _motion(context: Context, keyword: str, f: dict[str, Field]) -> Motion | Non
             report.refused(f[name], why)
             return None
     curve = context.curve(f["fct_IDT"], "time", dimension, "a motion")
-    points = np.column_stack([curve["time"], curve["value"]]) * [1.0, f["Fscale_y"].number or 1.0]
+    points = np.column_stack([curve["time"], curve["value"]])
+    points *= [f["Ascale_x"].number or 1.0, f["Fscale_y"].number or 1.0]
+    report.mapped(f["Ascale_x"], f["Ascale_x"].number or 1.0, "nodes.motion")
     report.mapped(f["Fscale_y"], f["Fscale_y"].number or 1.0, "nodes.motion")
     axis = np.eye(3)["XYZ".index(f["Dir"].text.upper())]
     blank = replace(f["Tstop"], text="")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 
@@ -21,6 +22,14 @@ SEGMENT = tuple((name, 10, "i") for name in ("sid", "n1", "n2", "n3", "n4"))
 FABRICS = {"LAW19": "LAW19", "FABRI": "LAW19", "LAW58": "LAW58", "FABR_A": "LAW58"}
 THIN = {"TYPE1", "SHELL", "TYPE9", "SH_ORTH", "TYPE16", "SH_FABR"}
 """Properties of shells that are read."""
+GROUPS = {"GRSHEL": "SHEL", "GRSH3N": "SH3N"}
+"""Groups of elements, and what a list of elements is called in one."""
+RANGES = ("GENE", "GEN_INCR")
+"""Kinds of group that hold ranges of ids."""
+DEEPEST = 16
+"""Groups within groups."""
+FINE = 16
+"""Parts into which an interval of a smooth function is cut: 0.3 % of its rise at most."""
 
 
 @dataclass
@@ -123,9 +132,11 @@ class StarterModel(Model):
                 f["Ascale"].number or 1.0, f["Fscale"].number or 1.0, f["Ashift"].number, f["Fshift"].number
             ]  # fmt: skip
         found: dict[int, DeckCurve] = {}
-        for block in self.find("FUNCT"):
+        for block in [*self.find("FUNCT"), *self.find("FUNCT_SMOOTH")]:
             cards = Cards(self.deck.parameters, block)
             title = cards.text() if cards.left else ""
+            smooth = words(block)[0] == "FUNCT_SMOOTH"
+            scales = cards.card("scales", "Ascalex Fscaley Ashiftx Fshifty", widths=(20,) * 4) if smooth else {}
             place, points = cards.place, []
             while cards.left:
                 points.append([one.number for one in cards.card("point", "X Y", widths=(20, 20)).values()])
@@ -133,6 +144,9 @@ class StarterModel(Model):
             if number in found:
                 raise TWICE(kind="function", number=number, place=block.place, first=found[number].place)
             array = np.array(points).reshape(-1, 2)
+            if smooth:
+                a, f, da, df = (one.number for one in scales.values())
+                array = smoothed(array * [a or 1.0, f or 1.0] + [da, df])
             if number in moved:
                 a, f, da, df = moved[number]
                 array = array * [a, f] + [da, df]
@@ -184,20 +198,88 @@ class StarterModel(Model):
         kind, ids = kind_of(block), self._numbers(block)
         if kind in ("NODE", "NODENS"):
             return ids
-        if kind == "PART":
-            corners = self.shells.corners[np.isin(self.shells.part, np.abs(ids))]
-            return np.unique(corners[corners >= 0])
-        if kind == "GRNOD" and depth < 16:
+        if kind in RANGES:
+            return self._ranges(block, self.nodes.number)
+        if kind == "GRNOD" and depth < DEEPEST:
             return np.unique(np.concatenate([self.group(abs(int(i)), who, depth + 1) for i in ids]))
         if kind == "SURF":
             parts, segments = self._members(ids, who)
             corners = np.concatenate([self.shells.corners[np.isin(self.shells.part, parts)], segments])
-            return np.unique(corners[corners >= 0])
-        raise NOT_THERE(kind="readable group of nodes", number=number, who=who.shown, place=who.place)
+        elif kind in GROUPS:
+            rows = np.zeros(len(self.shells.part), bool)
+            for i in np.abs(ids).tolist():
+                rows |= self._elements(int(i), kind, who)
+            corners = self.shells.corners[rows]
+        else:
+            parts = self._parts_by(kind, ids)
+            if parts is None:
+                raise NOT_THERE(kind="readable group of nodes", number=number, who=who.shown, place=who.place)
+            corners = self.shells.corners[np.isin(self.shells.part, parts)]
+        return np.unique(corners[corners >= 0])
+
+    def _parts_by(self, kind: str, ids: np.ndarray) -> np.ndarray | None:
+        """Parts by their own number, subset, material or property; None for another kind. ids: negative ones too."""
+        ids = np.abs(ids)
+        if kind == "PART":
+            return ids
+        if kind == "SUBSET":
+            held = set().union(*(self._below(int(i)) for i in ids.tolist()))
+            return np.array([n for n, subset in self.subset_of.items() if subset in held], np.int64)
+        if kind in ("MAT", "PROP"):
+            key = "material" if kind == "MAT" else "section"
+            return np.array([n for n, p in self.parts.items() if getattr(p, key) in ids], np.int64)
+        return None
+
+    @cached_property
+    def subset_of(self) -> dict[int, int]:
+        """Number of the /SUBSET of each part, 0 if it has none."""
+        found = {}
+        for block in self.find("PART"):
+            cards = self.cards(block)
+            found[number_of(block)] = cards.optional("part", "prop_ID mat_ID subset_ID")["subset_ID"].whole
+        return found
+
+    def _below(self, subset: int, depth: int = 0) -> set[int]:
+        """A subset and all below it."""
+        found = {subset}
+        for block in self.find("SUBSET"):
+            if number_of(block) == subset and depth < DEEPEST:
+                for child in self._numbers(block).tolist():
+                    found |= self._below(int(child), depth + 1)
+        return found
+
+    def _elements(self, number: int, group: str, who: Field, depth: int = 0) -> np.ndarray:
+        """Shells of a /GRSHEL, or triangles of a /GRSH3N, (shells,) bool. Raises InputError E-DCK-006."""
+        block = self.one(number, who, group)
+        kind, shells = kind_of(block), self.shells
+        if kind in RANGES:
+            return np.isin(shells.number, self._ranges(block, shells.number))
+        ids = self._numbers(block)
+        if kind == GROUPS[group]:
+            return np.isin(shells.number, ids)
+        if kind == group and depth < DEEPEST:
+            rows = np.zeros(len(shells.part), bool)
+            for i in np.abs(ids).tolist():
+                rows |= self._elements(int(i), group, who, depth + 1)
+            return rows
+        parts = self._parts_by(kind, ids)
+        if parts is None:
+            raise NOT_THERE(kind=f"readable /{group}", number=number, who=who.shown, place=who.place)
+        return np.isin(shells.part, parts) & ((shells.corners[:, 3] < 0) == (group == "GRSH3N"))
 
     def surface(self, number: int, who: Field) -> tuple[np.ndarray, np.ndarray]:
-        """Parts, and corners (n, 4) of segments, of a /SURF. Raises InputError E-DCK-006."""
-        return self._members(np.array([number]), who)
+        """Parts, and corners (n, 4) of segments, of a /SURF; segments that are all shells of some parts are those
+        parts. Raises InputError E-DCK-006."""
+        parts, segments = self._members(np.array([number]), who)
+        if not len(segments):
+            return parts, segments
+        known = {key: row for row, key in enumerate(map(tuple, np.sort(self.shells.corners, axis=1).tolist()))}
+        rows = np.array([known.get(tuple(c), -1) for c in np.sort(segments, axis=1).tolist()])
+        shells = np.unique(np.concatenate([rows[rows >= 0], np.flatnonzero(np.isin(self.shells.part, parts))]))
+        whole = np.unique(self.shells.part[shells])
+        if (rows >= 0).all() and np.isin(self.shells.part, whole).sum() == len(shells):
+            return whole, segments[:0]
+        return parts, segments
 
     def _members(self, surfaces: np.ndarray, who: Field, depth: int = 0) -> tuple[np.ndarray, np.ndarray]:
         parts, segments = [np.empty(0, np.int64)], [np.empty((0, 4), np.int64)]
@@ -207,13 +289,13 @@ class StarterModel(Model):
             if kind == "SEG":
                 segments.append(corners_of(table(self.deck.parameters, rest(block, 1), SEGMENT)))
                 continue
-            ids = np.abs(self._numbers(block))
-            if kind == "PART":
-                parts.append(ids)
-            elif kind in ("MAT", "PROP"):
-                key = "material" if kind == "MAT" else "section"
-                parts.append(np.array([n for n, p in self.parts.items() if getattr(p, key) in ids], np.int64))
-            elif kind == "SURF" and depth < 16:
+            ids = self._numbers(block)
+            found = self._parts_by(kind, ids)
+            if found is not None:
+                parts.append(found)
+            elif kind in GROUPS:
+                segments += [self.shells.corners[self._elements(int(i), kind, who)] for i in np.abs(ids).tolist()]
+            elif kind == "SURF" and depth < DEEPEST:
                 more = self._members(ids, who, depth + 1)
                 parts.append(more[0])
                 segments.append(more[1])
@@ -222,12 +304,29 @@ class StarterModel(Model):
                 raise NOT_THERE(kind=why, number=int(number), who=who.shown, place=who.place)
         return np.unique(np.concatenate(parts)), np.concatenate(segments)
 
+    def _ranges(self, block: Block, known: np.ndarray) -> np.ndarray:
+        """Those of the known ids that lie in ranges: first, last and step of each line."""
+        cards, found = self.cards(block), np.zeros(len(known), bool)
+        while cards.left:
+            first, last, step = (one.whole for one in cards.card("range", "first last step").values())
+            found |= (known >= first) & (known <= last) & ((known - first) % max(step, 1) == 0)
+        return known[found]
+
     def _numbers(self, block: Block) -> np.ndarray:
         cards, ids = self.cards(block), []
         while cards.left:
             row = cards.card("ids", " ".join(f"item_ID{k}" for k in range(1, 11)))
             ids += [one.whole for one in row.values() if not one.is_blank]
         return np.array([i for i in ids if i], np.int64)
+
+
+def smoothed(points: np.ndarray) -> np.ndarray:
+    """Points (n, 2) of /FUNCT_SMOOTH, whose slope and curvature are 0 at each, with points between."""
+    share = np.linspace(0.0, 1.0, FINE, endpoint=False)
+    risen = share**3 * (10.0 - 15.0 * share + 6.0 * share**2)
+    way = np.stack([share, risen], axis=1)
+    inner = [a + way * (b - a) for a, b in pairwise(points)]
+    return np.concatenate([*inner, points[-1:]]) if len(points) else points
 
 
 def directions(trarot: Field) -> np.ndarray:

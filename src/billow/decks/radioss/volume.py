@@ -51,8 +51,8 @@ def _volume(context: Context, block: Block) -> tuple[Airbag, Cards]:
     f = card(context, cards, KEY, "surface")
     parts, segments = model.surface(f["surf_IDex"].whole, f["surf_IDex"])
     mapped(context, f["surf_IDex"], f"parts {', '.join(map(str, parts.tolist()))}" if len(parts) else "segments")
-    if len(segments) and len(parts):
-        raise f["surf_IDex"].bad("a surface of parts and of segments: make the segments shells of a part")
+    if len(segments):
+        segments = np.concatenate([model.shells.corners[np.isin(model.shells.part, parts)], segments])
     found = Airbag(block, None if len(segments) else parts, (segments, f["surf_IDex"].place) if len(segments) else None,
                    f["surf_IDex"].place)  # fmt: skip
     if f["Hconv"].number:
