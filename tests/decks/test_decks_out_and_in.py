@@ -22,6 +22,7 @@ from billow.decks.import_deck import Options, import_deck
 from billow.decks.keyword_file import Deck
 from billow.decks.tables import Model
 from billow.decks.units import SYSTEMS
+from billow.geometry.shapes.pose import rotation_matrix
 from billow.run.simulate import simulate
 
 SMOKE = {"molar_mass": 0.028, "a": 29.0, "b": 1e-3, "c": -1e-7}
@@ -375,3 +376,70 @@ def test_what_would_open_the_bag_otherwise_is_refused(key, table, tmp_path):
     made = Case.from_dict({"bag": {"element_size": 0.06, key: [table]}})
     with pytest.raises(InputError, match=rf"E-DCK-020(.|\n)*bag\.{key}"):
         export_deck(made, tmp_path / "a.k")
+
+
+STRAPS = {
+    "tethers": {"count": 4, "length": 0.28},  # slack: the start is flat
+    "of their own": {"count": 2, "length": "start", "stiffness": 9e3, "width": 0.04},
+    "tense": {"count": 3, "length": 0.03, "stiffness": 9e3},
+}
+
+
+@pytest.mark.parametrize("units", ["kg-mm-ms", "lbf-in-s"])
+@pytest.mark.parametrize("straps", STRAPS.values(), ids=list(STRAPS))
+def test_straps_come_back_as_bars_of_the_same_length_stiffness_and_mass(straps, units, tmp_path):
+    made = Case.from_dict({**CASE, "bag": {**CASE["bag"], "straps": straps}})
+    notes = export_deck(made, tmp_path / "bag.k", units)
+    report = import_deck(tmp_path / "bag.k", tmp_path / "case", Options(units=units))
+    assert not report.of("refused")
+    before, after = (build_model(c).straps for c in (made, Case.load(tmp_path / "case" / "case.toml")))
+    rows = []
+    for one in (before, after):
+        order = np.lexsort((one.bars[:, 1], one.bars[:, 0]))
+        rows.append([one.bars[order], one.length[order], one.stiffness[order], one.mass[order]])
+    assert np.array_equal(rows[0][0], rows[1][0])
+    assert rows[1][1] == pytest.approx(rows[0][1], rel=1e-9)
+    assert rows[1][2] == pytest.approx(rows[0][2], rel=1e-9)
+    springs = any("springs, without mass" in note for note in notes)
+    assert springs == (straps["length"] == 0.03)
+    if not springs:
+        assert rows[1][3] == pytest.approx(rows[0][3], rel=1e-9)
+
+
+PUSH = {"kind": "travel", "direction": [0.0, 0.0, 1.0], "travel": {"time": [0.0, 0.02], "value": [0.0, 0.03]}}
+
+
+@pytest.mark.parametrize(
+    ("table", "count"),
+    [
+        ({"shape": "housing", "inner": [0.3, 0.2], "depth": 0.06, "place": [0.02, 0.0, -0.1], "turn": 30.0}, 5),
+        ({"shape": "housing", "inner": [0.3, 0.2], "depth": 0.06, "floor": False, "normal": [0.0, 1.0, 1.0]}, 4),
+        ({"shape": "box", "size": [0.2, 0.1, 0.05], "place": [0.0, 0.0, 0.4], "motion": PUSH}, 1),
+    ],
+)
+def test_boxes_and_housings_are_written_as_rigid_parts(table, count, tmp_path):
+    """Their triangles lie on the surfaces of the boxes, and as many obstacles stand or move alike."""
+    made = Case.from_dict({**CASE, "obstacles": [{**table, "name": "tin", "edge": 0.004}]})
+    notes = export_deck(made, tmp_path / "bag.k")
+    assert any("rigid parts, one for each" in note for note in notes) == (count > 1)
+    report = import_deck(tmp_path / "bag.k", tmp_path / "case")
+    assert not report.of("refused")
+    back = Case.load(tmp_path / "case" / "case.toml").obstacles
+    assert [o.name for o in back] == (["tin"] if count == 1 else [f"tin_{k}" for k in range(1, count + 1)])
+    carried, _, start = made.obstacles[0].build()
+    turn = rotation_matrix(start.quaternion)
+    for box, obstacle in zip(carried, back, strict=True):
+        (mesh,), _, stands = obstacle.build()
+        points = mesh.shape.points @ rotation_matrix(stands.quaternion).T + mesh.centre + stands.centre
+        own = (points - start.centre) @ turn - box.centre
+        assert np.abs(box.shape.level(own)).max() < 1e-9
+        assert np.ptp(own, axis=0) == pytest.approx(2.0 * np.asarray(box.shape.half), rel=1e-9)
+        assert obstacle.locked
+        assert obstacle.motion.kind == table.get("motion", {"kind": "none"})["kind"]
+
+
+def test_a_housing_on_a_rail_is_left_out_with_a_word(tmp_path):
+    rail = {"kind": "guided", "direction": [0.0, 0.0, 1.0], "mass": 1.0}
+    tin = {"shape": "housing", "name": "tin", "inner": [0.3, 0.2], "depth": 0.06, "motion": rail}
+    notes = export_deck(Case.from_dict({**CASE, "obstacles": [tin]}), tmp_path / "bag.k")
+    assert any("obstacles.tin: left out" in note for note in notes)

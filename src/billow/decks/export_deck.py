@@ -12,18 +12,14 @@ import numpy as np
 
 from billow.case.bag.build_bag import build_shape
 from billow.case.fabric.schema_fabric import Cloth
-from billow.case.obstacles.motion import unit_vector
-from billow.case.obstacles.obstacles import Movable, Plate, SuperEllipsoid
 from billow.case.schema import Case
 from billow.decks.deck_text import DeckText
+from billow.decks.export_bodies import put_bodies
 from billow.decks.export_gas import NOT_EXPORTED, put_gas
 from billow.decks.export_nodes import put_nodes
-from billow.decks.tables import HELD
+from billow.decks.export_straps import put_straps
 from billow.decks.units import SYSTEMS
 from billow.geometry.bag_shapes import BagShape
-from billow.geometry.shapes.mesh import mass_properties
-from billow.geometry.shapes.pose import rotation_matrix
-from billow.geometry.shapes.triangulated import triangulated
 
 LEAK_CODES = {"wang-nefske": 1, "graefe": 3, "porous-medium": 5, "velocity-curve": 7}
 FACTOR_UNITS = {"porous-medium": "per velocity", "velocity-curve": "velocity"}
@@ -31,8 +27,6 @@ NOT_IN_A_DECK = {
     "tear_seams": "seams that tear are not written; without them the bag would open otherwise",
     "covers": "what holds the bag back at first is not written; without it the bag would open otherwise",
 }
-ROUGH = 2
-"""Fineness of triangulated obstacles: 320 triangles, if they are round."""
 
 
 def export_deck(case: Case, path: str | Path, units: str = "kg-mm-ms") -> list[str]:
@@ -65,14 +59,13 @@ def deck_of(case: Case, units: str) -> tuple[str, list[str]]:
     _materials(deck, case, shape, notes)
     put_gas(deck, case, shape, vents, notes)
     put_nodes(deck, case, shape)
-    _obstacles(deck, case, shape, notes)
+    part = put_bodies(deck, case, shape, notes)
     if case.fabric.self_contact:
         deck.keyword("CONTACT_AIRBAG_SINGLE_SURFACE")
         deck.card(1, 0, 2, 0, 0, 0, 0, 0)
         deck.card(case.fabric.friction, 0.0)
         deck.card(0.0)
-    if shape.straps:
-        notes.append("bag.straps: left out; write them as seat belts or discrete elements")
+    put_straps(deck, case, shape, part, notes)
     return str(deck), notes
 
 
@@ -251,133 +244,3 @@ def _leakage(
     flc = factor(law.time_factor, "time", "-")
     fac = factor(law.pressure_factor, "pressure", FACTOR_UNITS.get(law.law, "-"))
     return (flc, fac, fvopt), law.through_blocked if law.blockage else 0.0
-
-
-def _obstacles(deck: DeckText, case: Case, shape: BagShape, notes: list[str]) -> None:
-    part, shell = len(shape.surface.part_names), shape.surface.triangle_count
-    for obstacle in case.obstacles:
-        part += 1
-        if isinstance(obstacle, Plate):
-            _wall(deck, obstacle, part, notes)
-        elif isinstance(obstacle, Movable):
-            shell = _body(deck, obstacle, part, shell, notes)
-        else:
-            notes.append(f"obstacles.{obstacle.name}: its shape is not written")
-
-
-def _wall(deck: DeckText, plate: Plate, part: int, notes: list[str]) -> None:
-    """A plane; one that moves by its own card, or as a flat face without end."""
-    motion, normal = plate.motion, unit_vector(plate.normal)
-    tail = np.array([*plate.offset, plate.height])
-    face = [deck.of(v, "length") for v in (*tail, *(tail + normal))] + [plate.friction]
-    if motion.kind in ("travel", "speed"):
-        across = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
-        deck.keyword("RIGIDWALL_GEOMETRIC_FLAT_MOTION_ID")
-        deck.text(f"{part + 1000:>20}{plate.name}")
-        deck.card(0, 0, 0, 0.0)
-        deck.card(*face)
-        deck.card(*[deck.of(v, "length") for v in tail + across], 0.0, 0.0)
-        _wall_motion(deck, motion, plate.name)
-        return
-    sliding = motion.kind == "guided"
-    along = sliding and float(unit_vector(motion.direction) @ normal) > 1.0 - 1e-12 and motion.force == 0.0
-    if sliding and not along:
-        notes.append(f"obstacles.{plate.name}.motion: a guided plate is written only along its normal, without force")
-    deck.keyword("RIGIDWALL_PLANAR_MOVING_ID" if along else "RIGIDWALL_PLANAR_ID")
-    deck.text(f"{part + 1000:>20}{plate.name}")
-    deck.card(0, 0, 0, 0.0, 0.0)
-    deck.card(*face, 0.0)
-    if along:
-        deck.card(deck.of(motion.mass, "mass"), deck.of(motion.speed, "velocity"))
-
-
-def _wall_motion(deck: DeckText, motion, name: str) -> None:
-    """The card of motion of a geometric wall, and its curve."""
-    # The curve comes after the wall: a card must follow its keyword.
-    deck.card(deck.curves + 1, 1 if motion.kind == "travel" else 0, *unit_vector(motion.direction).tolist())
-    deck.course(motion, name)
-
-
-def _body(deck: DeckText, obstacle: Movable, part: int, shell: int, notes: list[str]) -> int:
-    """A sphere that is locked as a rigid wall, anything else as a rigid part of triangles; the last shell's number."""
-    (carried,), rigid, start = obstacle.build()
-    motion = obstacle.motion
-    radii = getattr(carried.shape, "radii", np.zeros(3))
-    is_ball = isinstance(obstacle, SuperEllipsoid) and obstacle.degree == 2.0 and np.ptp(radii) == 0.0
-    if is_ball and obstacle.locked and motion.kind != "guided":
-        moves = motion.kind != "none"
-        deck.keyword("RIGIDWALL_GEOMETRIC_SPHERE_MOTION_ID" if moves else "RIGIDWALL_GEOMETRIC_SPHERE_ID")
-        deck.text(f"{part + 1000:>20}{obstacle.name}")
-        deck.card(0, 0, 0, 0.0)
-        head = start.centre + np.array([0.0, 0.0, radii[2]])
-        ends = [deck.of(v, "length") for v in (*start.centre, *head)]
-        deck.card(*ends, obstacle.friction)
-        deck.card(deck.of(float(radii[0]), "length"))
-        if moves:
-            _wall_motion(deck, motion, obstacle.name)
-        return shell
-    points, triangles = triangulated(carried.shape, ROUGH)
-    turn = rotation_matrix(start.quaternion)
-    points = (points + carried.centre) @ turn.T + start.centre
-    first = deck.node_block(points)
-    deck.keyword("ELEMENT_SHELL")
-    for k, (a, b, c) in enumerate((triangles + first + 1).tolist(), 1):
-        deck.card(shell + k, part, a, b, c, c)
-    free = not obstacle.locked
-    deck.keyword("PART_INERTIA" if free else "PART")
-    deck.text(obstacle.name)
-    deck.card(part, part, part, 0, 0, 0, 0, 0)
-    if free:
-        tensor = turn @ np.diag(rigid.inertia) @ turn.T
-        deck.card(*[deck.of(v, "length") for v in start.centre], deck.of(rigid.mass, "mass"), 0, 0)
-        deck.card(*[deck.of(tensor[i, j], "inertia") for i, j in ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))])
-        speeds = [deck.of(v, "velocity") for v in obstacle.velocity]
-        deck.card(*speeds, *[deck.of(w, "frequency") for w in obstacle.spin])
-    area, *_ = mass_properties(points, triangles, is_sheet=True)
-    thickness = getattr(obstacle, "thickness", 1e-3)
-    deck.keyword("SECTION_SHELL")
-    deck.card(part, 2, 1.0, 2, 1.0, 0, 0, 1)
-    deck.card(*[deck.of(thickness, "length")] * 4)
-    mass = motion.mass if motion.kind == "guided" else rigid.mass
-    deck.keyword("MAT_RIGID")
-    deck.card(part, deck.of(mass / (area * thickness), "density"), deck.of(1e9, "pressure"), 0.3)
-    deck.card(*_constraint(obstacle, notes))
-    deck.card(0.0)
-    if isinstance(obstacle, SuperEllipsoid):
-        notes.append(f"obstacles.{obstacle.name}: a rigid shell of {len(triangles)} triangles")
-    _motion(deck, obstacle, part)
-    return shell + len(triangles)
-
-
-def _constraint(obstacle: Movable, notes: list[str]) -> tuple[float, int, int]:
-    """CMO, CON1, CON2 of a rigid part."""
-    if obstacle.motion.kind == "none":
-        return (1.0, 7, 7) if obstacle.locked else (0.0, 0, 0)
-    across = "".join(axis for axis, v in zip("xyz", obstacle.motion.direction, strict=True) if not v)
-    if obstacle.motion.kind == "guided" and len(across) < 2:
-        notes.append(f"obstacles.{obstacle.name}.motion: guided along no axis of a deck; it is free to move there")
-        return 1.0, 0, 7
-    return 1.0, next(code for code, held in HELD.items() if set(held) == set(across)), 7
-
-
-def _motion(deck: DeckText, obstacle: Movable, part: int) -> None:
-    """What moves a rigid part: a motion that is prescribed, or speed and force along its rail."""
-    motion, direction = obstacle.motion, np.zeros(3)
-    if motion.kind != "none":
-        direction = unit_vector(motion.direction)
-    if motion.kind == "guided" and motion.speed:
-        deck.keyword("INITIAL_VELOCITY_RIGID_BODY")
-        deck.card(part, *[deck.of(v, "velocity") for v in motion.speed * direction], 0.0, 0.0, 0.0)
-    ways = [(axis, share) for axis, share in enumerate(direction.tolist(), 1) if share]
-    if motion.kind in ("travel", "speed"):
-        curve = deck.course(motion, obstacle.name)
-        deck.keyword("BOUNDARY_PRESCRIBED_MOTION_RIGID")
-        for axis, share in ways:
-            deck.card(part, axis, 2 if motion.kind == "travel" else 0, curve, share)
-    elif motion.kind == "guided" and motion.force != 0.0:
-        force = motion.force
-        time, values = ([0.0, 1.0], [force, force]) if isinstance(force, float) else (force.time, force.value)
-        curve = deck.curve(time, values, "time", "force", f"{obstacle.name} force")
-        deck.keyword("LOAD_RIGID_BODY")
-        for axis, share in ways:
-            deck.card(part, axis, curve, share)

@@ -39,7 +39,14 @@ def put_straps(context: Context, bag: BagMesh) -> None:
                 if min(ends) < 0 or ends[0] == ends[1]:
                     left_out += 1
                     continue
-                length = float(np.linalg.norm(np.subtract(*bag.start.points[ends])))
+                apart = float(np.linalg.norm(np.subtract(*bag.start.points[ends])))
+                # A positive offset of a spring is tension at the start; the slack of a belt is what it lacks of that.
+                beyond = 0.0
+                if keyword == "ELEMENT_DISCRETE":
+                    beyond = -context.units.si(float(rows["offset"][k]), "length")
+                elif keyword == "ELEMENT_SEATBELT":
+                    beyond = context.units.si(float(rows["slack"][k]), "length")
+                length = apart + beyond
                 part = int(rows["pid"][k]) + shift(block, "part")
                 found = _cloth(context, part, length)
                 if found is None:
@@ -47,12 +54,6 @@ def put_straps(context: Context, bag: BagMesh) -> None:
                     continue
                 stiffness, per_length, pushes = found
                 stiffness *= float(rows["scale"][k] or 1.0) if keyword == "ELEMENT_DISCRETE" else 1.0
-                # A positive offset of a spring is tension at the start; the slack of a belt is what it lacks of that.
-                beyond = 0.0
-                if keyword == "ELEMENT_DISCRETE":
-                    beyond = -context.units.si(float(rows["offset"][k]), "length")
-                elif keyword == "ELEMENT_SEATBELT":
-                    beyond = context.units.si(float(rows["slack"][k]), "length")
                 key = (part, round(stiffness, 9), per_length, beyond, length if beyond < 0.0 else 0.0)
                 groups[key].append(ends)
                 sources.setdefault(key, f"{rows.place(k)} {keyword}")
@@ -74,7 +75,7 @@ def _strap(context: Context, key: tuple, bars: list[list[int]], source: str) -> 
     areal = fabric.get("density", 800.0) * fabric.get("thickness", 3e-4)
     made["width"] = float(np.clip(len(bars) * per_length / areal, NARROWEST, WIDEST))
     if beyond < 0.0:
-        return made | {"length": length + beyond}
+        return made | {"length": length}
     return made | ({"slack": beyond} if beyond else {})
 
 
@@ -85,7 +86,8 @@ def _node(bag: BagMesh, number: int) -> int:
 
 
 def _cloth(context: Context, part: int, length: float) -> tuple[float, float, bool] | None:
-    """Tension per strain [N], mass per length [kg/m], and whether it also pushes, of a part's elements of a length [m];
+    """Tension per strain [N], mass per length [kg/m], and whether it also pushes, of a part's elements of a length [m]
+    without tension;
     None if its material is no strap."""
     found = material_of(context.model, part)
     if found is None:
