@@ -127,7 +127,8 @@ metric system, and every number to 1e-6. Folded bags are written as they lie, wi
 vary, beside seams, with a thickness of their own. Straps become seat belts; those that pull at the start,
 springs. Bodies other than balls become rigid shells of triangles, housings one for each of their boxes. The command
 lists what a deck cannot hold: jets of uniform pressure, mixtures and heats of gases beyond A + B T + C T^2, the tension
-at which a strap tears. Bags of several chambers, with covers or seams that tear, or that come to rest first are refused.
+at which a strap tears. Bags of several chambers, with covers or seams that tear, or that come to rest first are
+refused.
 
 Results go the other way, too: `billow export-d3plot RUN --out d3plot` writes positions and velocities of all frames as
 a d3plot, with the extra `dyna` (pip install 'billow[dyna]'). Its parts are numbered; the command says which is which.

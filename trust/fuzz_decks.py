@@ -155,7 +155,7 @@ bag
          3         3         0
 /PART/4
 vent
-         3         4         0
+         3         4         8
 /PROP/TYPE9/3
 fabric
          4         4         2
@@ -178,9 +178,26 @@ bag
 /SURF/SURF/2
 vents
          5
-/SURF/PART/5
+/SURF/GRSH3N/5
 vent
-         4
+         6
+/GRSH3N/GENE/6
+vent
+         4         4
+/SUBSET/7
+all
+         8
+/GRNOD/SUBSET/11
+all
+         7
+/GRSHEL/SHEL/3
+quads
+         3
+/FUNCT_SMOOTH/25
+soft
+                 0.0                 2.0                 0.0                 0.0
+                 0.0                 0.0
+                10.0                 1.0
 /MAT/GAS/MASS/11
 hot gas
                0.028
@@ -301,7 +318,7 @@ throw
                  0.0         0
 /IMPVEL/3
 push
-        24         Y         0         0         8         0         0
+        25         Y         0         0         8         0         0
                  1.0                 0.5                 0.0              1.0E30
 /BCS/9
 rail
@@ -310,6 +327,121 @@ rail
 down
         24         Z         0         0         0                           1.0             -9.8E-3
 /END
+"""
+HYBRID = TETRAHEDRON[TETRAHEDRON.index("*AIRBAG_HYBRID") : TETRAHEDRON.index("*AIRBAG_SHELL_REFERENCE")]
+SOURCES = """*DEFINE_VECTOR
+11,0,0,0,0,0,1
+*NODE
+21,130,100,10
+22,70,100,10
+23,100,130,10
+*DEFINE_CURVE
+6
+0,0.5
+100,0.5
+"""
+AIRBAGS = [
+    """*AIRBAG_PARTICLE_MPP_MOLEFRACTION_TIME_ID
+2,1,1
+7,a bag
+0,1e20
+1,1,0,0,2,1,0,0
+5000,0,1,293,1.01e-4,0,40,1e10
++1e10,1,0.1
+1,2,3
+3,0,1e-6
+1.01e-4,293,0.029,29,0,0
+1
+6,2,0.028,29,0,0,1
+6,2,0.044,37,0,0,1
+21,12.5,11,,1
+22,12.5,11,,1
+23,12.5,11,30,1
+""",
+    """*AIRBAG_WANG_NEFSKE_JETTING_POP_CM
+1,1
+718,1005,600,2,1
+0.7,,20,,0.1,,3
+1.01e-4,1.2e-9,1,0,2e-6,5e-5
+
+3,0,0,9,9,1,0,7
+100,100,0,100,100,10,0.3,1
+0,0,0,0,0
+1
+""",
+    """*AIRBAG_WANG_NEFSKE_MULTIPLE_JETTING
+1,1
+0,0,600,0,1
+0,6,20
+1.01e-4,1.2e-9,1
+
+293,29,1e-3,0.028,8.314,0
+100,100,0,100,100,10,6,1
+0,0,0,0,0
+""",
+    """*AIRBAG_ALE
+1,1,,,,,0,0
+293,1.01e-4,,8.314,1,0,0
+4,4,0.1,0.1,0.3,0,2,0.1
+0,0,0,0
+10,10,10,0,1
+-100,-100,-100,400,-100,-100
+-100,400,-100,-100,-100,400
+15,,0.1,1,1,3,0,2
+,,,0.028,1,29,0,0
+1,,,0.03,,31,1e-3,0
+21,11,12.5
+22,11,12.5
+23,11,12.5
+""",
+    """*AIRBAG_ADVANCED_ALE
+1,1,1
+293,1.01e-4
+*DEFINE_ALEBAG_BAG_TITLE
+the bag
+1,1,PSET,YES,1,0.6,0,1
+4,4,0.1,0.1,0.3,0,2,0.1
+0,0,1e10
+*DEFINE_ALEBAG_HOLE
+5,3,1,1,0,0,0,1
+*DEFINE_ALEBAG_INFLATOR
+2,,,,1,3,0,2
+1,,,0.03,,31,1e-3,0
+21,11,12.5
+22,11,12.5
+23,11,12.5
+""",
+    "*AIRBAG_SIMPLE_AIRBAG_MODEL\n1,1\n718,1005,600,1,0.7,20,1.01e-4,1.2e-9\n",
+    "*AIRBAG_ADIABATIC_GAS_MODEL\n1,1\n1,0,1.4,2e-5,1.01e-4,1.2e-9\n",
+    "*AIRBAG_SIMPLE_PRESSURE_VOLUME\n1,1\n1e-5,2,0,0\n",
+]
+"""Other gases of the same bag."""
+BELTS = """*ELEMENT_SEATBELT
+1,8,2,3,0,7.0
+*ELEMENT_DISCRETE
+1,7,1,4,0,1.0,0,5.0
+*PART
+belt
+8,8,8
+spring
+7,7,7
+*MAT_SEATBELT
+8,6e-5,5
+*MAT_SPRING_ELASTIC
+7,0.01
+*CONTACT_AUTOMATIC_SURFACE_TO_SURFACE_MPP_ID
+4
+0,200
+&,0,1,0
+1,2,3,3
+0.35,0.35
+1,1
+*RIGIDWALL_GEOMETRIC_CYLINDER_MOTION
+0
+30,30,900,30,30,1200,0.1
+100,300,1
+50,20
+5,1,0,0,-1
 """
 INCLUDED = "/SURF/SEG/9\nmore\n         1         1         3         2\n"
 FIELDS = [
@@ -331,10 +463,11 @@ class NoLineNamed(Exception):
 
 
 def decks(attempt: Attempt, count: int, random: Random, bench: Bench) -> None:
-    """Decks in standard and LONG format, of uniform and of particle gas."""
+    """Decks in standard and LONG format, of all kinds of airbag."""
     place = bench.place / "decks"
     place.mkdir()
     (place / "more.k").write_text(MORE)
+    kinds = [TETRAHEDRON.replace(HYBRID, gas + SOURCES + BELTS) for gas in AIRBAGS]
     sound = [TETRAHEDRON]
     for gas in ("uniform-pressure", "corpuscular"):
         bag = {"element_size": 0.1, "diameter": 0.5, "straps": {"count": 0}, "vents": {"count": 1}}
@@ -342,7 +475,11 @@ def decks(attempt: Attempt, count: int, random: Random, bench: Bench) -> None:
         sound.append(deck_of(case, "kg-mm-ms")[0])
     path = place / "bag.k"
     for number in range(count):
-        text = sound[0] if number % 2 else sound[1 + number // 2 % 2]
+        text = (
+            (kinds[number // 4 % len(kinds)] if number % 4 == 3 else sound[0])
+            if number % 2
+            else sound[1 + number // 2 % 2]
+        )
         data = _damaged(text, random)
         path.write_bytes(data)
         options = Options(

@@ -220,3 +220,35 @@ def test_the_unit_of_particles_counts_and_contradictions_are_asked_about(use):
     assert "says kg-m-s, which does not fit" in error.value.why
     _, report = use(cards.format(0))
     assert any("as UNIT at bag.k:" in remark for remark in report.remarks)
+
+
+ODD = {
+    "unevenly": (lambda k: k - k % 2 / 3, "not spaced evenly"),
+    "inwards": (lambda k: k, "do not blow away from the axis"),
+}
+
+
+@pytest.mark.parametrize("kind", list(ODD))
+def test_holes_that_are_no_ring_of_jets_are_a_diffuse_source(use, kind):
+    place, why = ODD[kind]
+    sign = -1.0 if kind == "inwards" else 1.0
+    more = "*NODE\n"
+    for k in range(6):
+        x, y = math.cos(place(k) * math.pi / 3), math.sin(place(k) * math.pi / 3)
+        more += f"{9001 + k},{300 + 30 * x!r},{300 + 30 * y!r},-90\n"
+        more += f"*DEFINE_VECTOR\n{9001 + k},0,0,0,{sign * x!r},{sign * y!r},1\n*NODE\n"
+    case, report = use(ALE.format("15"), with_mouth(), more, parts={3: "mouth"})
+    assert case.inflators[0].jets.count == 0
+    assert all(why in row.note for row in report.rows.values() if row.field.startswith("AIRBAG_ALE.NODEID"))
+
+
+def test_a_ring_beside_the_middle_of_the_mouth_is_said_to_be_moved(use):
+    aside = ring(-90.0)
+    rows = [line.split(",") for line in aside.split("*DEFINE")[0].splitlines()[1:]]
+    nodes = "".join(f"{n},{float(x) + 20},{y},{z}\n" for n, x, y, z in rows)
+    case, report = use(ALE.format("15"), with_mouth(), "*NODE\n" + nodes + "*DEFINE" + aside.split("*DEFINE")[1],
+                       parts={3: "mouth"})  # fmt: skip
+    assert case.inflators[0].jets.count == 6
+    assert {row.note for row in report.of("approximated") if "NODEID" in row.field} == {
+        "moved by 20 mm to the middle of the mouth"
+    }

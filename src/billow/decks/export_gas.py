@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from billow.base.errors import InputError
-from billow.case.gas.build_gas import GasNames, build_supply
+from billow.case.gas.build_gas import GasNames, build_supply, start_of_rim
 from billow.case.schema import Case
 from billow.decks.deck_text import DeckText
 from billow.geometry.bag_shapes import BagShape
@@ -191,10 +191,11 @@ def _mixed(species, shares) -> tuple[float, float, float, float]:
 def _ring(deck: DeckText, table, shape: BagShape, number: int) -> list[tuple]:
     """Nodes and vectors of a ring of jets in the mouth, and a card for each hole."""
     jets, axis = table.jets, shape.mouth_axis
-    side = shape.azimuths_from if shape.azimuths_from is not None else np.array([1.0, 0.0, 0.0])
+    side = shape.azimuths_from
+    if side is None:
+        mouth = shape.surface.triangles[shape.surface.triangles_of_kind("mouth")]
+        side = start_of_rim(mouth, shape.positions, axis)
     side = side - (side @ axis) * axis
-    if not np.linalg.norm(side) > 1e-9:
-        side = np.cross(axis, [0.0, 1.0, 0.0])
     u = side / np.linalg.norm(side)
     v = np.cross(axis, u)
     around = math.radians(jets.azimuth) + 2.0 * np.pi * np.arange(jets.count) / jets.count

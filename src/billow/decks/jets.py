@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
+from billow.case.gas.build_gas import start_of_rim
 from billow.decks.airbag_gas import Airbag
 from billow.decks.bag_mesh import BagMesh
 from billow.decks.cards import Field
@@ -14,6 +16,8 @@ from billow.decks.draft import said
 
 ROUND = 0.05
 """Share of the ring's radius by which orifices may lie beside it, and of angles in radians."""
+THINNEST = 1e-3
+"""Least radius [m] of a ring of a case: a single hole stands there."""
 ASIDE = math.radians(10.0)
 """Angle between a jet and the axis of the mouth up to which it counts as along the axis."""
 
@@ -24,11 +28,14 @@ def put_jets(context: Context, airbag: Airbag, bag: BagMesh) -> None:
     for number, rows in airbag.orifices.items():
         inflator = context.tables["inflator"][number]
         ring = _ring(context, rows, bag)
+        note = ring.pop("note", "") if isinstance(ring, dict) else ""
         for field, *_ in rows:
             if isinstance(ring, str):
                 report.approximated(field, f"a diffuse source stands for the orifices: {ring}", key="inflator.jets")
+            elif note:
+                report.approximated(field, note, f"ring of {ring['count']}", "inflator.jets")
             else:
-                report.mapped(field, f"ring of {ring['count']}", "inflator.jets", ring.pop("note", ""))
+                report.mapped(field, f"ring of {ring['count']}", "inflator.jets")
         if not isinstance(ring, str):
             inflator["jets"] = {key: said(value, rows[0][0]) for key, value in ring.items()}
     if airbag.jet:
@@ -56,52 +63,94 @@ def _put_jet(context: Context, f: dict[str, Field], bag: BagMesh) -> None:
         report.refused(f["BETA"], "the thrust of a jet is that of its mass and speed; there is no factor")
 
 
+@dataclass(frozen=True)
+class _Mouth:
+    """centre [m] (3,), axis into the bag, radius [m] of a disc of its area, and the direction across the axis from
+    which azimuths of a case count."""
+
+    centre: np.ndarray
+    axis: np.ndarray
+    radius: float
+    zero: np.ndarray
+
+    @classmethod
+    def of(cls, bag: BagMesh) -> _Mouth | str:
+        """The one mouth of a bag, or why there is none."""
+        mouths = [number for number, part in bag.parts.items() if part["kind"] == "mouth"]
+        if len(mouths) != 1:
+            return f"the bag has {len(mouths) or 'no'} mouth{'s' if mouths else ''}"
+        cells, points = bag.start.cells[bag.start.part == mouths[0]], bag.start.points
+        quads = cells[cells[:, 3] >= 0]
+        triangles = np.concatenate([cells[:, :3], quads[:, [0, 2, 3]]])
+        a, b, c = (points[triangles[:, k]] for k in range(3))
+        area = 0.5 * np.cross(b - a, c - a).sum(axis=0)
+        size = float(np.linalg.norm(area))
+        axis = -area / size
+        zero = start_of_rim(triangles, points, axis)
+        zero = zero - (zero @ axis) * axis
+        centre = points[np.unique(triangles)].mean(axis=0)
+        return cls(centre, axis, math.sqrt(size / math.pi), zero / np.linalg.norm(zero))
+
+    def across(self, arms: np.ndarray) -> np.ndarray:
+        """The part of vectors (n, 3) across the axis."""
+        return arms - (arms @ self.axis)[:, None] * self.axis
+
+    def azimuths(self, across: np.ndarray) -> np.ndarray:
+        """Angles [rad] of vectors (n, 3) across the axis."""
+        return np.arctan2(across @ np.cross(self.axis, self.zero), across @ self.zero)
+
+
 def _off_axis(focus: np.ndarray, along: np.ndarray, bag: BagMesh) -> str:
     """Why a jet from a point [m] in a direction is not one of the bag's mouth; empty if it is."""
-    mouths = [number for number, part in bag.parts.items() if part["kind"] == "mouth"]
-    if len(mouths) != 1:
-        return f"the bag has {len(mouths) or 'no'} mouth{'s' if mouths else ''}"
-    cells = bag.start.cells[bag.start.part == mouths[0]]
-    a, b, c, d = (bag.start.points[np.where(cells[:, k] < 0, cells[:, 2], cells[:, k])] for k in range(4))
-    area = 0.5 * np.cross(c - a, d - b).sum(axis=0)
-    points = bag.start.points[np.unique(cells[cells >= 0])]
-    radius = math.sqrt(np.linalg.norm(area) / math.pi)
-    axis = -area / np.linalg.norm(area)
+    mouth = _Mouth.of(bag)
+    if isinstance(mouth, str):
+        return mouth
     if not np.linalg.norm(along) > 0.0:
         return "its direction is not known"
-    off = math.acos(np.clip(along @ axis / np.linalg.norm(along), -1.0, 1.0))
+    off = math.acos(np.clip(along @ mouth.axis / np.linalg.norm(along), -1.0, 1.0))
     if off > ASIDE:
         return f"this one leans by {math.degrees(off):.3g} deg"
-    away = focus - points.mean(axis=0)
-    away = float(np.linalg.norm(away - (away @ axis) * axis))
-    return f"this one lies {1e3 * away:.3g} mm beside it" if away > radius else ""
+    away = float(np.linalg.norm(mouth.across((focus - mouth.centre)[None])))
+    return f"this one lies {1e3 * away:.3g} mm beside it" if away > mouth.radius else ""
 
 
 def _ring(context: Context, rows, bag: BagMesh) -> dict | str:
     """Keys of the jets, or why there are none."""
-    if not any(part["kind"] == "mouth" for part in bag.parts.values()):
-        return "the bag has no mouth that would carry them"
-    if len(rows) < 3:
-        return f"{len(rows)} of them make no ring"
+    mouth, count = _Mouth.of(bag), len(rows)
+    if isinstance(mouth, str):
+        return mouth
     model = context.model
     at = model.nodes.rows(np.array([r[1] for r in rows]), rows[0][0].shown, rows[0][0].place)
     points = model.nodes.points[at] * context.units.length
     vectors = np.array([context.vector(r[3]) for r in rows])
-    centre = points.mean(axis=0)
-    axis = np.linalg.svd(points - centre)[2][2]
-    mean = vectors.sum(axis=0)
-    axis = axis if mean @ axis >= 0.0 else -axis
-    arms = points - centre
-    radius = np.linalg.norm(arms, axis=1)
-    if not radius.min() > 1e-3 or np.ptp(radius) > ROUND * radius.mean():
-        return "they do not lie on a circle"
-    if not (np.linalg.norm(vectors, axis=1) > 0.0).all():
+    length = np.linalg.norm(vectors, axis=1)
+    if not (length > 0.0).all():
         return "their directions are not known"
-    angle = np.arccos(np.clip(vectors @ axis / np.linalg.norm(vectors, axis=1), -1.0, 1.0))
+    vectors /= length[:, None]
+    angle = np.arccos(np.clip(vectors @ mouth.axis, -1.0, 1.0))
     if np.ptp(angle) > ROUND or angle.mean() > math.radians(89.0):
-        return "they blow at different angles, or backwards"
+        return "they blow at different angles from the axis of the mouth, or backwards"
+    middle = mouth.centre if count == 1 else points.mean(axis=0)
+    arms, tilt = mouth.across(points - middle), mouth.across(vectors)
+    radius = np.linalg.norm(arms, axis=1)
+    if count > 1 and (not radius.min() > THINNEST or np.ptp(radius) > ROUND * radius.mean()):
+        return "they do not lie on a circle"
+    leans = angle.mean() > ROUND
+    out = tilt if leans else arms
+    if leans and radius.min() > ROUND * mouth.radius:
+        agree = (arms * tilt).sum(axis=1) / (radius * np.linalg.norm(tilt, axis=1))
+        if agree.min() < math.cos(ASIDE):
+            return "they do not blow away from the axis of the mouth"
+    way = np.exp(1j * count * mouth.azimuths(out)).mean()
+    if count > 1 and abs(way) < 0.9:
+        return "they are not spaced evenly"
     area, cone = float(np.mean([r[2] for r in rows])), float(np.mean([r[4] for r in rows]))
-    return {
-        "count": len(rows), "ring_radius": float(radius.mean()), "hole_diameter": math.sqrt(4.0 * area / math.pi),
-        "angle": math.degrees(float(angle.mean())), "cone": cone,
+    aside = float(np.linalg.norm(mouth.across((middle - mouth.centre)[None])))
+    found = {
+        "count": count, "ring_radius": max(float(radius.mean()), THINNEST),
+        "hole_diameter": math.sqrt(4.0 * area / math.pi), "angle": math.degrees(float(angle.mean())), "cone": cone,
+        "azimuth": math.degrees(float(np.angle(way))) / count,
     }  # fmt: skip
+    if aside > ROUND * mouth.radius:
+        found["note"] = f"moved by {1e3 * aside:.3g} mm to the middle of the mouth"
+    return found
