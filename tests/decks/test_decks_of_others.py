@@ -53,14 +53,14 @@ class Pillow:
     """Two square panels of quads sewn at their edges, in mm; part 1 below, part 2 above. What a test changes are its
     points, cells and parts."""
 
-    def __init__(self):
-        s = np.linspace(0.0, SIDE, ROWS + 1)
+    def __init__(self, rows: int = ROWS):
+        s = np.linspace(0.0, SIDE, rows + 1)
         x, y = (a.ravel() for a in np.meshgrid(s, s))
         bump = 100.0 * np.sin(np.pi * x / SIDE) * np.sin(np.pi * y / SIDE)
         rim = (x == 0) | (y == 0) | (x == SIDE) | (y == SIDE)
-        n = ROWS + 1
-        low = np.array([[j * n + i, j * n + i + 1, (j + 1) * n + i + 1, (j + 1) * n + i] for j in range(ROWS)
-                        for i in range(ROWS)])  # fmt: skip
+        n = rows + 1
+        low = np.array([[j * n + i, j * n + i + 1, (j + 1) * n + i + 1, (j + 1) * n + i] for j in range(rows)
+                        for i in range(rows)])  # fmt: skip
         upper = np.arange(n * n)
         upper[~rim] = n * n + np.arange((~rim).sum())
         self.points = np.concatenate([np.column_stack([x, y, -bump]), np.column_stack([x, y, bump])[~rim]])

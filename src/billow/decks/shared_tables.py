@@ -53,6 +53,15 @@ def rest_of_base(context: Context, base: dict[str, Any], needs_gas: bool, path: 
             context.tables[name] = table
 
 
+def _without_jets(context: Context) -> None:
+    """The inflators of the other case without jets: a bag without a mouth has nothing to carry them."""
+    given = context.tables.get("inflator") or []
+    for one in [given] if isinstance(given, dict) else given:
+        if one.get("jets", {}).get("count", 1):
+            one["jets"] = {"count": 0}
+            context.report.remarks.append("the bag has no mouth: the gas of the inflator comes in without jets")
+
+
 def put_bag_tables(context: Context, bag: BagMesh) -> None:
     """The `[bag]` table: files, parts, and what others put there."""
     if bag.birth is not None and bag.birth.number and "birth_time" not in context.tables["bag"]:
@@ -61,6 +70,8 @@ def put_bag_tables(context: Context, bag: BagMesh) -> None:
     has_vent = any(part["kind"] == "vent" for part in bag.parts.values())
     if not has_vent:
         own.pop("vents", None)
+    if context.airbag is None and not any(part["kind"] == "mouth" for part in bag.parts.values()):
+        _without_jets(context)
     table: dict[str, Any] = {"shape": "mesh", "start": "start.vtkhdf"}
     if bag.reference is not None:
         table["reference"] = Said("reference.vtkhdf", bag.reference_source)
