@@ -1,7 +1,7 @@
 """Every command and every snippet of the pages runs, as it stands there; only smaller, so that it takes seconds.
 
 Blocks without a language are lines of a shell; `toml` is a case, a study, a tank test, or a file that the sentence
-before names; `text` is not run, but for the table of a test. docs/design.md and docs/decks.md have tests of their own.
+before names; `text` is not run, but for the table of a test. Some pages have tests of their own.
 """
 
 from __future__ import annotations
@@ -25,7 +25,10 @@ from billow.run.check import describe
 from billow.study.definition import StudyDefinition
 
 ROOT = Path(__file__).parents[2]
-ELSEWHERE = {"design": "tests/design/test_page.py", "decks": "tests/decks/test_decks_page.py"}
+ELSEWHERE = {
+    "design": "tests/design/test_page.py", "decks": "tests/decks/test_decks_page.py",
+    "dyna_results": "tests/study/test_dyna_page.py",
+}  # fmt: skip
 
 GIVEN = {
     "README": ("demo",),
@@ -278,5 +281,5 @@ def test_no_page_with_code_is_left_out():
 
 def test_every_tutorial_is_linked_from_the_quickstart():
     index = (ROOT / "docs" / "quickstart.md").read_text(encoding="utf-8")
-    tutorials = ("first_bag", "own_mesh", "study_to_surrogate", "which_gas", "good_run")
+    tutorials = ("first_bag", "own_mesh", "study_to_surrogate", "dyna_results", "which_gas", "good_run")
     assert [name for name in tutorials if f"({name}.md)" not in index] == []
