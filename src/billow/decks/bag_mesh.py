@@ -14,6 +14,7 @@ from billow.decks.flat_reference import NO_SURFACE, reference_of
 from billow.decks.report import Report
 from billow.decks.tables import Model
 from billow.decks.units import Units
+from billow.geometry import mesh_file
 from billow.geometry.mesh_file import CellMesh
 from billow.geometry.mesh_repair import (
     crowded,
@@ -110,6 +111,9 @@ def bag_mesh(
         corners, rows, part = _of_segments(shells, segments[0])
     if not len(rows):
         raise NO_SURFACE(place=place, why="its set names no shells of the deck")
+    if len(rows) > mesh_file.MOST_CELLS:
+        why = f"it has {len(rows)} shells; at most {mesh_file.MOST_CELLS} are allowed"
+        raise NO_SURFACE(place=place, why=why, remedy="take out of its set what is no fabric of the bag")
     cell_place = [shells.place(r) if r >= 0 else place for r in (rows[0], rows[-1])]
     kinds = _kinds(model, np.unique(part[rows >= 0]), vents, choices, place)
     outside = -1 if (part < 0).any() else None
