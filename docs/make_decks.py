@@ -71,7 +71,7 @@ within `--merge` metres. The command prints the tolerance.
 shells is refused with its place and shells.
 
 **Several airbags.** If *AIRBAG_INTERACTION joins them they become chambers of one case, with orifices between them; a
-part of both sets is the wall between two. Otherwise `--airbag 2` takes the second.
+part of both sets is the wall between two, or an opening if the interaction names it and it is no fabric. Otherwise `--airbag 2` takes the second.
 
 **A deck of a mesh alone.** What it does not say comes from a case: `--base CASE.toml`, with the bag's parts by
 `--part`.

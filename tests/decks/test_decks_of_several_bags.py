@@ -87,6 +87,46 @@ def test_a_part_gives_the_area_and_one_bag_can_still_be_chosen(use, tmp_path):
     assert len(Case.load(tmp_path / "one" / "case.toml").bag.parts) == 2
 
 
+CURVE = "*DEFINE_CURVE\n3\n0,1\n9,1\n"
+
+
+def with_opening(interaction: str, **changes) -> str:
+    """The wall between the cubes is no fabric: shells that close both bags."""
+    text = (
+        deck(interaction).replace("wall 3\n3,1,1\n", "opening\n3,1,9\n").replace(CLOTH, CLOTH + "*MAT_NULL\n9,1e-9\n")
+    )
+    for old, new in changes.values():
+        assert old in text
+        text = text.replace(old, new)
+    return text
+
+
+def test_a_part_without_fabric_is_an_opening_of_its_present_area(use, tmp_path):
+    case, report = use(with_opening("1,2,0,0.7,3"))
+    assert not report.of("refused")
+    assert not [one for one in report.of("approximated") if one.field.startswith("AIRBAG_INTERACTION")]
+    (part,) = [part for part in case.bag.parts if part.kind == "opening"]
+    assert (part.name, part.behind, part.ahead) == ("opening", "bag_1", "bag_2")
+    assert case.gas.opening_discharge == 0.7
+    assert not case.gas.orifices
+    short = case.vary({"run.end_time": 4e-3, "run.frames": 2})
+    result = simulate(short, tmp_path / "run")
+    moved = [name for name in result.histories if "bag_2" in name and "mass" in name]
+    assert moved
+    assert any(np.ptp(result.histories[name]) > 1e-6 for name in moved)
+
+
+@pytest.mark.parametrize(
+    ("interaction", "changes", "code"),
+    [("1,2,0,0.7,3", {"set": ("*SET_PART_LIST\n2\n2,3\n", "*SET_PART_LIST\n2\n2\n")}, "E-DCK-011"),
+     ("1,2,0,-3,3", {"curve": ("*SET_PART_LIST\n1\n", f"{CURVE}*SET_PART_LIST\n1\n")}, "E-DCK-010")],
+)  # fmt: skip
+def test_an_opening_belongs_to_both_bags_and_has_a_number(use, interaction, changes, code):
+    with pytest.raises(InputError) as error:
+        use(with_opening(interaction, **changes))
+    assert error.value.code == code
+
+
 def test_what_two_bags_cannot_share_is_refused(use):
     second = HYBRID.replace("293,", "320,").replace("0.029,1,29", "0.029,1,31")
     _, report = use(deck("1,2,2000,0.7,0,0,1", second))

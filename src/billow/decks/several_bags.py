@@ -15,6 +15,7 @@ from billow.decks.block import Block
 from billow.decks.cards import Cards, Field
 from billow.decks.context import Context
 from billow.decks.draft import Said, plain, said
+from billow.decks.fields import CARDS
 from billow.decks.flat_reference import NO_SURFACE, reference_of
 from billow.decks.jets import put_jets
 from billow.geometry.mesh_file import CellMesh
@@ -28,10 +29,22 @@ FAR = 1_000_000
 def put_bags(context: Context, blocks: list[Block], choices: Choices) -> tuple[BagMesh, str]:
     """One mesh and the tables of the gas of all bags; each is a chamber, bag_ID. Raises InputError as for one bag."""
     names = {_number(context, block) or k: block for k, block in enumerate(blocks, 1)}
-    bag, place = join(context, names, put_airbag, choices, reference_of)
+    openings = dict.fromkeys(_openings(context), "opening")
+    bag, place = join(context, names, put_airbag, replace(choices, parts=openings | choices.parts), reference_of)
     for block in context.model.all("AIRBAG_INTERACTION"):
         _interaction(context, block, names, bag)
     return bag, place
+
+
+def _openings(context: Context) -> list[int]:
+    """Parts without fabric by whose area *AIRBAG_INTERACTION joins two bags."""
+    found = []
+    for block in context.model.all("AIRBAG_INTERACTION"):
+        f = Cards(context.model.deck.parameters, block).card("interaction", CARDS["AIRBAG_INTERACTION"]["interaction"])
+        material = context.model.material_of(f["PID"].whole)
+        if not f["AREA"].number and f["SF"].number >= 0.0 and (material is None or material[0] != "MAT_FABRIC"):
+            found.append(f["PID"].whole)
+    return [part for part in found if part in context.model.parts]
 
 
 def chamber(number: int) -> str:
@@ -191,6 +204,9 @@ def _interaction(context: Context, block: Block, names: dict[int, Block], bag: B
     if f["IFLOW"].whole:
         report.refused(f["IFLOW"], "gas flows both ways through a hole of a case")
     area, share = context.si(f["AREA"], "area"), f["SF"].number
+    if bag.parts.get(f["PID"].whole, {}).get("kind") == "opening":
+        _opening(context, f, bag.parts[f["PID"].whole])
+        return
     if area < 0.0:
         report.refused(f["AREA"], "an area against pressure has no counterpart: give a number")
         return
@@ -210,6 +226,22 @@ def _interaction(context: Context, block: Block, names: dict[int, Block], bag: B
         area *= share
     report.mapped(f["SF"], "curve" if share < 0.0 else share)
     put_hole(context, ends, said(area, f["AREA"]), said(discharge, f["SF"]))
+
+
+def _opening(context: Context, f: dict[str, Field], part: dict[str, Any]) -> None:
+    """A part that both bags have, through which gas flows over its present area. Raises InputError E-DCK-004."""
+    report, share = context.report, f["SF"].number or 1.0
+    if "ahead" not in part:
+        raise f["PID"].bad("AREA is 0, and the part is not in the sets of both bags")
+    for name in ("AREA", "PID"):
+        report.mapped(f[name], part["name"], "bag.parts", "an opening of the present area of the part")
+    gas = context.tables["gas"]
+    if plain(gas.setdefault("opening_discharge", said(min(share, 1.0), f["SF"]))) != min(share, 1.0):
+        report.refused(f["SF"], "openings of a case share one coefficient: that of the first is used")
+    elif share > 1.0:
+        report.approximated(f["SF"], "an opening is at most as large as its part", 1.0, "gas.opening_discharge")
+    else:
+        report.mapped(f["SF"], share, "gas.opening_discharge")
 
 
 def area_of(bag: BagMesh, parts: Iterable[int]) -> float:
