@@ -4,7 +4,8 @@ cases they are of.
     python benchmarks/paper_decks.py square_two_stage flat_driver --coarse --end 5
 
 With uniform pressure both runs must have the same bits; with particles the mean of three seeds of the deck must lie
-within the range of three seeds of the case. That of section 5.3 has chambers, which are not exported.
+within the range of three seeds of the case. That of section 5.3 has chambers, whose shells come back in another order:
+three lengths of steps stand for seeds there, and its particles are refused by name.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from billow.run.simulate import simulate
 
 PAPER = Path(__file__).resolve().parents[1] / "examples" / "paper"
 COARSE = {"square_two_stage": 0.06, "square_spinning_jet": 0.05, "folded_tube": 0.02, "flat_driver": 0.05,
-          "folded_driver": 0.03}  # fmt: skip
+          "folded_driver": 0.03, "window_tubes": 0.018}  # fmt: skip
 """Example -> element size [m] of a quick look."""
 SMOKE = {"molar_mass": 0.028, "a": 29.0, "b": 1e-3, "c": -1e-7}
 SEEDS = (1, 2, 3)
@@ -50,15 +51,17 @@ def sayable(example: str, gas: str, coarse: bool) -> Case:
 
 
 def curves(case: Case, folder: Path, seed: int) -> list[np.ndarray]:
-    """Histories of a run."""
-    settings = {"gas.seed": seed} if case.gas.model == "corpuscular" else {}
-    histories = simulate(case.vary(settings), folder).histories
+    """Histories of a run; without particles a seed is a percent of the step."""
+    settings = {"run.dt_scale": case.run.dt_scale * (1.01 - 0.01 * seed)}
+    histories = simulate(
+        case.vary({"gas.seed": seed} if case.gas.model == "corpuscular" else settings), folder
+    ).histories
     return [np.asarray(histories[name]) for name in CURVES]
 
 
 def compare(example: str, gas: str, coarse: bool, end: float | None, particles: int | None) -> bool:
     """Print how far deck and case lie apart; whether that is as it must be."""
-    made, uniform = sayable(example, gas, coarse), gas != "corpuscular"
+    made, same_bits = sayable(example, gas, coarse), gas != "corpuscular" and example != "window_tubes"
     settings = {"run.end_time": end, "gas.particles": particles}
     # A deck has no length of steps, and none of the guards of a case.
     settings |= {"run.dt_scale": made.run.dt_scale, "run.guard_crossings": made.run.guard_crossings}
@@ -69,14 +72,14 @@ def compare(example: str, gas: str, coarse: bool, end: float | None, particles: 
         report = import_deck(place / "bag.k", place / "case")
         runs = []
         for name, case in (("native", made), ("deck", Case.load(place / "case" / "case.toml"))):
-            seeds = SEEDS[:1] if uniform else SEEDS
+            seeds = SEEDS[:1] if same_bits else SEEDS
             runs.append([curves(case.vary(settings), place / f"{name}{seed}", seed) for seed in seeds])
     good = not report.of("refused")
     for k, name in enumerate(CURVES):
         native, deck = (np.array([one[k] for one in side]) for side in runs)
         scale = np.abs(native).max()
         off = np.abs(native.mean(axis=0) - deck.mean(axis=0)).max() / scale
-        spread = 0.0 if uniform else np.ptp(native, axis=0).max() / scale
+        spread = 0.0 if same_bits else np.ptp(native, axis=0).max() / scale
         good = good and off <= spread
         print(f"{example:20} {gas:17} {name:14} apart {off:.3e}  range of seeds {spread:.3e}", flush=True)
     for note in notes:
@@ -96,6 +99,7 @@ def main() -> None:
         compare(example, gas, arguments.coarse, end, arguments.particles)
         for example in arguments.examples
         for gas in ("uniform-pressure", "corpuscular")
+        if (example, gas) != ("window_tubes", "corpuscular")
     ]
     print("as it must be" if all(good) else "NOT as it must be")
     raise SystemExit(not all(good))

@@ -71,7 +71,8 @@ within `--merge` metres. The command prints the tolerance.
 shells is refused with its place and shells.
 
 **Several airbags.** If *AIRBAG_INTERACTION joins them they become chambers of one case, with orifices between them; a
-part of both sets is the wall between two, or an opening if the interaction names it and it is no fabric. Otherwise `--airbag 2` takes the second.
+part of both sets is the wall between two, or an opening if the interaction names it and it is no fabric. Otherwise
+`--airbag 2` takes the second.
 
 **A deck of a mesh alone.** What it does not say comes from a case: `--base CASE.toml`, with the bag's parts by
 `--part`.
@@ -127,8 +128,9 @@ metric system, and every number to 1e-6. Folded bags are written as they lie, wi
 vary, beside seams, with a thickness of their own. Straps become seat belts; those that pull at the start,
 springs. Bodies other than balls become rigid shells of triangles, housings one for each of their boxes. The command
 lists what a deck cannot hold: jets of uniform pressure, mixtures and heats of gases beyond A + B T + C T^2, the tension
-at which a strap tears. Bags of several chambers, with covers or seams that tear, or that come to rest first are
-refused.
+at which a strap tears. Chambers become airbags that *AIRBAG_INTERACTION joins, with a part of fabric for each; their
+shells come back in another order. Particles in several chambers, and bags with covers or seams that tear or that come
+to rest first, are refused.
 
 Results go the other way, too: `billow export-d3plot RUN --out d3plot` writes positions and velocities of all frames as
 a d3plot, with the extra `dyna` (pip install 'billow[dyna]'). Its parts are numbered; the command says which is which.

@@ -40,7 +40,9 @@ def changed(old: str, new: str, **options) -> Callable[[Here], object]:
 
 
 def exported(here: Here):
-    several = Case.from_dict({"bag": {"shape": "rectangular", "chambers": 2, "element_size": 0.05}})
+    several = Case.from_dict({
+        "bag": {"shape": "rectangular", "chambers": 2, "element_size": 0.05}, "gas": {"model": "corpuscular"}
+    })  # fmt: skip
     export_deck(several, here.write("case.toml", "").parent / "bag.k")
 
 

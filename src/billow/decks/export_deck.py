@@ -6,6 +6,7 @@ plane z = 0, warp along x. Imported again, mesh and flat cut have the same bits.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -50,13 +51,16 @@ def deck_of(case: Case, units: str) -> tuple[str, list[str]]:
             thing="a bag that comes to rest first", key="bag.folds, relax", why="a deck would begin before that"
         )
     shape = build_shape(case.bag)
-    if shape.surface.chambers.count > 1:
-        raise NOT_EXPORTED(thing="a bag of several chambers", key="bag.parts", why="*AIRBAG_INTERACTION is not written")
+    if shape.surface.chambers.count > 1 and case.gas.model == "corpuscular":
+        raise NOT_EXPORTED(
+            thing="particles in several chambers", key="gas.model", why="*AIRBAG_PARTICLE has one volume"
+        )
+    shape, called = by_chamber(shape)
     deck, notes = DeckText(SYSTEMS[units], case.title), []
     deck.comment(f"units {units}; written by Billow")
     _run(deck, case)
-    vents = _mesh(deck, case, shape, notes)
-    _materials(deck, case, shape, notes)
+    vents = _mesh(deck, case, shape, called, notes)
+    _materials(deck, case, shape, called, notes)
     put_gas(deck, case, shape, vents, notes)
     put_nodes(deck, case, shape)
     part = put_bodies(deck, case, shape, notes)
@@ -85,8 +89,27 @@ def _run(deck: DeckText, case: Case) -> None:
             deck.card(curve, 1.0)
 
 
-def _mesh(deck: DeckText, case: Case, shape: BagShape, notes: list[str]) -> dict[str, int]:
-    """Nodes, shells, flat cut and parts; number of each part that is a vent."""
+def by_chamber(shape: BagShape) -> tuple[BagShape, dict[str, str]]:
+    """The bag with parts of one chamber each, and what each of them is part of in the case."""
+    surface, chambers = shape.surface, shape.surface.chambers
+    if chambers.count == 1:
+        return shape, {name: name for name in surface.part_names}
+    sides, part = np.unique(
+        np.column_stack([surface.part, chambers.behind, chambers.ahead]), axis=0, return_inverse=True
+    )
+    names, kinds, called = [], [], {}
+    for own, behind, _ in sides.tolist():
+        alone = (sides[:, 0] == own).sum() == 1
+        names.append(surface.part_names[own] if alone else f"{surface.part_names[own]}_{chambers.names[behind]}")
+        kinds.append(surface.part_kinds[own])
+        called[names[-1]] = surface.part_names[own]
+    split = replace(surface, part=part.reshape(-1).astype(np.int32), part_names=tuple(names), part_kinds=tuple(kinds))
+    return replace(shape, surface=split), called
+
+
+def _mesh(deck: DeckText, case: Case, shape: BagShape, called: dict[str, str], notes: list[str]) -> dict[str, int]:
+    """Nodes, shells, flat cut and parts; number of each part that is a vent. Part set 1 is the whole bag, those from 2
+    on its chambers."""
     surface = shape.surface
     held = shape.fixed
     deck.node_block(shape.positions, held)
@@ -97,9 +120,12 @@ def _mesh(deck: DeckText, case: Case, shape: BagShape, notes: list[str]) -> dict
     begin = deck.node_block(flat[first])
     part = surface.part.astype(np.int64) + 1
     vents = [k for k, kind in enumerate(surface.part_kinds, 1) if kind == "vent"]
-    if len(vents) > 1 and case.gas.model != "corpuscular":
-        part[np.isin(part, vents)] = vents[0]  # A23 names one part
-        notes.append(f"the {len(vents)} vents become one part: A23 of *AIRBAG_HYBRID names one")
+    chambers = surface.chambers
+    for chamber in range(chambers.count):
+        mine = [k for k in vents if (chambers.behind[part == k] == chamber).any()]
+        if len(mine) > 1 and case.gas.model != "corpuscular":
+            part[np.isin(part, mine)] = mine[0]  # A23 names one part
+            notes.append(f"the {len(mine)} vents become one part: A23 of *AIRBAG_HYBRID names one")
     cells, own = surface.triangles.astype(np.int64) + 1, node.reshape(-1, 3) + begin + 1
     fabric = np.isin(np.arange(len(cells)), surface.triangles_of_kind("fabric"))
     hole = ~fabric & (np.ptp(shape.reference, axis=1).min(axis=1) > 0.0)
@@ -133,32 +159,35 @@ def _mesh(deck: DeckText, case: Case, shape: BagShape, notes: list[str]) -> dict
         mine = shape.layers[surface.triangles_of(name)]
         if name in varied:
             notes.append(f"part {name}: a thickness of its own for each shell; a case that is imported has their mean")
-        thickness = case.fabric.of(name).thickness * float(mine.mean())
+        thickness = case.fabric.of(called[name]).thickness * float(mine.mean())
         deck.card(*[deck.of(thickness, "length")] * 4)
-    deck.keyword("SET_PART_LIST")
-    deck.card(1, 0.0, 0.0, 0.0, 0.0)
-    numbers = np.unique(part).tolist()
-    for k in range(0, len(numbers), 8):
-        deck.card(*numbers[k : k + 8])
+    sets = [np.unique(part)]
+    if chambers.count > 1:
+        sets += [np.unique(chambers.boundary(c, part)) for c in range(chambers.count)]
+    for number, numbers in enumerate(sets, 1):
+        deck.keyword("SET_PART_LIST")
+        deck.card(number, 0.0, 0.0, 0.0, 0.0)
+        for k in range(0, len(numbers), 8):
+            deck.card(*numbers[k : k + 8].tolist())
     found = {surface.part_names[k - 1]: k for k in vents if k in part}
     return found
 
 
-def _materials(deck: DeckText, case: Case, shape: BagShape, notes: list[str]) -> None:
+def _materials(deck: DeckText, case: Case, shape: BagShape, called: dict[str, str], notes: list[str]) -> None:
     surface = shape.surface
     for number, (name, kind) in enumerate(zip(surface.part_names, surface.part_kinds, strict=True), 1):
-        fabric = case.fabric.of(name)
+        fabric = case.fabric.of(called[name])
         if kind == "mouth":
             deck.keyword("MAT_RIGID")
             deck.card(number, deck.of(_density(fabric), "density"), deck.of(fabric.young_warp, "pressure"), 0.3)
             deck.card(1.0, 7, 7)
             deck.card(0.0)
-        elif kind == "vent":
+        elif kind in ("vent", "opening"):
             deck.keyword("MAT_NULL")
             deck.card(number, deck.of(_density(fabric), "density"))
         else:
             leaky = bool((shape.leak[surface.triangles_of(name)] > 0.0).all())
-            _cloth(deck, case, number, fabric, _leakage(deck, case, name, leaky, notes), notes)
+            _cloth(deck, case, number, fabric, _leakage(deck, case, called[name], leaky, notes), notes)
 
 
 def _density(fabric: Cloth) -> float:

@@ -43,7 +43,7 @@ def put_gas(deck: DeckText, case: Case, shape: BagShape, vents: dict[str, int], 
     if case.gas.model == "corpuscular":
         _particle(deck, case, shape, species, flows, initial, vents, notes)
     else:
-        _hybrid(deck, case, species, flows, initial, vents, notes)
+        _hybrids(deck, case, shape, species, flows, initial, vents, notes)
 
 
 def _molar(deck: DeckText, gas: Species, notes: list[str]) -> tuple[float, float, float, float]:
@@ -74,8 +74,41 @@ def _discharge(deck: DeckText, value, name: str) -> tuple[float, int]:
     return 0.0, deck.curve(value.time, value.value, "time", "-", f"{name} discharge")
 
 
-def _hybrid(deck: DeckText, case: Case, species, flows, initial, vents, notes: list[str]) -> None:
-    orifices = list(case.gas.orifices)
+def _hybrids(deck: DeckText, case: Case, shape: BagShape, species, flows, initial, vents, notes: list[str]) -> None:
+    """An airbag for each chamber, and what joins them."""
+    surface, chambers = shape.surface, shape.surface.chambers
+    if chambers.count == 1:
+        _hybrid(deck, case, species, flows, initial, vents, list(case.gas.orifices), notes)
+        return
+    for number, name in enumerate(chambers.names):
+        mine = {
+            vent: part for vent, part in vents.items() if (chambers.behind[surface.triangles_of(vent)] == number).all()
+        }
+        out = [o for o in case.gas.orifices if set(o.between) == {name, "ambient"}]
+        own = [flow for flow in flows if flow[1].chamber == number]
+        _hybrid(deck, case, species, own, initial, mine, out, notes if number == 0 else [], number + 1)
+    index = {name: k for k, name in enumerate(chambers.names, 1)}
+    for orifice in case.gas.orifices:
+        if "ambient" not in orifice.between:
+            value, curve = _discharge(deck, orifice.discharge, orifice.name)
+            _interaction(deck, *(index[end] for end in orifice.between), deck.of(orifice.area, "area"),
+                         -float(curve) if curve else value, 0)  # fmt: skip
+    for part, (name, kind) in enumerate(zip(surface.part_names, surface.part_kinds, strict=True), 1):
+        if kind == "opening":
+            first = surface.triangles_of(name)[0]
+            ends = int(chambers.behind[first]) + 1, int(chambers.ahead[first]) + 1
+            _interaction(deck, *ends, 0.0, case.gas.opening_discharge, part)
+
+
+def _interaction(deck: DeckText, first: int, second: int, area: float, share: float, part: int) -> None:
+    deck.keyword("AIRBAG_INTERACTION")
+    deck.card(first, second, area, share, part, 0, 0)
+
+
+def _hybrid(
+    deck: DeckText, case: Case, species, flows, initial, vents, orifices, notes: list[str], number: int = 0
+) -> None:  # fmt: skip
+    """number: of one of several airbags, whose part set is the next."""
     exits: list[tuple[float, int, float]] = []
     opens = 0.0
     if vents:
@@ -106,8 +139,10 @@ def _hybrid(deck: DeckText, case: Case, species, flows, initial, vents, notes: l
     state = case.gas.initial
     if state.temperature != "ambient" or state.pressure != "ambient":
         notes.append("gas.initial: the bag begins at the ambient state in *AIRBAG_HYBRID")
-    deck.keyword("AIRBAG_HYBRID")
-    deck.card(1, 1, 0, 1.0, 1.0, 0.0, 0.0, 0.0)
+    deck.keyword("AIRBAG_HYBRID_ID" if number else "AIRBAG_HYBRID")
+    if number:
+        deck.card(number)
+    deck.card(number + 1, 1, 0, 1.0, 1.0, 0.0, 0.0, 0.0)
     ambient = case.ambient
     deck.card(
         ambient.temperature, deck.of(ambient.pressure, "pressure"), 0.0, deck.of(MOLAR_GAS_CONSTANT, "molar heat"), 1.0,
