@@ -8,6 +8,7 @@ from test_decks_of_others import CLOTH, GAS
 
 from billow.base.errors import InputError
 from billow.case.bag.build_bag import build_shape
+from billow.case.nodes.build_nodes import members_of
 from billow.case.schema import Case
 from billow.decks.export_deck import export_deck
 from billow.decks.import_deck import Options, import_deck
@@ -211,7 +212,10 @@ def test_chambers_go_out_as_airbags_that_are_joined_and_come_back(tmp_path):
     smoke = {"species": {"smoke": {"molar_mass": 0.028, "a": 29.0}}, "initial": {"gas": {"smoke": 1.0}}}
     gas = {**smoke, "orifices": [HOLE]}
     inflator = {"gas": {"smoke": 1.0}, "jets": {"count": 0}}
-    made = Case.from_dict({"bag": TWO, "gas": gas, "inflator": inflator, "fabric": {"self_contact": True}})
+    thrown = {"name": "thrown", "parts": ["front"], "velocity": [0.0, 0.0, 1.0]}
+    made = Case.from_dict({
+        "bag": TWO, "gas": gas, "inflator": inflator, "fabric": {"self_contact": True}, "nodes": [thrown]
+    })  # fmt: skip
     export_deck(made, tmp_path / "bag.k")
     report = import_deck(tmp_path / "bag.k", tmp_path / "case")
     assert not report.of("refused")
@@ -220,6 +224,7 @@ def test_chambers_go_out_as_airbags_that_are_joined_and_come_back(tmp_path):
     volumes = [s.surface.chambers.volumes(s.surface.triangles, s.positions) for s in (before, after)]
     assert volumes[1] == pytest.approx(volumes[0], rel=1e-12)
     assert sorted(after.surface.part_kinds).count("opening") == sorted(before.surface.part_kinds).count("opening")
+    assert [len(group.numbers) for group in back.nodes] == [len(members_of(made.nodes[0], before))]
     assert back.gas.opening_discharge == made.gas.opening_discharge
     assert [(o.between, o.discharge, o.area) for o in back.gas.orifices] == [
         (("bag_1", "bag_2"), 0.8, pytest.approx(2e-4))

@@ -55,14 +55,14 @@ def deck_of(case: Case, units: str) -> tuple[str, list[str]]:
         raise NOT_EXPORTED(
             thing="particles in several chambers", key="gas.model", why="*AIRBAG_PARTICLE has one volume"
         )
-    shape, called = by_chamber(shape)
+    whole, (shape, called) = shape, by_chamber(shape)
     deck, notes = DeckText(SYSTEMS[units], case.title), []
     deck.comment(f"units {units}; written by Billow")
     _run(deck, case)
     vents = _mesh(deck, case, shape, called, notes)
     _materials(deck, case, shape, called, notes)
     put_gas(deck, case, shape, vents, notes)
-    put_nodes(deck, case, shape)
+    put_nodes(deck, case, whole)
     part = put_bodies(deck, case, shape, notes)
     if case.fabric.self_contact:
         deck.keyword("CONTACT_AIRBAG_SINGLE_SURFACE")
