@@ -16,6 +16,7 @@ from billow.geometry.surface import Surface
 from billow.parts.layers import layers as settings
 from billow.parts.layers.mesh import TouchMesh
 from billow.parts.layers.pairs import EDGES, FIRST
+from billow.parts.layers.rings import Rings, Shapes, open_rings
 from billow.parts.layers.search import Paths, find_pairs
 from billow.parts.part import Loads
 from billow.run.simulate import simulate
@@ -193,8 +194,9 @@ def test_search_finds_every_pair_that_comes_near(seed, speed):
     positions, velocities = random.uniform(0.0, 1.0, (nodes, 3)), speed * random.normal(size=(nodes, 3)) + 5.0
     skin, free = random.uniform(0.0, 0.02, nodes), random.random(nodes) < 0.8
     surface = Surface.build(triangles, np.zeros(len(triangles)), ("cloth",), nodes)
-    edges = edges_of(triangles)
-    found = find_pairs(TouchMesh.of(surface, free), Paths(positions, velocities, skin, *near, time))
+    mesh = TouchMesh.of(surface, free)
+    triangles, edges = mesh.triangles, mesh.edges[:, :2]
+    found = find_pairs(mesh, Paths(positions, velocities, skin, *near, time))
     assert len(np.unique(found.key)) == len(found.key)
     pairs = [
         (int(p) * FIRST + t, on_triangle, (p, *corners))
@@ -220,6 +222,54 @@ def test_search_finds_every_pair_that_comes_near(seed, speed):
     assert len(came_near) > 100
     assert came_near <= set(found.key.tolist())
     assert len(found.key) < 0.7 * len(pairs)
+
+
+def creased(angle):
+    """Positions and triangles of a sheet of four strips, each turned by an angle against its neighbours."""
+    flat, triangles, _ = sheet((0.0, 0.0, 0.0), [1, 0, 0], [0, 1, 0], cells=(4, 3))
+    turned = angle * (np.arange(4) % 2)
+    rows = EDGE * np.vstack([[0.0, 0.0], np.cumsum(np.column_stack([np.cos(turned), np.sin(turned)]), axis=0)])
+    row = np.rint(flat[:, 0] / EDGE).astype(int)
+    return np.column_stack([rows[row, 0], flat[:, 1], rows[row, 1]]), triangles
+
+
+def within_rings(triangles, nodes, positions):
+    """Least distance within the ring of each node, of what shares no node, by looking at everything."""
+    least = np.full(nodes, np.inf)
+    for c in range(nodes):
+        ring = triangles[(triangles == c).any(axis=1)]
+        edges = edges_of(ring)
+        for p in np.unique(ring):
+            for corners in ring[~(ring == p).any(axis=1)]:
+                way = on_triangle(*positions[[p, *corners]].ravel())[2:]
+                least[c] = min(least[c], np.linalg.norm(way))
+        for i, one in enumerate(edges):
+            for other in edges[i + 1 :]:
+                if not np.isin(one, other).any():
+                    least[c] = min(least[c], np.linalg.norm(of_segments(*positions[[*one, *other]].ravel())[2:]))
+    return least
+
+
+def test_rings_are_open_while_nothing_in_them_comes_near():
+    """A sheet is creased further and further, its nodes straying within their skins: no ring counts as open in which
+    anything is near, and most of those far from a crease do, measured once or anew."""
+    random, near, skin = np.random.default_rng(4), 0.1 * EDGE, 0.02 * EDGE
+    shapes, closed = None, 0
+    for angle in np.linspace(0.0, 3.1, 9):
+        positions, triangles = creased(angle)
+        after = creased(angle + 0.02)[0]
+        nodes = len(positions)
+        rings = Rings.of(triangles, nodes)
+        shapes = shapes or Shapes(rings)
+        ways = np.column_stack([positions, after, np.full(nodes, skin), np.zeros(nodes)])
+        is_open = open_rings(rings, shapes, ways, near)
+        for places in (positions, 0.5 * (positions + after), after):
+            strayed = random.normal(size=(nodes, 3))
+            strayed *= skin / np.linalg.norm(strayed, axis=1)[:, None]
+            assert (within_rings(triangles, nodes, places + strayed)[is_open] > near).all()
+        assert is_open.all() or angle > 1.5
+        closed += (~is_open).sum()
+    assert closed > 10
 
 
 # --- folded bags ------------------------------------------------------------------------------------------------------

@@ -113,7 +113,8 @@ class Layers(Part):
         return Limits(self.friction, spring, self.gap, near, floor, TOLERANCE * self.gap, READY * self.gap)
 
     def start(self, bag) -> Pairs:
-        return Pairs.none(self.surface.node_count, len(self._mesh.triangles), SKIN * self.gap)
+        mesh = self._mesh
+        return Pairs.none(self.surface.node_count, len(mesh.nodes), len(mesh.edges), SKIN * self.gap)
 
     # --- in a step -------------------------------------------------------------------------------------------------
 

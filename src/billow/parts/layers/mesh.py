@@ -1,4 +1,4 @@
-"""What of a surface can touch: its solid triangles, their edges, and which triangle speaks for a node or an edge."""
+"""What of a surface can touch: its solid triangles, their edges and nodes, neighbours beside each other."""
 
 from __future__ import annotations
 
@@ -6,64 +6,43 @@ from typing import NamedTuple
 
 import numpy as np
 
-from billow.base.compiled import scalar
 from billow.geometry.crossings import edges_of
 from billow.geometry.surface import Surface
-
-PASSES = 10
-"""Over all members, when they are shared out; more would hardly even them out further."""
+from billow.parts.layers.groups import by_halves, landmark_hops
+from billow.parts.layers.rings import Rings
 
 
 class TouchMesh(NamedTuple):
-    """triangles: (n, 3) int32. edges: (edges, 2) int32, lower node first, ascending. Each node and each edge is looked
-    at once, with one triangle that has it: own_node, own_edge: (n, most) int32, those of each triangle, filled up with
-    the number of nodes and of edges. free: whether a node can move, (nodes,) bool."""
+    """Neighbours stand beside each other, as in `groups`. triangles: (n, 3) int32. edges: (edges, 4) int32, their two
+    nodes, and the third ones of up to two of their triangles, -1 where there is none. nodes: those of the triangles,
+    (touching nodes,) int32. free: whether a node can move, (nodes,) bool. rings: of triangles, around nodes."""
 
     triangles: np.ndarray
     edges: np.ndarray
-    own_node: np.ndarray
-    own_edge: np.ndarray
+    nodes: np.ndarray
     free: np.ndarray
+    rings: Rings
 
     @classmethod
     def of(cls, surface: Surface, free: np.ndarray) -> TouchMesh:
-        triangles = surface.triangles[surface.solid].astype(np.int64)
-        edges, nodes = edges_of(triangles), surface.node_count
-        ends = np.sort(np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=2), axis=2)
-        edge = np.searchsorted(edges[:, 0] * nodes + edges[:, 1], ends[:, :, 0] * nodes + ends[:, :, 1])
-        own_node, own_edge = shared_out(triangles, nodes), shared_out(edge, len(edges))
-        return cls(triangles.astype(np.int32), edges.astype(np.int32), own_node, own_edge, free)
+        triangles = surface.triangles[surface.solid].astype(np.int32)
+        rings = Rings.of(triangles, surface.node_count)
+        hops, edges = landmark_hops(rings), edges_of(triangles)
+        triangles = triangles[by_halves(hops[triangles].mean(axis=1))]
+        edges = edges[by_halves(hops[edges].mean(axis=1))]
+        nodes = np.unique(triangles)
+        nodes = nodes[by_halves(hops[nodes])]
+        with_thirds = np.column_stack([edges, third_nodes(edges, triangles, surface.node_count)])
+        return cls(triangles, with_thirds.astype(np.int32), nodes.astype(np.int32), free, rings)
 
 
-def shared_out(members: np.ndarray, count: int) -> np.ndarray:
-    """Give each of `count` members to one of the triangles (n, 3) that have it, about as many to each: what each
-    triangle has, (n, most) int32, filled up with `count`."""
-    n = len(members)
-    order = np.argsort(members.ravel(), kind="stable")
-    start = np.searchsorted(members.ravel()[order], np.arange(count + 1))
-    own, load = np.full((n, 3), count, np.int32), np.zeros(n, np.int64)
-    _share_out(start, order // 3, own, load)
-    return np.ascontiguousarray(own[:, : max(1, int(load.max(initial=0)))])
-
-
-@scalar
-def _share_out(start, triangle, own, load):
-    """Each member goes to the triangle that has the fewest, and again while that helps any."""
-    count = len(start) - 1
-    owner = np.full(count, -1, np.int64)
-    for _ in range(PASSES):
-        for member in range(count):
-            best = owner[member]
-            for i in range(start[member], start[member + 1]):
-                if best < 0 or load[triangle[i]] < load[best] - (best == owner[member]):
-                    best = triangle[i]
-            if best != owner[member]:
-                if owner[member] >= 0:
-                    load[owner[member]] -= 1
-                owner[member] = best
-                load[best] += 1
-    load[:] = 0
-    for member in range(count):
-        if owner[member] >= 0:
-            own[owner[member], load[owner[member]]] = member
-            load[owner[member]] += 1
+def third_nodes(edges: np.ndarray, triangles: np.ndarray, nodes: int) -> np.ndarray:
+    """Of each edge (edges, 2) the nodes opposite to it in the first two triangles that have it, -1 where there is none:
+    (edges, 2)."""
+    ends = np.sort(np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=2), axis=2).reshape(-1, 2)
+    third, key = np.roll(triangles, 1, axis=1).ravel(), ends[:, 0].astype(np.int64) * nodes + ends[:, 1]
+    order = np.argsort(key, kind="stable")
+    wanted = edges[:, 0].astype(np.int64) * nodes + edges[:, 1]
+    first, end = np.searchsorted(key[order], wanted), np.searchsorted(key[order], wanted, side="right")
+    second = np.where(end - first > 1, third[order[np.minimum(first + 1, len(order) - 1)]], -1)
+    return np.column_stack([third[order[first]], second])

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from billow.parts.layers.rings import Shapes
 from billow.parts.part import VARYING
 
 EDGES = 1 << 61
@@ -23,10 +24,11 @@ NEW = -1.0
 
 class Room:
     """Memory that is used again and again: to get it anew would cost more than what is done with it. needed: places of
-    each kind and slice in the last search, (2, slices) int64."""
+    each slice in the last search, (slices,) int64, by kinds of pairs. shapes: of rings, when they were measured."""
 
     def __init__(self):
-        self.needed: np.ndarray | None = None
+        self.needed: dict[int, np.ndarray] = {}
+        self.shapes: Shapes | None = None
         self._arrays: dict[str, np.ndarray] = {}
 
     def __deepcopy__(self, memo) -> Room:
@@ -56,8 +58,8 @@ class Pairs:
     that cannot touch change nothing, so that no result depends on when and how widely was searched.
 
     key: (pairs,) int64, node times FIRST plus triangle, or EDGES plus lower edge times FIRST plus higher edge. begin:
-    (2 triangles + 1,) int64, of the pairs of nodes with triangles that belong to each triangle, then of the pairs of
-    edges, each in the order of their keys. nodes:
+    (touching nodes + edges + 1,) int64, of the pairs of each node, then of those of each edge with higher ones, in the
+    order of their keys. nodes:
     (pairs, 4) int32, the node and the triangle's corners, or the ends of both edges. normal: from the second to the
     first at the last look, (pairs, 3). gap: at which the cushion begins [m], (pairs,). impulse: of the last step [N s],
     (pairs,).
@@ -71,7 +73,7 @@ class Pairs:
     pairs that can matter in a step, ascending. weight: of their nodes, (pairs, 4); distance: [m], (pairs,); measured:
     number of the moment at which, (pairs,) int64; moment: number of the present positions. slot: number of the
     constraint that a pair is in a step, -1 if none, (pairs,) int32. touched: nodes within the thickness
-    of another layer when the step began, (nodes,) bool. room: for searches.
+    of another layer when the step began, (nodes,) bool. touching: number of nodes that have pairs. room: for searches.
     """
 
     key: np.ndarray = field(metadata=VARYING)
@@ -94,18 +96,19 @@ class Pairs:
     measured: np.ndarray = field(metadata={"constant": True})
     slot: np.ndarray = field(metadata={"constant": True})
     touched: np.ndarray = field(metadata={"constant": True})
+    touching: int = field(metadata={"constant": True})
     moment: int = field(default=0, metadata={"constant": True})
     room: Room = field(default_factory=Room, metadata={"constant": True})
 
     @classmethod
-    def none(cls, nodes: int, triangles: int, width: float) -> Pairs:
+    def none(cls, nodes: int, touching: int, edges: int, width: float) -> Pairs:
         """No pairs yet, and a list that is spent."""
         return cls(
-            np.zeros(0, np.int64), np.zeros(2 * triangles + 1, np.int64), np.zeros((0, 4), np.int32), np.zeros((0, 3)),
-            np.zeros(0), np.zeros(0), np.zeros((nodes, 3)), np.zeros((nodes, 3)), np.zeros(nodes), 0.0, -1.0, width,
-            0, 0,
+            np.zeros(0, np.int64), np.zeros(touching + edges + 1, np.int64), np.zeros((0, 4), np.int32),
+            np.zeros((0, 3)), np.zeros(0), np.zeros(0), np.zeros((nodes, 3)), np.zeros((nodes, 3)), np.zeros(nodes),
+            0.0, -1.0, width, 0, 0,
             np.zeros(0, np.int64), np.zeros((0, 4)), np.zeros(0), np.zeros(0, np.int64), np.zeros(0, np.int32),
-            np.zeros(nodes, np.bool_),
+            np.zeros(nodes, np.bool_), touching,
         )  # fmt: skip
 
     def __len__(self) -> int:
@@ -114,7 +117,7 @@ class Pairs:
     @property
     def edges_from(self) -> int:
         """Number of the first pair of edges."""
-        return int(self.begin[len(self.begin) // 2])
+        return int(self.begin[self.touching])
 
     def make_room(self) -> None:
         """Room for what is known of the present positions, with nothing in it; after a search or a restart."""
