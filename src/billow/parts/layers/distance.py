@@ -29,6 +29,9 @@ from billow.geometry.closest_blocks import (
 )  # fmt: skip
 from billow.geometry.closest_points import of_segments, on_triangle
 
+AWAKE, ABLE = 1, 2
+"""Marks."""
+
 PASSED = -0.5
 """Cosine of the angle by which a normal turns in a step, at which a pair counts as having changed sides."""
 
@@ -126,32 +129,47 @@ def comes_near(k, edges_from, nodes, normal, now, positions, velocities, ahead, 
 
 
 @kernel
-def wake(n, edges_from, nodes, normal, ways, reach, full_gap, gap_out, impulse_out, found_out, count_out):
-    """Indices of the pairs that can matter, (2, pairs), and how many there are, (2, chunks), by chunks, each from its
-    own place on: of all that do, and of those among them that may need an impulse. reach: distances [m] at which a node
-    and a triangle matter, and two edges, and at which any pair may need an impulse. What sleeps is farther apart than
-    that, so that it has the full gap and no impulse."""
+def wake(n, look, edges_from, nodes, normal, ways, reach, full_gap, gap_out, impulse_out, mark_out):
+    """Mark those of n pairs that can matter: with AWAKE, or with ABLE those among them that may need an impulse. look:
+    their indices; reach: distances [m] at which a node and a triangle matter, and two edges, and at which any pair may
+    need an impulse. What sleeps is farther apart than that, so that it has the full gap and no impulse."""
     near, edges_near, pressing = reach
     for chunk in prange((n + CHUNK - 1) // CHUNK):
-        first = chunk * CHUNK
-        awake, able = first, first
-        for k in range(first, min(n, first + CHUNK)):
+        for i in range(chunk * CHUNK, min(n, (chunk + 1) * CHUNK)):
+            k = np.uint64(look[i])
             apart = least_apart(k, edges_from, nodes, normal, ways)
             if apart > (edges_near if k >= edges_from else near):
                 gap_out[k], impulse_out[k] = full_gap, 0.0
                 continue
-            found_out[0, awake] = k
+            mark_out[k] = ABLE if apart <= pressing or impulse_out[k] > 0.0 else AWAKE
+
+
+@kernel
+def gather_marked(n, marks, words, awake_out, able_out):
+    """Indices of the pairs with a mark, ascending, and of those ABLE; how many they are, and all marks are taken off.
+    words: marks (8 n,), eight by eight."""
+    awake, able = 0, 0
+    for w in range(n):
+        if words[w] == 0:
+            continue
+        for k in range(8 * w, 8 * w + 8):
+            if marks[k] == 0:
+                continue
+            awake_out[awake] = k
             awake += 1
-            if apart <= pressing or impulse_out[k] > 0.0:
-                found_out[1, able] = k
+            if marks[k] == ABLE:
+                able_out[able] = k
                 able += 1
-        count_out[0, chunk], count_out[1, chunk] = awake - first, able - first
+        words[w] = 0
+    return awake, able
 
 
 @kernel
 def wake_struck(n, edges_from, nodes, normal, ways, struck, is_found, reach, found_out, count_out):
-    """Likewise, those that were not found before, although one of their nodes was struck: nodes whose velocity an
-    impulse changed by more than others are ready for. struck: (nodes,) bool; is_found: (2, pairs) bool."""
+    """Indices of pairs that can matter, (2, pairs), and how many there are, (2, chunks), by chunks, each from its own
+    place on: of all that do, and of those among them that may need an impulse. Only those that were not found before,
+    although one of their nodes was struck: nodes whose velocity an impulse changed by more than others are ready for.
+    struck: (nodes,) bool; is_found: (2, pairs) bool; reach: as in `wake`."""
     near, edges_near, pressing = reach
     for chunk in prange((n + CHUNK - 1) // CHUNK):
         first = chunk * CHUNK

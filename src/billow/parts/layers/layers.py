@@ -139,7 +139,7 @@ class Layers(Part):
             return [Booking(LAYER_IMPACT, math.nan)]  # the guards say what became of the bag
         if used > 1.0 or pairs.age + ahead > pairs.horizon:
             self._search(pairs, positions, velocities, dt, way)
-            stray[:] = 0.0
+            stray[:], used = 0.0, 0.0
         before = velocities.copy()
         thrown, limits = np.zeros(len(positions)), self._limits
         if time < self.ramp:
@@ -147,13 +147,13 @@ class Layers(Part):
         pull = rows.pull() if limits.friction else None
         while True:
             step = Step(positions, velocities, before, self.mass, self.inverse_mass, stray, dt)
-            parting = Parting(pairs, step, rows, limits)
+            parting = Parting(pairs, step, rows, limits, used)
             if parting.run():
                 break
             thrown = np.maximum(thrown, 2.0 * parting.thrown())
             rows.restart()
             self._search(pairs, positions, velocities, dt, way, thrown)
-            stray[:] = 0.0
+            stray[:], used = 0.0, 0.0
         pairs.age += dt
         pairs.moment += 1
         if not len(pairs.awake):
@@ -213,7 +213,7 @@ class Layers(Part):
         np.maximum(skin, CALMING * pairs.skin, out=skin)
         if thrown is not None:
             np.maximum(skin, thrown, out=skin)
-        paths = Paths(positions, velocities, skin, *self._limits.near, time)
+        paths = Paths(positions, velocities, skin, *self._limits.near, time, 2.0 * self._limits.ready)
         found = find_pairs(self._mesh, paths, pairs.room)
         gap, impulse = (pairs.room.other(name, len(found.key)) for name in ("gap", "impulse"))
         gap[:], impulse[:] = NEW, 0.0
@@ -222,11 +222,13 @@ class Layers(Part):
             pairs.normal, gap, impulse, found.normal,
         )  # fmt: skip
         pairs.key, pairs.nodes, pairs.normal, pairs.begin = found.key, found.nodes, found.normal, found.begin
-        pairs.gap, pairs.impulse = gap, impulse
+        pairs.level, pairs.gap, pairs.impulse = found.level, gap, impulse
         pairs.path_start, pairs.path_velocity, pairs.skin = positions.copy(), velocities.copy(), skin
         pairs.age, pairs.horizon = 0.0, time
         pairs.looked_at = found.looked_at
         pairs.make_room()
+        asleep = pairs.look[pairs.look_until[0] :]
+        gap[asleep], impulse[asleep] = self.gap, 0.0
         pairs.awake = np.flatnonzero(gap == NEW)
         measure_awake(pairs, positions)
         apart = pairs.distance[pairs.awake]

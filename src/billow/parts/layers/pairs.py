@@ -18,6 +18,9 @@ FIRST = 1 << 31
 SPARE = 1.3
 """Times by which an array of a room is longer than was asked for."""
 
+LEVELS = 8
+"""In which pairs are looked at, the more of their skins nodes have used."""
+
 NEW = -1.0
 """Gap of a pair whose distance has not been measured."""
 
@@ -42,6 +45,12 @@ class Room:
             array = self._arrays[name] = np.empty((int(SPARE * rows), columns) if columns else int(SPARE * rows), kind)
         return array[:rows]
 
+    def zeros(self, name: str, rows: int, kind: type) -> np.ndarray:
+        """Likewise, of zeros, provided that whoever changes them puts them back."""
+        if name not in self._arrays or len(self._arrays[name]) < rows:
+            self._arrays[name] = np.zeros(int(SPARE * rows), kind)
+        return self._arrays[name][:rows]
+
     def other(self, name: str, rows: int, columns: int = 0, kind: type = float) -> np.ndarray:
         """Likewise, another one than the last time: for a list that is made while the one before is needed."""
         last = self._arrays.pop(name, None)
@@ -61,7 +70,8 @@ class Pairs:
     (touching nodes + edges + 1,) int64, of the pairs of each node, then of those of each edge with higher ones, in the
     order of their keys. nodes:
     (pairs, 4) int32, the node and the triangle's corners, or the ends of both edges. normal: from the second to the
-    first at the last look, (pairs, 3). gap: at which the cushion begins [m], (pairs,). impulse: of the last step [N s],
+    first at the last look, (pairs, 3). level: share of their skins that nodes have to use until a pair can matter, in
+    LEVELS, (pairs,) uint8. gap: at which the cushion begins [m], (pairs,). impulse: of the last step [N s],
     (pairs,).
 
     path_start [m], path_velocity [m/s]: (nodes, 3), of all nodes when the list was made; skin: how far each may stray
@@ -73,13 +83,16 @@ class Pairs:
     pairs that can matter in a step, ascending. weight: of their nodes, (pairs, 4); distance: [m], (pairs,); measured:
     number of the moment at which, (pairs,) int64; moment: number of the present positions. slot: number of the
     constraint that a pair is in a step, -1 if none, (pairs,) int32. touched: nodes within the thickness
-    of another layer when the step began, (nodes,) bool. touching: number of nodes that have pairs. room: for searches.
+    of another layer when the step began, (nodes,) bool. look: all pairs, those first that can matter first; look_until:
+    how many of them can, while nodes have used less than the first of LEVELS of their skins, than two, and so on,
+    (LEVELS,) int64. touching: number of nodes that have pairs. room: for searches.
     """
 
     key: np.ndarray = field(metadata=VARYING)
     begin: np.ndarray
     nodes: np.ndarray = field(metadata=VARYING)
     normal: np.ndarray = field(metadata=VARYING)
+    level: np.ndarray = field(metadata=VARYING)
     gap: np.ndarray = field(metadata=VARYING)
     impulse: np.ndarray = field(metadata=VARYING)
     path_start: np.ndarray
@@ -96,6 +109,8 @@ class Pairs:
     measured: np.ndarray = field(metadata={"constant": True})
     slot: np.ndarray = field(metadata={"constant": True})
     touched: np.ndarray = field(metadata={"constant": True})
+    look: np.ndarray = field(metadata={"constant": True})
+    look_until: np.ndarray = field(metadata={"constant": True})
     touching: int = field(metadata={"constant": True})
     moment: int = field(default=0, metadata={"constant": True})
     room: Room = field(default_factory=Room, metadata={"constant": True})
@@ -105,10 +120,11 @@ class Pairs:
         """No pairs yet, and a list that is spent."""
         return cls(
             np.zeros(0, np.int64), np.zeros(touching + edges + 1, np.int64), np.zeros((0, 4), np.int32),
-            np.zeros((0, 3)), np.zeros(0), np.zeros(0), np.zeros((nodes, 3)), np.zeros((nodes, 3)), np.zeros(nodes),
+            np.zeros((0, 3)), np.zeros(0, np.uint8), np.zeros(0), np.zeros(0), np.zeros((nodes, 3)),
+            np.zeros((nodes, 3)), np.zeros(nodes),
             0.0, -1.0, width, 0, 0,
             np.zeros(0, np.int64), np.zeros((0, 4)), np.zeros(0), np.zeros(0, np.int64), np.zeros(0, np.int32),
-            np.zeros(nodes, np.bool_), touching,
+            np.zeros(nodes, np.bool_), np.zeros(0, np.int64), np.zeros(LEVELS, np.int64), touching,
         )  # fmt: skip
 
     def __len__(self) -> int:
@@ -120,10 +136,13 @@ class Pairs:
         return int(self.begin[self.touching])
 
     def make_room(self) -> None:
-        """Room for what is known of the present positions, with nothing in it; after a search or a restart."""
+        """Room for what is known of the present positions, with nothing in it, and the order in which pairs are looked
+        at; after a search or a restart."""
         m = len(self)
         self.awake = np.zeros(0, np.int64)
         self.weight, self.distance = self.room.array("weight", m, 4), self.room.array("distance", m)
         self.measured, self.moment = self.room.array("measured", m, 0, np.int64), 0
         self.slot = self.room.array("slot", m, 0, np.int32)
         self.measured[:], self.slot[:] = -1, -1
+        self.look = np.argsort(self.level, kind="stable")
+        self.look_until = np.cumsum(np.bincount(self.level, minlength=LEVELS))

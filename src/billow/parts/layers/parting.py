@@ -8,9 +8,9 @@ import numpy as np
 
 from billow.base.compiled import CHUNK
 from billow.parts.layers.clusters import join_short, move_together
-from billow.parts.layers.distance import gather, look_ahead, measure, touch, wake, wake_struck
+from billow.parts.layers.distance import gather, gather_marked, look_ahead, measure, touch, wake, wake_struck
 from billow.parts.layers.friction import rub
-from billow.parts.layers.pairs import Pairs
+from billow.parts.layers.pairs import LEVELS, Pairs
 from billow.parts.layers.velocity_filter import (
     APPROACH,
     SCANS,
@@ -77,9 +77,10 @@ class Rows(Protocol):
 
 
 class Parting:
-    """A try to part layers with the list at hand. rubbed: velocities after friction [m/s], (nodes, 3), None without."""
+    """A try to part layers with the list at hand, of whose skins nodes have used a share, 0 to 1. rubbed: velocities
+    after friction [m/s], (nodes, 3), None without."""
 
-    def __init__(self, pairs: Pairs, step: Step, rows: Rows, limits: Limits):
+    def __init__(self, pairs: Pairs, step: Step, rows: Rows, limits: Limits, used: float):
         self.pairs, self.step, self.rows, self.limits = pairs, step, rows, limits
         m, n = len(pairs), len(step.positions)
         self.ahead = step.dt / APPROACH
@@ -88,11 +89,15 @@ class Parting:
         self.found = pairs.room.array("found", 2 * m, 0, np.int64).reshape(2, m)
         self.counts = np.empty((2, -(-m // CHUNK)), np.int64)
         look_ahead.serial(n, step.positions, step.velocities, self.ahead, self.ways)
+        look = pairs.look[: pairs.look_until[min(int(LEVELS * used), LEVELS - 1)]]
+        mark = pairs.room.zeros("mark", -(-m // 8) * 8, np.uint8)
         wake(
-            m, pairs.edges_from, pairs.nodes, pairs.normal, self.ways, self.reach, limits.gap, pairs.gap, pairs.impulse,
-            self.found, self.counts,
+            len(look), look, pairs.edges_from, pairs.nodes, pairs.normal, self.ways, self.reach, limits.gap, pairs.gap,
+            pairs.impulse, mark,
         )  # fmt: skip
-        pairs.awake, self.able = self._gathered()
+        awake, able = np.empty((2, len(look)), np.int64)
+        counts = gather_marked.serial(len(mark) // 8, mark, mark.view(np.uint64), awake, able)
+        pairs.awake, self.able = awake[: counts[0]], able[: counts[1]]
         self.struck, self.is_found = np.zeros(n, np.bool_), None
         self.rubbed = None
 

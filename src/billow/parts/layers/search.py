@@ -24,7 +24,7 @@ from billow.geometry.closest_blocks import BLOCK, ROWS, SQUARE, X, Y, Z, fill, n
 from billow.parts.layers.distance import between
 from billow.parts.layers.groups import GROUP, OUTWARD, boxes_of_groups, level_starts
 from billow.parts.layers.mesh import TouchMesh
-from billow.parts.layers.pairs import EDGES, FIRST, Room
+from billow.parts.layers.pairs import EDGES, FIRST, LEVELS, Room
 from billow.parts.layers.rings import Shapes, open_rings
 
 SLICE = 256
@@ -33,8 +33,13 @@ SLICE = 256
 LEAST_ROOM, SPARE = 512, 2.0
 """Places of a slice, at least and more than it needed in the last search, and the times by which they are more."""
 
-ENDS, REACH, NEAR, MORE_ROWS = ROWS * BLOCK, (ROWS + 12) * BLOCK, (ROWS + 13) * BLOCK, ROWS + 14
-"""More rows of a block: where the four nodes will be [m], how near a pair has to come [m], and whether it does."""
+ENDS, REACH, SKINS, SLACK = ROWS * BLOCK, (ROWS + 12) * BLOCK, (ROWS + 13) * BLOCK, (ROWS + 14) * BLOCK
+MORE_ROWS = ROWS + 15
+"""More rows of a block: where the four nodes will be [m], how near a pair has to come to matter [m], the skins of both
+its sides [m], and by how much it stays farther apart, in these skins."""
+
+ROUNDED = 1.0 + 1e-9
+"""Share of its skins that a pair has to stay farther apart to be left out."""
 
 PARALLEL_FROM = 1000
 """Fewest triangles for which a search with all threads pays: it takes about a millisecond."""
@@ -43,7 +48,7 @@ PARALLEL_FROM = 1000
 class Paths(NamedTuple):
     """Nodes on their way: positions [m] and velocities [m/s], (nodes, 3); skin: how far each may stray [m], (nodes,).
     near: distance of a node and a triangle that matters [m]; edges_near: of two edges, which is no more [m]; time: how
-    long the pairs have to serve [s]."""
+    long the pairs have to serve [s]; ready: how much farther apart a pair may matter in a step [m]."""
 
     positions: np.ndarray
     velocities: np.ndarray
@@ -51,15 +56,18 @@ class Paths(NamedTuple):
     near: float
     edges_near: float
     time: float
+    ready: float = 0.0
 
 
 class Found(NamedTuple):
-    """Pairs in their order: key, nodes, normal and begin as in `Pairs`. looked_at: candidates whose boxes meet."""
+    """Pairs in their order: key, nodes, normal, begin and level as in `Pairs`. looked_at: candidates whose boxes
+    meet."""
 
     key: np.ndarray
     nodes: np.ndarray
     normal: np.ndarray
     begin: np.ndarray
+    level: np.ndarray
     looked_at: int
 
 
@@ -73,7 +81,7 @@ def find_pairs(mesh: TouchMesh, paths: Paths, room: Room | None = None) -> Found
     node_box, ways = np.empty((len(paths.skin), 6)), np.empty((len(paths.skin), 8))
     drift = np.ascontiguousarray(paths.velocities.T).mean(axis=1)  # along rows of three it takes ten times longer
     sides = [room.array(f"sides {k}", 6 * starts[k][-1], 0, np.float32).reshape(6, -1) for k in range(3)]
-    getattr(_boxes, run)(items[1], mesh[:3], tuple(paths), drift, ways, node_box, tuple(sides))
+    getattr(_boxes, run)(items[1], mesh[:3], tuple(paths[:6]), drift, ways, node_box, tuple(sides))
     for boxes, levels in zip(sides, starts, strict=True):
         boxes_of_groups(boxes, levels)
     room.shapes = room.shapes or Shapes(mesh.rings)
@@ -86,12 +94,13 @@ def find_pairs(mesh: TouchMesh, paths: Paths, room: Room | None = None) -> Found
         while True:
             places = np.zeros(slices + 1, np.int64)
             np.cumsum(SPARE * needed + LEAST_ROOM, out=places[1:])
-            kept = room.array(f"kept {kind}", int(places[-1]), 2, np.int32)
+            kept = room.array(f"kept {kind}", int(places[-1]), 3, np.int32)
             way, met = room.array(f"way {kind}", int(places[-1]), 3), np.empty(slices, np.int64)
             needed = np.empty(slices, np.int64)
             getattr(_find, run)(
                 items[one], kind, (*mesh[:4], *mesh.rings[:2]), ways, is_open, (paths.near, paths.edges_near)[kind],
-                sides[one], starts[one], sides[other], starts[other], places, kept, way, found, met, needed,
+                paths.ready, sides[one], starts[one], sides[other], starts[other], places, kept, way, found, met,
+                needed,
             )  # fmt: skip
             if (needed < np.diff(places)).all():  # one place is left over, for what does not count
                 break
@@ -102,11 +111,11 @@ def find_pairs(mesh: TouchMesh, paths: Paths, room: Room | None = None) -> Found
     total = int(begin[-1])
     pairs = Found(
         room.other("key", total, 0, np.int64), room.other("nodes", total, 4, np.int32), room.other("normal", total, 3),
-        begin, looked_at,
+        begin, room.array("level", total, 0, np.uint8), looked_at,
     )  # fmt: skip
     for kind, (count, *lists) in enumerate(kinds):
         of_kind = begin[: 1 + items[0]] if kind == 0 else begin[items[0] :]
-        getattr(_pack, run)(count, kind, mesh[:3], *lists, of_kind, tuple(pairs[:3]))
+        getattr(_pack, run)(count, kind, mesh[:3], *lists, of_kind, (*pairs[:3], pairs.level))
     return pairs
 
 
@@ -167,22 +176,21 @@ def _fill_ends(block, j, ways, a, b, c, d):
 
 @inlined
 def _judge(is_node, block):
-    """Whether the pairs of a block come within their reach, now or at the end: NEAR is 1 or 0. Along the way between
-    their closest points, whose length need not be known: squares are compared."""
+    """By how much the pairs of a block stay farther apart than their reach, now and at the end, along the way between
+    their closest points."""
     for j in range(BLOCK):
         x, y, z = block[X + j], block[Y + j], block[Z + j]
         a = x * block[ENDS + j] + y * block[ENDS + BLOCK + j] + z * block[ENDS + 2 * BLOCK + j]
         b = x * block[ENDS + 3 * BLOCK + j] + y * block[ENDS + 4 * BLOCK + j] + z * block[ENDS + 5 * BLOCK + j]
         c = x * block[ENDS + 6 * BLOCK + j] + y * block[ENDS + 7 * BLOCK + j] + z * block[ENDS + 8 * BLOCK + j]
         d = x * block[ENDS + 9 * BLOCK + j] + y * block[ENDS + 10 * BLOCK + j] + z * block[ENDS + 11 * BLOCK + j]
-        apart = between(is_node, a, b, c, d)
-        square, reach = block[SQUARE + j], block[REACH + j] * block[REACH + j]
-        far = (square > reach) & (apart > 0.0) & (apart * apart > reach * square)
-        block[NEAR + j] = 0.0 if far else 1.0
+        apart, size = between(is_node, a, b, c, d), math.sqrt(block[SQUARE + j])
+        then = apart / (size if size > 0.0 else 1.0)
+        block[SLACK + j] = ((then if then < size else size) - block[REACH + j]) / block[SKINS + j]
 
 
 @scalar
-def _keep_near(kind, count, place, last, mesh, ways, near, candidates, kept, way_out, found_out, block):
+def _keep_near(kind, count, place, last, mesh, ways, near, ready, candidates, kept, way_out, found_out, block):
     """Of a block of candidates (2, count) keep those that may come near, from a place on: returns the next one, which
     may be past the last. found_out: how many there are of each first."""
     free = mesh[3]
@@ -191,20 +199,22 @@ def _keep_near(kind, count, place, last, mesh, ways, near, candidates, kept, way
         a, b, c, d = np.uint64(m), np.uint64(n), np.uint64(o), np.uint64(p)
         fill(block, j, ways, a, b, c, d)
         _fill_ends(block, j, ways, a, b, c, d)
+        block[REACH + j] = near
         if kind == 0:
-            block[REACH + j] = near + ways[a, 6] + max(ways[b, 6], ways[c, 6], ways[d, 6])
+            block[SKINS + j] = ways[a, 6] + max(ways[b, 6], ways[c, 6], ways[d, 6])
         else:
-            block[REACH + j] = near + max(ways[a, 6], ways[b, 6]) + max(ways[c, 6], ways[d, 6])
+            block[SKINS + j] = max(ways[a, 6], ways[b, 6]) + max(ways[c, 6], ways[d, 6])
         if not (free[a] | free[b] | free[c] | free[d]):
-            block[REACH + j] = -1.0
+            block[REACH + j] = -np.inf
     if kind == 0:
         nodes_on_triangles(block)
     else:
         segments_on_segments(block)
     _judge(kind == 0, block)
     for j in range(count):
-        keep, into = (block[NEAR + j] > 0.0) & (block[REACH + j] >= 0.0), min(place, last)
-        kept[into, 0], kept[into, 1] = candidates[0, j], candidates[1, j]
+        keep, into = block[SLACK + j] <= ROUNDED, min(place, last)
+        level = LEVELS * (block[SLACK + j] - ready / block[SKINS + j])
+        kept[into, 0], kept[into, 1], kept[into, 2] = candidates[0, j], candidates[1, j], max(0.0, level)
         way_out[into, 0], way_out[into, 1], way_out[into, 2] = block[X + j], block[Y + j], block[Z + j]
         found_out[np.uint64(candidates[0, j])] += keep
         place += keep
@@ -255,13 +265,13 @@ def _from(numbers, count, least):
 
 @kernel
 def _find(
-    n, kind, mesh, ways, is_open, near, query, query_starts, target, starts, places, kept_out, way_out, found_out,
-    met_out, needed_out,
+    n, kind, mesh, ways, is_open, near, ready, query, query_starts, target, starts, places, kept_out, way_out,
+    found_out, met_out, needed_out,
 ):  # fmt: skip
     """Pairs of one kind of n items: how many each has in found_out, and as many of them as a slice has places for, with
     how many it needs. ways: of the nodes, from `_boxes`; is_open: whether there are none in the ring around a node,
-    (nodes,) bool; near: distance that matters [m]; query, target: boxes; places: the first of each slice, and the end,
-    (slices + 1,)."""
+    (nodes,) bool; near, ready: distance that matters, and how much more in a step [m]; query, target: boxes; places:
+    the first of each slice, and the end, (slices + 1,)."""
     triangles, edges, nodes = mesh[0], mesh[1], mesh[2]
     rim_begin, rim = mesh[4], mesh[5]
     halls, groups = starts[3] - starts[2], starts[2] - starts[1]
@@ -327,12 +337,24 @@ def _find(
                     waiting += not skipped
                     if waiting == BLOCK:
                         place = _keep_near(
-                            kind, BLOCK, place, places[s + 1] - 1, mesh, ways, near, candidates, kept_out, way_out,
-                            found_out, block,
+                            kind, BLOCK, place, places[s + 1] - 1, mesh, ways, near, ready, candidates, kept_out,
+                            way_out, found_out, block,
                         )  # fmt: skip
                         met, waiting = met + BLOCK, 0
         place = _keep_near(
-            kind, waiting, place, places[s + 1] - 1, mesh, ways, near, candidates, kept_out, way_out, found_out, block
+            kind,
+            waiting,
+            place,
+            places[s + 1] - 1,
+            mesh,
+            ways,
+            near,
+            ready,
+            candidates,
+            kept_out,
+            way_out,
+            found_out,
+            block,
         )
         met_out[s] = met + waiting
         needed_out[s] = place - places[s]
@@ -341,7 +363,7 @@ def _find(
 @kernel
 def _pack(n, kind, mesh, places, kept, way, begin, pairs):
     """What slices found, one after the other."""
-    key_out, nodes_out, normal_out = pairs
+    key_out, nodes_out, normal_out, level_out = pairs
     for s in prange((n + SLICE - 1) // SLICE):
         first = begin[SLICE * s]
         count = begin[min(n, SLICE * (s + 1))] - first
@@ -351,6 +373,7 @@ def _pack(n, kind, mesh, places, kept, way, begin, pairs):
             a, b, c, d = _members(kind, one, other, mesh)
             key_out[to] = kind * EDGES + np.int64(a if kind == 0 else one) * FIRST + np.int64(other)
             nodes_out[to, 0], nodes_out[to, 1], nodes_out[to, 2], nodes_out[to, 3] = a, b, c, d
+            level_out[to] = min(kept[at, 2], LEVELS - 1)
             x, y, z = way[at, 0], way[at, 1], way[at, 2]
             size = math.sqrt(x * x + y * y + z * z)
             per = 1.0 / size if size > 0.0 else 0.0
