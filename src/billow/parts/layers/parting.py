@@ -147,8 +147,8 @@ class Parting:
             )  # fmt: skip
             for _ in range(SWEEPS):
                 moved = sweep.serial(
-                    m, index, aim, per, pairs.nodes, pairs.weight, pairs.normal, pairs.gap, limits.floor,
-                    limits.tolerance, step.inverse_mass, step.dt, step.velocities, total,
+                    m, index, aim, per, pairs.nodes, pairs.weight, pairs.normal, pairs.distance, pairs.gap,
+                    limits.floor, limits.tolerance, step.inverse_mass, step.dt, step.velocities, total,
                 )  # fmt: skip
                 # Last, so that the springs of bodies are solved for the motion that comes.
                 moved = max(moved, self.rows.settle() * step.dt / limits.tolerance)

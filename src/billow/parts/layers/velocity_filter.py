@@ -19,8 +19,9 @@ from billow.parts.layers.distance import along, between, comes_near, nearest_aft
 APPROACH = 0.5
 """Part of the way to its floor that a pair may go in a step."""
 
-SCANS, SWEEPS = 20, 6
-"""Most scans of all pairs in a step, and sweeps over those found between two of them."""
+SCANS, SWEEPS = 20, 150
+"""Most scans of all pairs in a step, and sweeps over those found between two of them. Sweeps that break off leave pairs
+short which impulses would have parted: their nodes then move together, and a folded bag sticks."""
 
 WARM = 0.9
 """Part of its last impulse that a pair begins a step with."""
@@ -29,7 +30,8 @@ ENOUGH = 0.7
 """Of the distance that a pair has to keep at least; below it the true distance has fallen short."""
 
 TOLERANCE = 0.2
-"""Of a pair's floor: error of position at which a sweep has converged; at most Filter.tolerance."""
+"""Of a pair's floor, or of its distance if that is less: error of position at which a sweep has converged; at most
+`Limits.tolerance`. Layers that start nearer than they may would cross within an error that is small for others."""
 
 
 @inlined
@@ -124,7 +126,7 @@ def scan(
             ):
                 goal_out[i] = goal
                 slow += 1.0
-                if lack * dt > min(tolerance, TOLERANCE * floor):
+                if lack * dt > min(tolerance, TOLERANCE * max(least, min(floor, d))):
                     worst = max(worst, lack * dt)
         chunk_out[chunk, 0], chunk_out[chunk, 1], chunk_out[chunk, 2] = slow, worst, short
 
@@ -151,7 +153,9 @@ def admit(n, awake, goal, chunks, nodes, weight, inverse_mass, m, slot_out, inde
 
 
 @kernel
-def sweep(n, index, aim, per, nodes, weight, normal, gap, floor_of, tolerance, inverse_mass, dt, velocities, total):
+def sweep(
+    n, index, aim, per, nodes, weight, normal, distance, gap, floor_of, tolerance, inverse_mass, dt, velocities, total
+):
     """One Gauss-Seidel sweep over n constraints; returns the largest change, in tolerances."""
     share, highest, least = floor_of
     moved = 0.0
@@ -162,7 +166,8 @@ def sweep(n, index, aim, per, nodes, weight, normal, gap, floor_of, tolerance, i
             continue
         total[q] += change
         floor = max(least, min(highest, share * gap[k]))
-        moved = max(moved, abs(change) / per[q] * dt / min(tolerance, TOLERANCE * floor))
+        smallest = max(least, min(floor, distance[k]))
+        moved = max(moved, abs(change) / per[q] * dt / min(tolerance, TOLERANCE * smallest))
         push(k, change, nodes, weight, normal, inverse_mass, velocities)
     return moved
 
@@ -179,9 +184,9 @@ def note(n, awake, m, index, total, impulse_out, slot_out):
 
 @kernel
 def allowance(n, before, velocities, start_velocity, stray, skin, ahead, ready, seen, struck_out, changed_out):
-    """How much of its allowance the node used that used most [-], for the list; and which nodes were struck: changed by
-    more than `ready` [m/s] since `before`; which have changed at all since they were `seen`, as they are from now on.
-    stray: of each node from its path so far [m], (nodes,)."""
+    """How much of its allowance the node used that used most [-], for the list; which nodes have changed since they
+    were `seen`, as they are from now on; and which of them were struck: changed by more than `ready` [m/s] since
+    `before`. stray: of each node from its path so far [m], (nodes,)."""
     largest, any_struck = 0.0, False
     for i in range(n):
         dx, dy, dz = velocities[i, 0] - before[i, 0], velocities[i, 1] - before[i, 1], velocities[i, 2] - before[i, 2]
@@ -192,7 +197,7 @@ def allowance(n, before, velocities, start_velocity, stray, skin, ahead, ready, 
         if dx == 0.0 and dy == 0.0 and dz == 0.0:
             struck_out[i] = False
             continue
-        struck_out[i] = dx * dx + dy * dy + dz * dz > ready * ready
+        struck_out[i] = changed_out[i] & (dx * dx + dy * dy + dz * dz > ready * ready)
         any_struck = any_struck or struck_out[i]
         vx, vy, vz = (
             velocities[i, 0] - start_velocity[i, 0], velocities[i, 1] - start_velocity[i, 1],
