@@ -15,7 +15,7 @@ from billow.geometry.crossings import CrossingCount, edges_of
 from billow.geometry.surface import Surface
 from billow.parts.layers import layers as settings
 from billow.parts.layers.mesh import TouchMesh
-from billow.parts.layers.pairs import EDGES, FIRST
+from billow.parts.layers.pairs import EDGES, FIRST, Room
 from billow.parts.layers.rings import Rings, Shapes, open_rings
 from billow.parts.layers.search import Paths, find_pairs
 from billow.parts.part import Loads
@@ -222,6 +222,24 @@ def test_search_finds_every_pair_that_comes_near(seed, speed):
     assert len(came_near) > 100
     assert came_near <= set(found.key.tolist())
     assert len(found.key) < 0.7 * len(pairs)
+
+
+def test_search_in_a_crowd_is_the_same_with_any_number_of_threads(threads):
+    """Large triangles of which nearly all are near each other, so that lists of neighbours have to grow."""
+    random = np.random.default_rng(3)
+    triangles = random.permutation(1800)[:1500].reshape(-1, 3)
+    triangles = np.vstack([triangles, random.permuted(triangles, axis=0), random.permuted(triangles, axis=0)])
+    triangles = triangles[(np.diff(np.sort(triangles, axis=1), axis=1) > 0).all(axis=1)]
+    positions, velocities = random.uniform(0.0, 1.0, (1800, 3)), random.normal(size=(1800, 3))
+    surface = Surface.build(triangles, np.zeros(len(triangles)), ("cloth",), 1800)
+    mesh = TouchMesh.of(surface, np.full(1800, True))
+    paths = Paths(positions, velocities, np.full(1800, 0.001), 0.01, 0.005, 1e-3)
+    expected, room = find_pairs(mesh, paths), Room()
+    threads(2)
+    for _ in range(3):
+        found = find_pairs(mesh, paths, room)
+        assert len(found.key) > 20000
+        assert all(np.array_equal(one, other) for one, other in zip(found, expected, strict=True))
 
 
 def creased(angle):

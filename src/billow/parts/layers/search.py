@@ -263,6 +263,88 @@ def _from(numbers, count, least):
     return first
 
 
+@scalar
+def _find_in_slice(
+    s, items, kind, mesh, ways, is_open, near, ready, query, query_starts, target, starts, places, kept_out, way_out,
+    found_out,
+):  # fmt: skip
+    """Of a slice: how many candidates there were, and how many pairs. A function of its own, whose memory belongs to
+    nobody else: a parallel loop would take an array out of it that grows in it."""
+    triangles, edges, nodes = mesh[0], mesh[1], mesh[2]
+    rim_begin, rim = mesh[4], mesh[5]
+    halls, groups = starts[3] - starts[2], starts[2] - starts[1]
+    place, met, waiting = places[s], 0, 0
+    hit, near_halls, near_groups = np.zeros(groups, np.uint8), np.empty(halls, np.int32), np.empty(groups, np.int32)
+    all_halls, hall_number = target[:, starts[2] : starts[3]].copy(), np.arange(halls).astype(np.int32)
+    of_hall, group_number = np.empty((6, groups), np.float32), np.empty(groups, np.int32)
+    flat, number = np.empty((6, 64 * GROUP), np.float32), np.empty(64 * GROUP, np.int32)
+    item_hit, hits = np.zeros(64 * GROUP, np.uint8), np.empty(64 * GROUP, np.int32)
+    eight, item_eight = hit.view(np.uint64), item_hit.view(np.uint64)
+    stamp = np.full(len(is_open), -1, np.int64)
+    candidates, block = np.empty((2, BLOCK), np.int32), np.zeros(MORE_ROWS * BLOCK)
+    for group in range(s * SLICE // GROUP, (min(items, (s + 1) * SLICE) + GROUP - 1) // GROUP):
+        # Halls are groups of groups.
+        if group % GROUP == 0 or group == s * SLICE // GROUP:
+            hall = group // GROUP
+            count = _hits(
+                all_halls, hall_number, halls, query, np.uint64(query_starts[2] + hall), hit, eight, near_halls
+            )  # fmt: skip
+            first = _from(near_halls, count, hall) if kind == 1 else 0
+            in_halls = _gather(near_halls, first, count, target, starts[1], of_hall, group_number)
+        count = _hits(
+            of_hall, group_number, in_halls, query, np.uint64(query_starts[1] + group), hit, eight, near_groups
+        )  # fmt: skip
+        first = _from(near_groups, count, group) if kind == 1 else 0
+        if GROUP * count > len(number):
+            flat, number = np.empty((6, 2 * GROUP * count), np.float32), np.empty(2 * GROUP * count, np.int32)
+            item_hit, hits = np.zeros(2 * GROUP * count, np.uint8), np.empty(2 * GROUP * count, np.int32)
+            item_eight = item_hit.view(np.uint64)
+        in_groups = _gather(near_groups, first, count, target, 0, flat, number)
+        for item in range(GROUP * group, min(items, GROUP * group + GROUP)):
+            q = np.uint64(item)
+            found_out[q] = 0
+            m = _hits(flat, number, in_groups, query, q, item_hit, item_eight, hits)
+            first = _from(hits, m, item + 1) if kind == 1 else 0
+            # A stamp on whatever shares a node with the item, or a ring that stays open.
+            if kind == 0:
+                p = nodes[q]
+                stamp[p] = 2 * item
+                for i in range(rim_begin[p], rim_begin[p + 1]):
+                    if is_open[rim[i]]:
+                        stamp[rim[i]] = 2 * item
+            else:
+                for i in range(4):
+                    p = edges[q, i]
+                    if p >= 0 and (i < 2 or is_open[p]):
+                        stamp[p] = 2 * item + is_open[p]
+            for i in range(first, m):
+                u = np.uint64(hits[i])
+                if kind == 0:
+                    skipped = (
+                        (stamp[triangles[u, 0]] == 2 * item) | (stamp[triangles[u, 1]] == 2 * item)
+                        | (stamp[triangles[u, 2]] == 2 * item)
+                    )  # fmt: skip
+                else:
+                    skipped = (
+                        (stamp[edges[u, 0]] >> 1 == item) | (stamp[edges[u, 1]] >> 1 == item)
+                        | ((edges[u, 2] >= 0) & (stamp[edges[u, 2]] == 2 * item + 1))
+                        | ((edges[u, 3] >= 0) & (stamp[edges[u, 3]] == 2 * item + 1))
+                    )  # fmt: skip
+                candidates[0, waiting], candidates[1, waiting] = item, hits[i]
+                waiting += not skipped
+                if waiting == BLOCK:
+                    place = _keep_near(
+                        kind, BLOCK, place, places[s + 1] - 1, mesh, ways, near, ready, candidates, kept_out,
+                        way_out, found_out, block,
+                    )  # fmt: skip
+                    met, waiting = met + BLOCK, 0
+    place = _keep_near(
+        kind, waiting, place, places[s + 1] - 1, mesh, ways, near, ready, candidates, kept_out, way_out, found_out,
+        block,
+    )  # fmt: skip
+    return met + waiting, place - places[s]
+
+
 @kernel
 def _find(
     n, kind, mesh, ways, is_open, near, ready, query, query_starts, target, starts, places, kept_out, way_out,
@@ -272,92 +354,11 @@ def _find(
     how many it needs. ways: of the nodes, from `_boxes`; is_open: whether there are none in the ring around a node,
     (nodes,) bool; near, ready: distance that matters, and how much more in a step [m]; query, target: boxes; places:
     the first of each slice, and the end, (slices + 1,)."""
-    triangles, edges, nodes = mesh[0], mesh[1], mesh[2]
-    rim_begin, rim = mesh[4], mesh[5]
-    halls, groups = starts[3] - starts[2], starts[2] - starts[1]
     for s in prange((n + SLICE - 1) // SLICE):
-        place, met, waiting = places[s], 0, 0
-        hit, near_halls, near_groups = np.zeros(groups, np.uint8), np.empty(halls, np.int32), np.empty(groups, np.int32)
-        all_halls, hall_number = target[:, starts[2] : starts[3]].copy(), np.arange(halls).astype(np.int32)
-        of_hall, group_number = np.empty((6, groups), np.float32), np.empty(groups, np.int32)
-        flat, number = np.empty((6, 64 * GROUP), np.float32), np.empty(64 * GROUP, np.int32)
-        item_hit, hits = np.zeros(64 * GROUP, np.uint8), np.empty(64 * GROUP, np.int32)
-        eight, item_eight = hit.view(np.uint64), item_hit.view(np.uint64)
-        stamp = np.full(len(is_open), -1, np.int64)
-        candidates, block = np.empty((2, BLOCK), np.int32), np.zeros(MORE_ROWS * BLOCK)
-        for group in range(s * SLICE // GROUP, (min(n, (s + 1) * SLICE) + GROUP - 1) // GROUP):
-            # Halls are groups of groups.
-            if group % GROUP == 0 or group == s * SLICE // GROUP:
-                hall = group // GROUP
-                count = _hits(
-                    all_halls, hall_number, halls, query, np.uint64(query_starts[2] + hall), hit, eight, near_halls
-                )  # fmt: skip
-                first = _from(near_halls, count, hall) if kind == 1 else 0
-                in_halls = _gather(near_halls, first, count, target, starts[1], of_hall, group_number)
-            count = _hits(
-                of_hall, group_number, in_halls, query, np.uint64(query_starts[1] + group), hit, eight, near_groups
-            )  # fmt: skip
-            first = _from(near_groups, count, group) if kind == 1 else 0
-            if GROUP * count > len(number):
-                flat, number = np.empty((6, 2 * GROUP * count), np.float32), np.empty(2 * GROUP * count, np.int32)
-                item_hit, hits = np.zeros(2 * GROUP * count, np.uint8), np.empty(2 * GROUP * count, np.int32)
-                item_eight = item_hit.view(np.uint64)
-            in_groups = _gather(near_groups, first, count, target, 0, flat, number)
-            for item in range(GROUP * group, min(n, GROUP * group + GROUP)):
-                q = np.uint64(item)
-                found_out[q] = 0
-                m = _hits(flat, number, in_groups, query, q, item_hit, item_eight, hits)
-                first = _from(hits, m, item + 1) if kind == 1 else 0
-                # A stamp on whatever shares a node with the item, or a ring that stays open.
-                if kind == 0:
-                    p = nodes[q]
-                    stamp[p] = 2 * item
-                    for i in range(rim_begin[p], rim_begin[p + 1]):
-                        if is_open[rim[i]]:
-                            stamp[rim[i]] = 2 * item
-                else:
-                    for i in range(4):
-                        p = edges[q, i]
-                        if p >= 0 and (i < 2 or is_open[p]):
-                            stamp[p] = 2 * item + is_open[p]
-                for i in range(first, m):
-                    u = np.uint64(hits[i])
-                    if kind == 0:
-                        skipped = (
-                            (stamp[triangles[u, 0]] == 2 * item) | (stamp[triangles[u, 1]] == 2 * item)
-                            | (stamp[triangles[u, 2]] == 2 * item)
-                        )  # fmt: skip
-                    else:
-                        skipped = (
-                            (stamp[edges[u, 0]] >> 1 == item) | (stamp[edges[u, 1]] >> 1 == item)
-                            | ((edges[u, 2] >= 0) & (stamp[edges[u, 2]] == 2 * item + 1))
-                            | ((edges[u, 3] >= 0) & (stamp[edges[u, 3]] == 2 * item + 1))
-                        )  # fmt: skip
-                    candidates[0, waiting], candidates[1, waiting] = item, hits[i]
-                    waiting += not skipped
-                    if waiting == BLOCK:
-                        place = _keep_near(
-                            kind, BLOCK, place, places[s + 1] - 1, mesh, ways, near, ready, candidates, kept_out,
-                            way_out, found_out, block,
-                        )  # fmt: skip
-                        met, waiting = met + BLOCK, 0
-        place = _keep_near(
-            kind,
-            waiting,
-            place,
-            places[s + 1] - 1,
-            mesh,
-            ways,
-            near,
-            ready,
-            candidates,
-            kept_out,
-            way_out,
-            found_out,
-            block,
-        )
-        met_out[s] = met + waiting
-        needed_out[s] = place - places[s]
+        met_out[s], needed_out[s] = _find_in_slice(
+            s, n, kind, mesh, ways, is_open, near, ready, query, query_starts, target, starts, places, kept_out,
+            way_out, found_out,
+        )  # fmt: skip
 
 
 @kernel
