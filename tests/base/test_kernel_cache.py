@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 import billow
-from billow.base import cache_folder, compiled, surroundings
+from billow.base import cache_folder, compiled, compiled_parts, surroundings
 
 LAW = """
 from billow.base.compiled import scalar
@@ -75,6 +75,23 @@ one.force._compiler.compile = stall
 one.forces(1, 1.0)
 """
 
+PARTS = """
+import importlib, json, os, pathlib, sys
+one, two = (importlib.import_module("billow.toy." + name) for name in sys.argv[1:])
+print("ready", flush=True)
+sys.stdin.readline()
+
+def kept():
+    files = pathlib.Path(os.environ["BILLOW_CACHE"]).rglob("*.nbi")
+    return sorted(f"{f.parent.name.split('-')[0]}.{f.name.split('.')[1].split('-')[0]}" for f in files)
+
+kernels = [one.forces(1, 1.0), two.forces(1, 1.0)]
+at_first = kept()
+by_python = [one.force(1.0), one.force.py_func.__globals__["stress"].py_func(1.0)]
+print(json.dumps([kernels + by_python, at_first, kept()]))
+"""
+"""Calls kernels, then what they call, and lists what is kept on disk."""
+
 UNCACHED = """
 import json
 from billow.toy import one
@@ -96,7 +113,7 @@ def package(tmp_path) -> Path:
         folder.mkdir(parents=True, exist_ok=True)
         (folder / "__init__.py").touch()
     shutil.copy(billow.__file__, toy.parent)
-    for module in (cache_folder, compiled, surroundings):
+    for module in (cache_folder, compiled, compiled_parts, surroundings):
         shutil.copy(module.__file__, toy.parent / "base")
     (toy / "law.py").write_text(LAW)
     for between in (toy / "between.py", toy / "plain" / "through.py"):  # the second in a folder without __init__.py
@@ -156,8 +173,16 @@ def test_processes_that_need_the_same_kernels_compile_each_once(package):
     """Two begin at the same time, and call the kernels in opposite order."""
     one, other = answer(start(package, *MEMBRANES), start(package, *reversed(MEMBRANES)))
     assert one["answers"] == other["answers"]
-    counts = {name: one["compiled"][name] + other["compiled"][name] for name in one["compiled"]}
-    assert counts == dict.fromkeys(counts, 1)
+    kernels = [name for name in one["compiled"] if name.endswith(".forces")]
+    assert len(kernels) == len(MEMBRANES)
+    assert {name: one["compiled"][name] + other["compiled"][name] for name in kernels} == dict.fromkeys(kernels, 1)
+
+
+def test_what_a_kernel_calls_is_a_part_of_it_and_whole_where_python_calls_it(package):
+    (first,) = answer(start(package, "one", "two", program=PARTS))
+    assert first == [[3.0, 3.0, 3.0, 2.0], ["one.forces", "two.forces"], ["one.force", "one.forces", "two.forces"]]
+    (second,) = answer(start(package, "one", "two", program=PARTS))
+    assert second[0] == first[0]
 
 
 def test_a_process_killed_while_it_compiles_keeps_nobody_waiting(package):

@@ -26,10 +26,10 @@ import numba
 import numpy as np
 from numba.core import config
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataCacheFile, _CacheLocator
-from numba.core.compiler_lock import global_compiler_lock
 from numba.core.runtime import rtsys
 
 from billow.base.cache_folder import cache_folder
+from billow.base.compiled_parts import PartCompiler, compiling, forget_part, keep_parts_from_python
 
 config._config_fname = os.devnull  # numba looks for its settings file in the working folder
 config.reload_config()
@@ -212,8 +212,8 @@ class _KernelCache(FunctionCache):
     """numba's cache of one kernel, compiled by one process while others wait for it.
 
     Dask workers and test processes start together and need the same kernels. The lock ends with the process that holds
-    it, however it dies. Who compiles a kernel waits for its callees only, and calls form no circle, so there is no
-    deadlock; threads of one process take turns by numba's own lock, which comes first.
+    it, however it dies. What a kernel calls is a part of it, so no process waits for one while it holds another;
+    threads of one process take turns by numba's own lock, which comes first.
     """
 
     _impl_class = _Impl
@@ -227,17 +227,20 @@ class _KernelCache(FunctionCache):
         self._scope = contextlib.ExitStack()
 
     @contextlib.contextmanager
-    def compiling(self) -> Iterator[None]:
-        """Around a compilation: no other thread compiles, and the lock that a miss takes is given back."""
-        with global_compiler_lock, contextlib.ExitStack() as scope:
-            outer, self._scope = self._scope, scope
+    def whole(self, is_part: bool) -> Iterator[None]:
+        """Around a compilation: the lock that a miss takes is given back, and parts are neither loaded nor kept."""
+        with contextlib.ExitStack() as scope:
+            before = self._scope, self._enabled
+            self._scope, self._enabled = scope, not is_part
             try:
                 yield
             finally:
-                self._scope = outer
+                self._scope, self._enabled = before
 
     def load_overload(self, sig, target_context):
         """What is saved. If nothing is, take the lock and look again: another process may have compiled it."""
+        if not self._enabled:
+            return None
         # Machine code needs numba's memory management, and none of the types and functions that its own method makes
         # known to the compiler first: they take 0.15 s.
         rtsys.initialize(target_context)
@@ -260,22 +263,26 @@ class _KernelCache(FunctionCache):
 
 def _compile(function, **options):
     # Without an entry for callers in C, which there are none of: 5 % of compiling.
-    compiled = numba.njit(function, error_model="numpy", no_cfunc_wrapper=True, **options)
+    compiled = numba.njit(
+        function, error_model="numpy", no_cfunc_wrapper=True, pipeline_class=PartCompiler, **options
+    )  # fmt: skip
     if config.DISABLE_JIT:
         return compiled
     load_or_compile = compiled.compile
-    if _module_folder(function.__code__.co_filename) is None:
-
-        def compile_each_time(signature):
-            _announce(NOT_KEPT)
-            return load_or_compile(signature)
-
-        compiled.compile = compile_each_time
-        return compiled
-    cache = compiled._cache = _KernelCache(function)
+    keep_parts_from_python(compiled)
+    cache = None
+    if _module_folder(function.__code__.co_filename) is not None:
+        cache = compiled._cache = _KernelCache(function)
 
     def compile_once(signature):
-        with cache.compiling():
+        with compiling() as is_part:
+            if not is_part:
+                forget_part(compiled, signature)
+            if cache is not None:
+                with cache.whole(is_part):
+                    return load_or_compile(signature)
+            if not is_part:
+                _announce(NOT_KEPT)
             return load_or_compile(signature)
 
     compiled.compile = compile_once
