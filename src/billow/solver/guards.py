@@ -57,7 +57,7 @@ def check_state(model: Model, state: State, largest_gain: float = LARGEST_GAIN) 
     The gas, the first part, is asked first: what a chamber without volume does to pressures looks like anything else.
     """
     moment, ledger = state.moment, state.ledger
-    (first, gas), *others = model.parts
+    (first, gas), *others = model.guarded
     gas.guard(state.of(first), moment)
     if not math.isfinite(ledger.residual):
         raise _non_finite(model, state)

@@ -61,6 +61,12 @@ class Model:
         return tuple((name, getattr(self, name)) for name in PARTS if getattr(self, name) is not None)
 
     @cached_property
+    def guarded(self) -> tuple[tuple[str, Part], ...]:
+        """Of the parts, the gas first, those that have something to guard."""
+        gas, *others = self.parts
+        return (gas, *((name, part) for name, part in others if type(part).guard is not Part.guard))
+
+    @cached_property
     def accounts(self) -> tuple[Account, ...]:
         """Of the solver and of all parts."""
         gas, *others = (part.accounts for _, part in self.parts)

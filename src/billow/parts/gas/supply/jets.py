@@ -55,20 +55,27 @@ class Jets:
         Returns hole positions [m] (jets, 3); frames (jets, 3, 3), rows: jet direction, tangent to the ring, and the
         vector perpendicular to both; (3, 3) rows: axis, radial vector and tangent of the first jet.
         """
+        unmoved = self.mouth_start is not None and _unmoved(self.mouth_nodes, self.mouth_start, positions)
+        if unmoved and not self.ring.spin:
+            return self._nozzles_at_start
         out, frames, ring = self._ring_at(time) if self.ring.spin else self._ring_at_rest
-        nodes = positions[self.mouth_nodes]
-        centre = nodes.mean(axis=0)
-        if self.mouth_start is None or np.array_equal(nodes, self.mouth_start):
+        centre = positions[self.mouth_nodes].mean(axis=0)
+        if self.mouth_start is None or unmoved:
             return centre + out, frames, ring
         turned = self.turn(positions).T  # of rows
         return centre + out @ turned, frames @ turned, ring @ turned
 
+    # Arrays that cannot be written are another type to a kernel, which would be compiled twice.
+
     @cached_property
     def _ring_at_rest(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        parts = self._ring_at(0.0)
-        for part in parts:
-            part.flags.writeable = False
-        return parts
+        return self._ring_at(0.0)
+
+    @cached_property
+    def _nozzles_at_start(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """As `nozzles`, of a ring that does not spin in a mouth that has not moved, as most are."""
+        out, frames, ring = self._ring_at_rest
+        return self.mouth_start.mean(axis=0) + out, frames, ring
 
     def _ring_at(self, time: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """As `nozzles`, in a mouth about the origin that has not turned."""
@@ -82,6 +89,16 @@ class Jets:
         lean, rise = np.sin(self.ring.angle), np.cos(self.ring.angle)
         frames = np.stack([lean * radial + rise * self.axis, tangent, rise * radial - lean * self.axis], axis=1)
         return self.ring.ring_radius * radial, frames, np.array([self.axis, radial[0], tangent[0]])
+
+
+@scalar
+def _unmoved(nodes, start, positions):
+    """Whether the nodes (n,) are where they were at the start [m], (n, 3)."""
+    for i in range(len(nodes)):
+        for k in range(3):
+            if positions[nodes[i], k] != start[i, k]:
+                return False
+    return True
 
 
 @dataclass

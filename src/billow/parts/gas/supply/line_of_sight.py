@@ -116,9 +116,9 @@ def _gather_corners(block, first, count, triangles, walls, turned_round, positio
 
 
 @inlined
-def _ask_cone(block, ring, radius_of_ring, lean, rise, diameter):
-    """Fill the rows GX to NEAR. All jets lie on one cone; most fabric is too far from it for the nearest jet to
-    matter."""
+def _ask_cone(block, count, ring, radius_of_ring, lean, rise, diameter):
+    """Fill the rows GX to NEAR; returns whether any of `count` triangles is near. All jets lie on one cone; most fabric
+    is too far from it for the nearest jet to matter."""
     upx, upy, upz = ring[0, 0], ring[0, 1], ring[0, 2]
     for j in range(BLOCK):
         ax, ay, az = block[AX + j], block[AY + j], block[AZ + j]
@@ -137,6 +137,10 @@ def _ask_cone(block, ring, radius_of_ring, lean, rise, diameter):
         block[GX + j], block[GY + j], block[GZ + j] = gx, gy, gz
         block[NX + j], block[NY + j], block[NZ + j], block[AREA2 + j] = nx, ny, nz, area2
         block[NEAR + j] = near if (axial > 0.0) & (area2 > 0.0) else -1.0
+    nearest = -1.0
+    for j in range(count):
+        nearest = block[NEAR + j] if block[NEAR + j] > nearest else nearest
+    return nearest >= 0.0
 
 
 @inlined
@@ -182,7 +186,8 @@ def sort_out(triangles, walls, turned_round, positions, holes, frames, ring, dia
     for first in range(0, n, BLOCK):
         count = min(BLOCK, n - first)
         _gather_corners(block, first, count, triangles, walls, turned_round, positions, cx, cy, cz)
-        _ask_cone(block, ring, radius_of_ring, lean, rise, diameter)
+        if not _ask_cone(block, count, ring, radius_of_ring, lean, rise, diameter):
+            continue
         for j in range(count):
             if block[NEAR + j] >= 0.0:
                 gx, gy, gz = block[GX + j], block[GY + j], block[GZ + j]
