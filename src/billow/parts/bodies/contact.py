@@ -149,7 +149,7 @@ def _kick(block, first, count, dt, nodes):
 def _ask(block, first, count, dt, bound, motion, touching):
     """Fill the row CLOSE: above zero for nodes that touch a shape, and for all that may come into the sphere around
     one, or below a plane, if they go on as they are. Most do not, so these are loops without branches, in which ways
-    are bounded and not measured. Returns the largest of the row."""
+    are bounded and not measured."""
     body, centre, pose, _ = motion
     for j in range(BLOCK):
         block[CLOSE + j] = 0.0
@@ -179,10 +179,6 @@ def _ask(block, first, count, dt, bound, motion, touching):
                 block[CLOSE + j] = close if close > block[CLOSE + j] else block[CLOSE + j]
         for j in range(count):
             block[CLOSE + j] = 1.0 if touching[o, first + j] else block[CLOSE + j]
-    closest = 0.0
-    for j in range(count):
-        closest = block[CLOSE + j] if block[CLOSE + j] > closest else closest
-    return closest
 
 
 @kernel
@@ -206,21 +202,18 @@ def _kick_touch_drift(
         for first in range(chunk * CHUNK, end, BLOCK):
             count = min(BLOCK, end - first)
             _kick(block, first, count, dt, nodes)
-            if _ask(block, first, count, dt, bound, motion, touching) == 0.0:
-                for j in range(count):
-                    at = np.uint64(first + j)
-                    vx, vy, vz = block[VX + j], block[VY + j], block[VZ + j]
-                    velocities[at, 0], velocities[at, 1], velocities[at, 2] = vx, vy, vz
-                    positions[at, 0] = block[PX + j] + dt * vx
-                    positions[at, 1] = block[PY + j] + dt * vy
-                    positions[at, 2] = block[PZ + j] + dt * vz
-                continue
-            for i in range(first, first + count):
-                j = i - first
+            _ask(block, first, count, dt, bound, motion, touching)
+            for j in range(count):
+                at = np.uint64(first + j)
                 px, py, pz = block[PX + j], block[PY + j], block[PZ + j]
-                velocities[i, 0], velocities[i, 1], velocities[i, 2] = block[VX + j], block[VY + j], block[VZ + j]
+                vx, vy, vz = block[VX + j], block[VY + j], block[VZ + j]
+                velocities[at, 0], velocities[at, 1], velocities[at, 2] = vx, vy, vz
+                if block[CLOSE + j] == 0.0:
+                    positions[at, 0], positions[at, 1], positions[at, 2] = px + dt * vx, py + dt * vy, pz + dt * vz
+                    continue
+                i = first + j
                 half, pushers = 0.5 * dt * inverse_mass[i], 0
-                for o in range(shapes if block[CLOSE + j] > 0.0 else 0):
+                for o in range(shapes):
                     rx, ry, rz = px - body[o, 0], py - body[o, 1], pz - body[o, 2]
                     tx = dt * (velocities[i, 0] - body[o, 3] - (body[o, 7] * rz - body[o, 8] * ry))
                     ty = dt * (velocities[i, 1] - body[o, 4] - (body[o, 8] * rx - body[o, 6] * rz))
