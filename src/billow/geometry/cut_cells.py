@@ -20,7 +20,6 @@ from billow.base.scratch import Scratch
 from billow.geometry.lattice_clipping import (
     COLUMNS,
     FARTHEST,
-    MOMENT,
     NORMAL,
     PLACE,
     STRIDE,
@@ -110,7 +109,7 @@ class CutCells:
 def cut_cells(triangles: np.ndarray, sign: np.ndarray, places: np.ndarray, window: Window) -> CutCells:
     """triangles: of a closed surface, (n, 3); sign: 1.0 where the normal points out of it, (n,); places: of the nodes,
     in lattice coordinates, (nodes, 3). window: of this surface, which is changed; what it is cut into stays as it
-    is for one more cut. Raises NumericalStop E-NUM-020."""
+    is for one more cut. Its scratch lends "passing" and "slope" to the cut. Raises NumericalStop E-NUM-020."""
     window.about(places[triangles.ravel()])
     window.turn = 1 - window.turn
 
@@ -123,7 +122,8 @@ def cut_cells(triangles: np.ndarray, sign: np.ndarray, places: np.ndarray, windo
     number = take("number", count, kind=np.int32)
     _sort(*loose[:3], low, shape, start, number)
     rows, triangle = take("rows", count, COLUMNS), take("triangle", count, kind=np.int32)
-    pack(len(triangles), loose.slot, loose.first, loose.rows, number, rows, triangle)
+    levers, moment = window.scratch.take("levers", count, 3), window.scratch.take("slope", count, 3)
+    pack(len(triangles), loose.slot, loose.first, loose.rows, number, rows, triangle, moment, levers)
     _sum_up(count, shape, start, rows, aperture)
     _along_x(count, shape, start, aperture, layers)
     np.cumsum(layers, out=layers)
@@ -131,8 +131,10 @@ def cut_cells(triangles: np.ndarray, sign: np.ndarray, places: np.ndarray, windo
     key, first = take("key", cells, kind=np.int64), take("start", cells + 1, kind=np.int32)
     volume, apertures, centroid = take("volume", cells), take("aperture", cells, 3), take("centroid", cells, 3)
     first[cells] = count
-    _collect(count, shape, start, rows, low, aperture, layers, key, volume, apertures, centroid, first, inverted)
-    fragments = Fragments(rows, triangle, loose.first, number)
+    _collect(
+        count, shape, start, rows, moment, low, aperture, layers, key, volume, apertures, centroid, first, inverted
+    )
+    fragments = Fragments(rows, triangle, loose.first, number, levers)
     return CutCells(key, volume, apertures, centroid, fragments, first, float(inverted.sum()))
 
 
@@ -205,7 +207,7 @@ def _along_x(n, shape, start, aperture, layers_out):
 
 @kernel
 def _collect(
-    n, shape, start, rows, low, aperture, layers, key_out, volume_out, aperture_out, centroid_out, first_out,
+    n, shape, start, rows, moment, low, aperture, layers, key_out, volume_out, aperture_out, centroid_out, first_out,
     inverted_out,
 ):  # fmt: skip
     ny, nz = shape[1], shape[2]
@@ -220,7 +222,7 @@ def _collect(
                 volume, mx, my, mz = aperture[c, 0], aperture[c, 0], aperture[c, 1], aperture[c, 2]
                 for f in range(begin, end):
                     volume += (rows[f, PLACE] - x) * rows[f, NORMAL]
-                    mx, my, mz = mx + rows[f, MOMENT], my + rows[f, MOMENT + 1], mz + rows[f, MOMENT + 2]
+                    mx, my, mz = mx + moment[f, 0], my + moment[f, 1], mz + moment[f, 2]
                 volume = volume if abs(volume) > NOTHING else 0.0
                 inverted_out[i] += min(volume, 0.0)
                 double = 2.0 * volume if volume != 0.0 else 1.0

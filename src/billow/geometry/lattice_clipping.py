@@ -15,10 +15,12 @@ from numba import prange
 from billow.base.compiled import kernel, scalar
 from billow.base.scratch import Scratch
 
-NORMAL, WEIGHT, PLACE, MOMENT = 0, 3, 6, 9
-"""Columns of a fragment: area vector, in cell faces, pointing out of the gas; barycentric weights of its centroid;
-centroid; and integrals of xi_d^2 n_d, xi from the lower planes of the cell. Three each."""
-COLUMNS = 12
+NORMAL, WEIGHT, PLACE, COLUMNS = 0, 3, 5, 8
+"""Columns of a fragment: area vector, in cell faces, pointing out of the gas (three); weights of the triangle's second
+and third corners in its centroid (two); centroid (three); a line of the processor's cache together."""
+MOMENT, SHARE, LOOSE = 8, 11, 12
+"""Of a loose one also integrals of xi_d^2 n_d, xi from the lower planes of the cell (three); its share of the triangle;
+and the number of columns."""
 
 FARTHEST = 2**20
 """Cells are numbered from -FARTHEST to FARTHEST along each axis."""
@@ -36,12 +38,14 @@ TEAM = 128
 class Fragments(NamedTuple):
     """They lie in memory cell by cell, those of a cell in order of triangles. rows: (n, COLUMNS); triangle: (n,) int32.
     first: (triangles + 1,) int64 and number: (n,) int32: those of triangle t are number[first[t]] to
-    number[first[t + 1]]."""
+    number[first[t + 1]]. levers: (n, 3), in order of triangles, share of the triangle times the weights of its corners
+    in the centroid; they stay until the next cut."""
 
     rows: np.ndarray
     triangle: np.ndarray
     first: np.ndarray
     number: np.ndarray
+    levers: np.ndarray
 
     def on(self, triangles: np.ndarray) -> np.ndarray:
         """Those on some triangles, in their order, (m,) int64."""
@@ -53,7 +57,7 @@ class Fragments(NamedTuple):
 
 class Loose(NamedTuple):
     """Fragments as they were found. slot, first: (triangles + 1,) int64: those of triangle t, of which there are
-    first[t + 1] - first[t], begin at slot[t]. key: of the cell of each, int64; rows: (slots, COLUMNS)."""
+    first[t + 1] - first[t], begin at slot[t]. key: of the cell of each, int64; rows: (slots, LOOSE)."""
 
     slot: np.ndarray
     first: np.ndarray
@@ -80,7 +84,7 @@ def clip(triangles: np.ndarray, sign: np.ndarray, places: np.ndarray, scratch: S
     slot, first = np.zeros(n + 1, np.int64), np.zeros(n + 1, np.int64)
     _most(n, triangles, places, slot)
     np.cumsum(slot, out=slot)
-    key, rows = scratch.take("loose_key", slot[n], kind=np.int64), scratch.take("passing", slot[n], COLUMNS)
+    key, rows = scratch.take("loose_key", slot[n], kind=np.int64), scratch.take("passing", slot[n], LOOSE)
     _clip(n, triangles, sign, places, slot, key, rows, first)
     if (first[1:] > np.diff(slot)).any():
         raise RuntimeError("a triangle has more fragments than it can have")
@@ -114,14 +118,18 @@ def _clip(n, triangles, sign, places, slot, key_out, rows_out, found_out):
 
 
 @kernel
-def pack(n, slot, first, rows, number, rows_out, triangle_out):
-    """Put the loose fragments of n triangles where their numbers say."""
+def pack(n, slot, first, rows, number, rows_out, triangle_out, moment_out, levers_out):
+    """Put the loose fragments of n triangles where their numbers say; the levers stay in order of triangles."""
     for t in prange(n):
         for m in range(first[t + 1] - first[t]):
-            at = number[first[t] + m]
-            triangle_out[at] = t
+            f, at = slot[t] + m, number[first[t] + m]
+            triangle_out[at], second, third = t, rows[f, WEIGHT], rows[f, WEIGHT + 1]
             for k in range(COLUMNS):
-                rows_out[at, k] = rows[slot[t] + m, k]
+                rows_out[at, k] = rows[f, k]
+            for d in range(3):
+                moment_out[at, d] = rows[f, MOMENT + d]
+            levers_out[first[t] + m, 0] = rows[f, SHARE] * (1.0 - second - third)
+            levers_out[first[t] + m, 1], levers_out[first[t] + m, 2] = rows[f, SHARE] * second, rows[f, SHARE] * third
 
 
 @scalar
@@ -228,19 +236,18 @@ def _fragments(places, a, b, c, sign, room, first, end, key_out, rows_out):
                     continue
                 if first + found == end:
                     return found + 1
-                at, scale, third = first + found, 0.5 * sign * share, 1.0 / (3.0 * area)
+                at, scale, mean = first + found, 0.5 * sign * share, 1.0 / (3.0 * area)
                 key_out[at] = key_of(i, j, k)
                 for d in range(3):
                     rows_out[at, NORMAL + d] = scale * normal[d]
-                place = (low[0] + third * cx, low[1] + third * cy, low[2] + third * cz)
+                place = (low[0] + mean * cx, low[1] + mean * cy, low[2] + mean * cz)
                 moment = (sx, sy, sz)
                 for d in range(3):
                     rows_out[at, PLACE + d] = place[d]
                     rows_out[at, MOMENT + d] = moment[d] / (6.0 * area) * scale * normal[d]
                 pu, pv = place[u] - room[0, 0, u], place[v] - room[0, 0, v]
                 second = (pu * (room[0, 2, v] - room[0, 0, v]) - pv * (room[0, 2, u] - room[0, 0, u])) / whole
-                third_weight = ((room[0, 1, u] - room[0, 0, u]) * pv - (room[0, 1, v] - room[0, 0, v]) * pu) / whole
-                rows_out[at, WEIGHT] = 1.0 - second - third_weight
-                rows_out[at, WEIGHT + 1], rows_out[at, WEIGHT + 2] = second, third_weight
+                third = ((room[0, 1, u] - room[0, 0, u]) * pv - (room[0, 1, v] - room[0, 0, v]) * pu) / whole
+                rows_out[at, WEIGHT], rows_out[at, WEIGHT + 1], rows_out[at, SHARE] = second, third, share
                 found += 1
     return found

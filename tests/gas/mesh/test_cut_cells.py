@@ -39,8 +39,14 @@ def test_volumes_add_up_and_cells_are_closed(name, shape, places):
     rows = found.fragments.rows
     normals = rows[:, NORMAL : NORMAL + 3].sum(axis=0)
     assert np.abs(normals).max() < 1e-11
-    np.testing.assert_allclose(rows[:, WEIGHT : WEIGHT + 3].sum(axis=1), 1.0, atol=1e-9)
-    assert rows[:, WEIGHT : WEIGHT + 3].min() > -1e-7
+    weights = np.column_stack([1.0 - rows[:, WEIGHT] - rows[:, WEIGHT + 1], rows[:, WEIGHT : WEIGHT + 2]])
+    assert weights.min() > -1e-7
+    # Levers lie in order of triangles; all of a triangle's add up to a third of it at each corner.
+    here, first = found.fragments.number, found.fragments.first
+    shares = found.fragments.levers.sum(axis=1)
+    np.testing.assert_allclose(found.fragments.levers, shares[:, None] * weights[here], atol=1e-12)
+    thirds = np.add.reduceat(found.fragments.levers, first[:-1][np.diff(first) > 0])
+    np.testing.assert_allclose(thirds, 1.0 / 3.0, atol=1e-9)
     # What walls close of a cell is what its faces leave open.
     beside = neighbours(found.key)
     for d in range(3):

@@ -18,7 +18,6 @@ Inflators with their jets, passages, ambient, initial gas and heat loss are the 
 
 from __future__ import annotations
 
-import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
@@ -167,10 +166,10 @@ class GasModel(ABC):
         """What users want to see on triangles, (triangles,) or (triangles, 3): at least "gauge_pressure" [Pa], behind
         minus ahead. `pressure` is absolute wherever it stands. Units are those of `results.vtkhdf.UNITS`."""
 
-    def stable_dt(self, gas) -> float:
-        """Largest step [s] of the structure that the gas tolerates now; any, for a gas that acts at the end of a step
-        on where the fabric is then."""
-        return math.inf
+    def stable_dt(self, gas, limit: float) -> float:
+        """Step [s] of the structure that the gas takes now, of those up to the limit that all else has; that one, for a
+        gas that acts at the end of a step on where the fabric is then."""
+        return limit
 
     def view(self) -> LocalGas | None:
         """How a gas that differs from place to place shows it; None for one that is the same everywhere."""

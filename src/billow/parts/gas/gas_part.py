@@ -123,8 +123,9 @@ class GasPart(Part):
     def totals(self, gas: GasState) -> GasTotals:
         return self.model.totals(gas.content)
 
-    def stable_dt(self, gas: GasState) -> float:
-        return self.model.stable_dt(gas.content)
+    def stable_dt(self, gas: GasState, limit: float) -> float:
+        """Step [s] of the structure that the gas takes, of those up to the limit that all else has."""
+        return self.model.stable_dt(gas.content, limit)
 
     # --- what a run says of it -------------------------------------------------------------------------------------
 

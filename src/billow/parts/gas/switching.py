@@ -116,9 +116,9 @@ class Switching(LocalGas):
         gas.mass_error = abs(mass - start_mass) / (start_mass + now.injected + now.drawn_in)
         gas.energy_error = abs(energy - start_energy) / (start_energy + now.enthalpy_in)
 
-    def stable_dt(self, gas: SwitchingState) -> float:
+    def stable_dt(self, gas: SwitchingState, limit: float) -> float:
         """That of the gas it is now."""
-        return self.uniform.stable_dt(gas.uniform) if gas.switched else self.local.stable_dt(gas.local)
+        return self.uniform.stable_dt(gas.uniform, limit) if gas.switched else self.local.stable_dt(gas.local, limit)
 
     # --- what users see --------------------------------------------------------------------------------------------
 

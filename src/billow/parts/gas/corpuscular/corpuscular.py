@@ -304,11 +304,11 @@ class Corpuscular(Setup, SwitchableGas):
         """Mean distance of opposite walls [m]."""
         return 2.0 * float(gas.volume.sum() / self.flat_area.sum())
 
-    def stable_dt(self, gas: CorpuscularState) -> float:
+    def stable_dt(self, gas: CorpuscularState, limit: float) -> float:
         """The gap over the speed of sound: between light walls gas is a stiff spring that answers half a step late."""
         density = gas.masses.sum() / gas.volume.sum()
         pressure = float(gas.pressure @ gas.volume / gas.volume.sum())
-        return SOUND_CROSSES * self._gap(gas) / math.sqrt(float(gas.gamma.max()) * pressure / density)
+        return min(limit, SOUND_CROSSES * self._gap(gas) / math.sqrt(float(gas.gamma.max()) * pressure / density))
 
     # --- handing over to another gas -------------------------------------------------------------------------------
 

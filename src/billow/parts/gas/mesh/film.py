@@ -97,8 +97,9 @@ def pull_along(
     traction[drag.patches] = drag.traction
     some = np.flatnonzero(traction[of].any(axis=1))
     push = face * np.sqrt((rows[some, NORMAL : NORMAL + 3] ** 2).sum(axis=1))[:, None] * traction[of[some]]
-    for k in range(3):
+    second, third = rows[some, WEIGHT], rows[some, WEIGHT + 1]
+    for k, weight in enumerate((1.0 - second - third, second, third)):
         for d in range(3):
-            added[:, k, d] = np.bincount(triangle[some], push[:, d] * rows[some, WEIGHT + k], len(added))
+            added[:, k, d] = np.bincount(triangle[some], push[:, d] * weight, len(added))
     force_out += added
     return added

@@ -16,17 +16,20 @@ from billow.parts.gas.gas_model import Bag, ChamberTotals, Content, GasTotals, S
 from billow.parts.gas.mesh.concerns import mesh_concerns
 from billow.parts.gas.mesh.exchange import Exchange
 from billow.parts.gas.mesh.fields import at_places, boxes_of, chamber_totals, is_inside, on_triangles
+from billow.parts.gas.mesh.longest_step import fastest, parts_of
 from billow.parts.gas.mesh.moved import Moved
 from billow.parts.gas.mesh.rooms import NO_CELLS, join_sheets
 from billow.parts.gas.mesh.setup import VAN_LEER, Setup
-from billow.parts.gas.mesh.sheet import Sheet, fastest
+from billow.parts.gas.mesh.sheet import Sheet
 from billow.parts.gas.mesh.state import MeshState
 from billow.parts.gas.mesh.work import add_load
 from billow.parts.gas.supply.mixture import mixture_enthalpy, mixture_gamma, mixture_gas_constant
 from billow.parts.part import MYLAR_VOLUME, Loads, Setting
 
 COURANT = 0.9
-"""Part of a cell that gas and sound may cross in a part of a step, summed over the axes."""
+"""Of the exact bound of the linear scheme, which the structure is asked to keep."""
+DRIFT = 1.05
+"""How much longer a part may be before a step takes one more: the bound falls while the structure's steps stay."""
 
 MOST_PARTS = 4
 """Parts of a step of the structure, about, that the gas asks for: the structure takes no longer steps."""
@@ -116,7 +119,7 @@ class MeshGas(Setup, SwitchableGas):
         moved = not np.array_equal(before, positions)
         new = self._cut(gas, positions) if moved else old
         velocity = (positions - before) / dt
-        parts = max(1, math.ceil(dt / self.longest_part(gas)))
+        parts = max(1, math.ceil(dt / (DRIFT * self.longest_part(gas))))
         second_order, rooms = self.advection == VAN_LEER, self.rooms(gas)
         chambers = {
             c: Moved.begin(
@@ -168,15 +171,19 @@ class MeshGas(Setup, SwitchableGas):
             n = len(sheet.key)
             if n:
                 most, pace = np.empty(-(-n // CHUNK)), sheet.pace()
-                fastest(n, pace, most)
+                fastest(n, pace, sheet.sound, most)
                 fast = max(fast, float(most.max()))
                 if self.flow_limit < 1.0:
                     flow = max(flow, float((pace - sheet.sound[:, None]).max()))
         limit = COURANT * self.cell / fast if fast > 0.0 else math.inf
         return min(limit, self.flow_limit * self.cell / flow) if flow > 0.0 else limit
 
-    def stable_dt(self, gas: MeshState) -> float:
-        return MOST_PARTS * self.longest_part(gas)
+    def stable_dt(self, gas: MeshState, limit: float) -> float:
+        cuts = self.cut(gas)
+        return parts_of(
+            limit, self.longest_part(gas), MOST_PARTS, sum(len(sheet.key) for sheet in gas.sheets),
+            sum(len(cut.fragments.triangle) for cut in cuts), self.surface.triangle_count,
+        )  # fmt: skip
 
     def _close_books(self, gas: MeshState) -> None:
         """Hold what is inside against the books; keep the largest relative errors."""

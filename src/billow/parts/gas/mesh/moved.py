@@ -206,18 +206,17 @@ class Moved:
         """New forces on the fabric. before, after: positions of the nodes [m]; ambient: pressure [Pa]. Returns the work
         [J] of the gas on each triangle, and of the ambient pressure against it."""
         walls, patches, n, fragments = self.walls, self.patches, len(self.walls.index), self.new.fragments
-        force, work, against = np.empty((n, 3, 3)), np.empty(n), np.empty(n)
+        work, against = np.empty(n), np.empty(n)
         load(
-            n, walls.triangles, before, after, fragments.first, fragments.number, fragments.rows, patches.of_new,
-            self.booked, self.is_link, self.h**2, walls.sign, walls.outer, ambient, sheet.force, force, work, against,
+            n, walls.triangles, before, after, fragments.first, fragments.number, fragments.levers, patches.of_new,
+            self.booked, self.is_link, walls.sign, walls.outer, ambient, sheet.force, work, against,
         )  # fmt: skip
         if self.drag is not None:
             added = pull_along(
-                self.drag, len(patches.old), patches.of_new, fragments.triangle, fragments.rows, self.h**2, force
+                self.drag, len(patches.old), patches.of_new, fragments.triangle, fragments.rows, self.h**2, sheet.force
             )
             work += 0.5 * (added * (after - before)[walls.triangles]).sum(axis=(1, 2))
         self.scratch.keep()
-        sheet.force = force
         sheet.owed += work
         cells = _close_up(self.key, self.held, self.temperature, self.sound)
         sheet.key, sheet.held = self.key[:cells], self.held[:cells]

@@ -17,7 +17,8 @@ LARGEST_SHARE = 0.25
 def fragment_velocity(rows, f, triangles, t, velocity):
     """Velocity [m/s] of the centroid of fragment f, of triangle t; velocity: of the nodes, (nodes, 3)."""
     a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
-    p, q, r = rows[f, WEIGHT], rows[f, WEIGHT + 1], rows[f, WEIGHT + 2]
+    q, r = rows[f, WEIGHT], rows[f, WEIGHT + 1]
+    p = 1.0 - q - r
     return (
         p * velocity[a, 0] + q * velocity[b, 0] + r * velocity[c, 0],
         p * velocity[a, 1] + q * velocity[b, 1] + r * velocity[c, 1],

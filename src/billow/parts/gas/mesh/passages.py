@@ -11,7 +11,8 @@ from typing import NamedTuple
 import numpy as np
 
 from billow.base.compiled import scalar
-from billow.geometry.lattice_clipping import NORMAL, WEIGHT
+from billow.geometry.lattice_clipping import NORMAL
+from billow.parts.gas.mesh.openings import fragment_velocity
 from billow.parts.gas.mesh.thermodynamics import RHO, C, P, T, U, Y
 from billow.parts.gas.supply.ambient import Ambient
 from billow.parts.gas.supply.mixture import mixture_enthalpy, mixture_gamma, mixture_gas_constant
@@ -155,9 +156,7 @@ def flow_through(
     from_behind, from_ahead = np.zeros(len(behind[2])), np.zeros(len(ahead[2]))
     for m in range(n):
         f, t = fragments[m], triangle[fragments[m]]
-        for d in range(3):
-            for corner in range(3):
-                moves[m, d] += rows[f, WEIGHT + corner] * velocity[triangles[t, corner], d]
+        moves[m, 0], moves[m, 1], moves[m, 2] = fragment_velocity(rows, f, triangles, t, velocity)
     for throttling in range(1 if porous else 2):
         whole, free = 0.0, 0.0
         for m in range(n):

@@ -101,7 +101,8 @@ def _fill(
                 x, y, z = 0.5 * old_rows[f, NORMAL], 0.5 * old_rows[f, NORMAL + 1], 0.5 * old_rows[f, NORMAL + 2]
                 rows_out[q, BEFORE] = 2.0 * np.sqrt(x * x + y * y + z * z)
                 if second > first:  # it ends
-                    wu, wv, ww = old_rows[f, WEIGHT], old_rows[f, WEIGHT + 1], old_rows[f, WEIGHT + 2]
+                    wv, ww = old_rows[f, WEIGHT], old_rows[f, WEIGHT + 1]
+                    wu = 1.0 - wv - ww
                     for d in range(3):
                         rows_out[q, AT + d] = old_rows[f, PLACE + d]
                         rows_out[q, SPEED + d] = wu * velocity[u, d] + wv * velocity[v, d] + ww * velocity[w, d]
@@ -111,7 +112,8 @@ def _fill(
                 x += 0.5 * new_rows[g, NORMAL]
                 y += 0.5 * new_rows[g, NORMAL + 1]
                 z += 0.5 * new_rows[g, NORMAL + 2]
-                wu, wv, ww = new_rows[g, WEIGHT], new_rows[g, WEIGHT + 1], new_rows[g, WEIGHT + 2]
+                wv, ww = new_rows[g, WEIGHT], new_rows[g, WEIGHT + 1]
+                wu = 1.0 - wv - ww
                 for d in range(3):
                     rows_out[q, AT + d] = new_rows[g, PLACE + d]
                     rows_out[q, SPEED + d] = wu * velocity[u, d] + wv * velocity[v, d] + ww * velocity[w, d]

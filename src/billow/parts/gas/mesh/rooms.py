@@ -27,7 +27,9 @@ FOLD = -1
 
 NO_CELLS = CutCells(
     np.empty(0, np.int64), np.empty(0), np.empty((0, 3)), np.empty((0, 3)),
-    Fragments(np.empty((0, COLUMNS)), np.empty(0, np.int32), np.zeros(1, np.int64), np.empty(0, np.int32)),
+    Fragments(
+        np.empty((0, COLUMNS)), np.empty(0, np.int32), np.zeros(1, np.int64), np.empty(0, np.int32), np.empty((0, 3)),
+    ),
     np.zeros(1, np.int32), 0.0,
 )  # fmt: skip
 """Of a room that has joined another."""

@@ -126,13 +126,3 @@ def _pace(n, held, sound, pace_out):
             m += held[i, s]
         for d in range(3):
             pace_out[i, d] = abs(held[i, species + d] / m) + sound[i] if m != 0.0 else 0.0
-
-
-@kernel
-def fastest(n, pace, most_out):
-    """Largest sum of the three speeds of each chunk of n cells."""
-    for chunk in prange((n + CHUNK - 1) // CHUNK):
-        most = 0.0
-        for i in range(chunk * CHUNK, min(n, (chunk + 1) * CHUNK)):
-            most = max(most, pace[i, 0] + pace[i, 1] + pace[i, 2])
-        most_out[chunk] = most

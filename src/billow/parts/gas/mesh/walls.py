@@ -12,7 +12,6 @@ import numpy as np
 from numba import prange
 
 from billow.base.compiled import kernel, scalar
-from billow.geometry.lattice_clipping import NORMAL, WEIGHT
 from billow.geometry.triangle import double_area_vector
 from billow.parts.gas.mesh.patches import AREA, AT, BEFORE, SIDE, SPEED
 from billow.parts.gas.mesh.riemann import wall_pressure
@@ -145,36 +144,33 @@ def add_walls(
 
 @kernel
 def load(
-    n, triangles, before, after, first, number, rows, of, booked, is_link, face, sign, outer, ambient, force, force_out,
-    work_out, against_out,
+    n, triangles, before, after, first, number, levers, of, booked, is_link, sign, outer, ambient, force, work_out,
+    against_out,
 ):  # fmt: skip
-    """Forces [N] of the gas on the corners of n triangles at the end of a step, (n, 3, 3), absolute; their work [J]
-    over the step, and that of the ambient pressure [Pa] against them, (n,).
+    """Forces [N] of the gas on the corners of n triangles at the end of a step in place of those at its start, (n, 3,
+    3), absolute; their work [J] over the step, and that of the ambient pressure [Pa] against them, (n,).
 
-    before, after: positions of the nodes [m]. first, number, rows, of: of the fragments after the step, and the patch
-    of each; booked: of the patches. force: at the start.
+    before, after: positions of the nodes [m]. first, number, levers: as in `Fragments` after the step; of: the patch of
+    each; booked: of the patches.
     """
     for t in prange(n):
-        for k in range(3):
-            for d in range(3):
-                force_out[t, k, d] = 0.0
-        for m in range(first[t], first[t + 1]):
-            f = number[m]
-            if not is_link[t]:
-                push = face * booked[of[f], END]
-                for k in range(3):
-                    for d in range(3):
-                        force_out[t, k, d] += push * rows[f, WEIGHT + k] * rows[f, NORMAL + d]
         a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
         ux, uy, uz = double_area_vector(before, a, b, c)
         vx, vy, vz = double_area_vector(after, a, b, c)
+        on_a, on_b, on_c = 0.0, 0.0, 0.0
+        for m in range(first[t], first[t + 1] if not is_link[t] else first[t]):
+            half = 0.5 * booked[of[number[m]], END]
+            on_a, on_b, on_c = on_a + half * levers[m, 0], on_b + half * levers[m, 1], on_c + half * levers[m, 2]
+        pushes = (on_a, on_b, on_c)
+        now = (sign[t] * vx, sign[t] * vy, sign[t] * vz)
         pull = ambient * sign[t] / 12.0 if outer[t] else 0.0
         mean = (pull * (ux + vx), pull * (uy + vy), pull * (uz + vz))
         work, against = 0.0, 0.0
         for k in range(3):
             node = triangles[t, k]
             for d in range(3):
-                way = after[node, d] - before[node, d]
-                work += 0.5 * (force[t, k, d] + force_out[t, k, d]) * way
+                way, late = after[node, d] - before[node, d], pushes[k] * now[d]
+                work += 0.5 * (force[t, k, d] + late) * way
                 against += mean[d] * way
+                force[t, k, d] = late
         work_out[t], against_out[t] = work, against
