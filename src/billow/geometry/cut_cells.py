@@ -74,7 +74,7 @@ class Window:
         self.shape = np.floor(high).astype(np.int64) + 2 - self.low
         cells = int(self.shape.prod())
         if len(self.aperture) < cells:
-            room = cells + cells // 4
+            room = cells + cells // 16
             self.start, self.aperture = np.zeros(room + 1, np.int32), np.zeros((room, 3))
 
 

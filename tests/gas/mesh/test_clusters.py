@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from billow.base.scratch import Scratch
 from billow.geometry.cut_cells import neighbours
 from billow.geometry.lattice_clipping import key_of
 from billow.parts.gas.mesh.clusters import LEAST, find_clusters
@@ -17,8 +18,9 @@ def in_a_row(volumes, apertures, pace=0.0, after=None):
     aperture[: n - 1, 2] = apertures
     volume = np.array([volumes, volumes if after is None else after], float)
     return find_clusters(
-        key, neighbours(key), volume, aperture, np.zeros(n + 1, np.int32), np.full((n, 3), pace), np.zeros(n), 1e-3
-    )
+        key, neighbours(key), volume, aperture, np.zeros(n + 1, np.int32), np.full((n, 3), pace), np.zeros(n), 1e-3,
+        Scratch(),
+    )  # fmt: skip
 
 
 def test_full_cells_stand_alone():

@@ -51,11 +51,11 @@ def test_noise_dies_at_the_bound_and_grows_beyond_it(scheme, monkeypatch):
         sheet.held[:, -1] *= hotter
         sheet.temperature, sheet.sound = sheet.temperature * hotter, sheet.sound * np.sqrt(hotter)
         carry(state, velocity)
-        for time in moved(gas, state, lambda now: shape.positions + velocity * now, 1.0, share / mesh_gas.COURANT):
+        for _ in moved(gas, state, lambda now: shape.positions + velocity * now, 1.0, share / mesh_gas.COURANT):
             if state.parts == 20:
                 break
         cells = gas.cells(state)
-        about = np.linalg.norm(cells["centre"] - velocity * time, axis=1) < 0.25 - 13.0 * cell
+        about = np.linalg.norm(cells["centre"] - velocity * state.time, axis=1) < 0.25 - 13.0 * cell
         return float(np.ptp(cells["pressure"][about])) / 1e5
 
     assert noise(1.0) < 2e-5

@@ -24,15 +24,25 @@ def through(outer: np.ndarray, inner: np.ndarray) -> np.ndarray:
 
 
 @kernel
-def spread(n, at, held, temperature, sound, pace, held_out, temperature_out, sound_out, pace_out):
+def spread(n, at, held, temperature, sound, held_out, temperature_out, sound_out):
     """What n cells hold, by their numbers `at` among those that hold gas, or -1."""
     for i in prange(n):
         for k in range(held.shape[1]):
             held_out[i, k] = held[at[i], k] if at[i] >= 0 else 0.0
         temperature_out[i] = temperature[at[i]] if at[i] >= 0 else 0.0
         sound_out[i] = sound[at[i]] if at[i] >= 0 else 0.0
+
+
+@kernel
+def find_pace(n, held, sound, pace_out):
+    """|u_d| + c [m/s] of n cells that hold this, with this speed of sound [m/s]: (n, 3)."""
+    species = held.shape[1] - 4
+    for i in prange(n):
+        m = 0.0
+        for s in range(species):
+            m += held[i, s]
         for d in range(3):
-            pace_out[i, d] = pace[at[i], d] if at[i] >= 0 else 0.0
+            pace_out[i, d] = abs(held[i, species + d] / m) + sound[i] if m != 0.0 else 0.0
 
 
 @kernel

@@ -14,6 +14,7 @@ import numpy as np
 from numba import prange
 
 from billow.base.compiled import kernel, scalar
+from billow.base.scratch import Scratch
 from billow.geometry.cut_cells import NOTHING
 from billow.geometry.lattice_clipping import STRIDE
 
@@ -52,17 +53,25 @@ class Clusters(NamedTuple):
 
 def find_clusters(
     key: np.ndarray, beside: np.ndarray, volume: np.ndarray, aperture: np.ndarray, walls: np.ndarray, pace: np.ndarray,
-    doors: np.ndarray, courant: float,
+    doors: np.ndarray, courant: float, scratch: Scratch,
 ) -> Clusters:  # fmt: skip
     """key: of the cells, ascending, (n,). beside: their neighbours, (n, 6). volume: (2, n), at the start and at the
     end [cells]. aperture: mean of each upper face, (n, 3). walls: first patch of each, (n + 1,). pace: |u_d| + c [m/s],
-    (n, 3). doors: openings to other rooms in each [faces], (n,). courant: dt/h [s/m]."""
+    (n, 3). doors: openings to other rooms in each [faces], (n,). courant: dt/h [s/m]. scratch: lends "slope" meanwhile,
+    and what is found lies in it until the next time."""
     n = len(key)
-    root, chosen, leaving, plain = np.empty(n, np.int32), np.empty(n, np.int32), np.empty(n), np.empty(n, np.bool_)
-    of, start, members = np.empty(n, np.int32), np.empty(n + 2, np.int32), np.empty(n, np.int32)
-    first, last, before, after = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
+    of, members = scratch.take("of", n, kind=np.int32), scratch.take("members", n, kind=np.int32)
+    start = scratch.take("first", n + 2, kind=np.int32)
+    before, after = scratch.take("before", n), scratch.take("after", n)
+    leaving, first, last, need, widest, *others = scratch.take("slope", 10, n)
+    root, chosen, door = (row.view(np.int32)[:n] for row in others[:3])
+    room = others[3].view(np.int32)[: n + 1]
+    plain, crowded = others[4].view(np.bool_)[: 2 * n].reshape(2, n)
     _choose(n, beside, volume, aperture, pace, doors, courant, leaving, chosen, root, plain, first, last)
-    adopted, lost = _join(key, beside, volume, aperture, pace, leaving, courant, plain, chosen, root, first, last)
+    adopted, lost = _join(
+        key, beside, volume, aperture, pace, leaving, courant, plain, chosen, root, first, last, need, widest, door,
+        room, crowded,
+    )  # fmt: skip
     count, special = _number(root, walls, first, last, of, start, members, before, after)
     return Clusters(of, start[: count + 1], members, before[:count], after[:count], special, adopted, lost)
 
@@ -241,11 +250,13 @@ def _not_plain(plain, chosen, some_out):
 
 @scalar
 def _join(
-    key, beside, volume, aperture, pace, leaving, courant, plain, chosen, root_out, before_out, after_out
+    key, beside, volume, aperture, pace, leaving, courant, plain, chosen, root_out, before_out, after_out, need,
+    widest, door, room, crowded,
 ):  # fmt: skip
-    """Join clusters until all of them have room; returns how many were taken in, and how many found nobody."""
-    n, crowded = len(key), np.zeros(len(key), np.bool_)
-    need, widest, door, room = np.empty(n), np.empty(n), np.empty(n, np.int32), np.empty(n + 1, np.int32)
+    """Join clusters until all of them have room; returns how many were taken in, and how many found nobody. need and
+    the rest: scratch."""
+    for i in range(len(key)):
+        crowded[i] = False
     some = room[: _not_plain(plain, chosen, room)]
     joined, lost = _join_inside_out(some, beside, aperture, chosen), 0
     if joined > 0:

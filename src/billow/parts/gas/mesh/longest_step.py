@@ -29,14 +29,22 @@ PART_PER_FRAGMENT, PART_PER_CELL = 0.05, 0.7
 
 
 @kernel
-def fastest(n, pace, sound, most_out):
-    """Largest eigenvalue of sum_d |A_d| [m/s] of each chunk of n cells. pace: |u_d| + c, (n, 3); sound: c."""
+def fastest(n, held, sound, most_out):
+    """Of each chunk of n cells that hold this, with this speed of sound [m/s]: the largest eigenvalue of sum_d |A_d|
+    and the largest speed along an axis [m/s], (chunks, 2)."""
+    species = held.shape[1] - 4
     for chunk in prange((n + CHUNK - 1) // CHUNK):
-        most = 0.0
+        most, flow = 0.0, 0.0
         for i in range(chunk * CHUNK, min(n, (chunk + 1) * CHUNK)):
-            c = sound[i]
-            most = spread(pace[i, 0] - c, pace[i, 1] - c, pace[i, 2] - c, c, most)
-        most_out[chunk] = most
+            m = 0.0
+            for s in range(species):
+                m += held[i, s]
+            if m != 0.0:
+                share = 1.0 / m
+                u, v = abs(share * held[i, species]), abs(share * held[i, species + 1])
+                w = abs(share * held[i, species + 2])
+                most, flow = spread(u, v, w, sound[i], most), max(flow, u, v, w)
+        most_out[chunk, 0], most_out[chunk, 1] = most, flow
 
 
 @scalar

@@ -170,13 +170,11 @@ class MeshGas(Setup, SwitchableGas):
         for sheet in gas.sheets:
             n = len(sheet.key)
             if n:
-                most, pace = np.empty(-(-n // CHUNK)), sheet.pace()
-                fastest(n, pace, sheet.sound, most)
-                fast = max(fast, float(most.max()))
-                if self.flow_limit < 1.0:
-                    flow = max(flow, float((pace - sheet.sound[:, None]).max()))
+                most = np.empty((-(-n // CHUNK), 2))
+                fastest(n, sheet.held, sheet.sound, most)
+                fast, flow = max(fast, float(most[:, 0].max())), max(flow, float(most[:, 1].max()))
         limit = COURANT * self.cell / fast if fast > 0.0 else math.inf
-        return min(limit, self.flow_limit * self.cell / flow) if flow > 0.0 else limit
+        return min(limit, self.flow_limit * self.cell / flow) if flow > 0.0 and self.flow_limit < 1.0 else limit
 
     def stable_dt(self, gas: MeshState, limit: float) -> float:
         cuts = self.cut(gas)

@@ -14,13 +14,13 @@ from billow.base.scratch import Scratch
 from billow.geometry.cut_cells import CutCells, neighbours, unite
 from billow.geometry.lattice_clipping import NORMAL
 from billow.parts.gas.mesh.balance import add_fluxes, forget_slopes, gather, share_out
-from billow.parts.gas.mesh.cell_maps import blend, cell_here, geometry, spread, through
+from billow.parts.gas.mesh.cell_maps import blend, cell_here, find_pace, geometry, spread, through
 from billow.parts.gas.mesh.clusters import find_clusters
 from billow.parts.gas.mesh.film import Drag, brake, find_drag, pull_along
 from billow.parts.gas.mesh.fluxes import face_fluxes
 from billow.parts.gas.mesh.passages import gas_before
 from billow.parts.gas.mesh.patches import Patches
-from billow.parts.gas.mesh.sheet import Sheet, Walls, pace_of
+from billow.parts.gas.mesh.sheet import Sheet, Walls
 from billow.parts.gas.mesh.slopes import HALF, VALUES, find_slopes
 from billow.parts.gas.mesh.thermodynamics import P, Y
 from billow.parts.gas.mesh.walls import BOOKS, add_walls, load
@@ -59,7 +59,6 @@ class Moved:
     held: np.ndarray
     temperature: np.ndarray
     sound: np.ndarray
-    pace: np.ndarray
     adopted: int = 0
     lost: int = 0
     donors: int = 0
@@ -79,15 +78,12 @@ class Moved:
         in_sheet, in_old = through(at_both, at_sheet), through(at_both, at_old)
         n, species = len(key), len(table)
         held, temperature, sound = cls._room(scratch, n, species)
-        pace = scratch.take("pace", n, 3)
-        spread(
-            n, in_sheet, sheet.held, sheet.temperature, sheet.sound, sheet.pace(), held, temperature, sound, pace
-        )  # fmt: skip
+        spread(n, in_sheet, sheet.held, sheet.temperature, sheet.sound, held, temperature, sound)
         return cls(
             walls, scratch, table, h, origin, old, new, velocity, is_link, second_order, film_friction, key, in_old,
             in_new,
             neighbours(key), Patches.find(in_old, in_new, old, new, walls.triangles, velocity, scratch), held,
-            temperature, sound, pace,
+            temperature, sound,
         )  # fmt: skip
 
     @staticmethod
@@ -108,27 +104,28 @@ class Moved:
         take = self.scratch.take
         whole = take("whole", 2, n)
         self.volume = volume = whole if parts == 1 else take("volume", 2, n)
-        aperture, centroid = take("aperture", n, 3), take("centroid", n, 3)
-        geometry(
-            n, self.key, self.in_old, self.in_new, self.old.volume, self.new.volume, self.old.centroid,
-            self.new.centroid, whole, centroid,
-        )  # fmt: skip
+        # What is of use at different times only lies in the same memory: centroids and then fluxes, speeds and then
+        # states half a step later, scratch of clusters and then slopes.
+        aperture, centroid, pace = take("aperture", n, 3), take("passing", n, 3), take("half", n, 3)
         patches, doors = self.patches, self._doors()
         flux, owed = take("passing", n, 3, VALUES), take("owed", len(self.walls.index))
         debts(len(owed), self.walls.triangles, positions, self.h**2, sheet.owed, owed)
         for part in range(parts):
             begin, end = part / parts, (part + 1) / parts
             self.middle = middle = 0.5 * (begin + end)
+            geometry(
+                n, self.key, self.in_old, self.in_new, self.old.volume, self.new.volume, self.old.centroid,
+                self.new.centroid, whole, centroid,
+            )  # fmt: skip
             blend(
                 n, self.beside, self.in_old, self.in_new, self.old.aperture, self.new.aperture, whole, begin, end,
                 volume, aperture,
             )  # fmt: skip
             if parts > 1:
                 patches.turn(self.old, self.new, middle)
-            if part > 0:
-                self.pace = pace_of(self.held, self.sound)
+            find_pace(n, self.held, self.sound, pace)
             clusters = find_clusters(
-                self.key, self.beside, volume, aperture, patches.start, self.pace, doors, dt / self.h
+                self.key, self.beside, volume, aperture, patches.start, pace, doors, dt / self.h, self.scratch
             )  # fmt: skip
             self.of, self.clusters, self.aperture = clusters.of, clusters, aperture
             self.adopted, self.lost = self.adopted + clusters.adopted, self.lost + clusters.lost

@@ -66,19 +66,12 @@ class Sheet:
         held, force = np.empty((0, species + 4)), np.empty((0, 3, 3))
         return cls(np.empty(0, np.int64), held, none, none.copy(), force, none.copy())
 
-    def pace(self) -> np.ndarray:
-        """|u_d| + c of each cell [m/s], (cells, 3)."""
-        if self.paced is None or self.paced[0] is not self.held:
-            self.paced = self.held, pace_of(self.held, self.sound)
-        return self.paced[1]
-
     @property
     def species(self) -> int:
         return self.held.shape[1] - 4
 
-    # Sums over the cells, their speeds, and what they are of: made anew when the cells are others.
+    # Sums over the cells, and what they are of: made anew when the cells are others.
     summed = None
-    paced = None
 
     def sums(self) -> np.ndarray:
         """Sums of `held` over the cells, (species + 4,)."""
@@ -108,21 +101,3 @@ def _sum_up(n, held, sums_out):
         for i in range(chunk * CHUNK, min(n, (chunk + 1) * CHUNK)):
             for k in range(held.shape[1]):
                 sums_out[chunk, k] += held[i, k]
-
-
-def pace_of(held: np.ndarray, sound: np.ndarray) -> np.ndarray:
-    """|u_d| + c [m/s] of cells that hold this, with this speed of sound [m/s]: (cells, 3)."""
-    pace = np.empty((len(held), 3))
-    _pace(len(held), held, sound, pace)
-    return pace
-
-
-@kernel
-def _pace(n, held, sound, pace_out):
-    species = held.shape[1] - 4
-    for i in prange(n):
-        m = 0.0
-        for s in range(species):
-            m += held[i, s]
-        for d in range(3):
-            pace_out[i, d] = abs(held[i, species + d] / m) + sound[i] if m != 0.0 else 0.0
