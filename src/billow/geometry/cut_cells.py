@@ -62,11 +62,11 @@ class Window:
     def none(cls) -> Window:
         return cls(np.zeros(3, np.int64), np.zeros(3, np.int64), np.zeros(1, np.int32), np.zeros((0, 3)), Scratch())
 
-    def about(self, places: np.ndarray) -> None:
-        """Lie about places in lattice coordinates (n, 3), with a cell to spare on every side. Raises NumericalStop
-        E-NUM-020."""
-        low = np.array([along.min() for along in places.T])  # column by column: by rows it takes ten times longer
-        high = np.array([along.max() for along in places.T])
+    def about(self, triangles: np.ndarray, places: np.ndarray) -> None:
+        """Lie about triangles (n, 3) of places in lattice coordinates, (nodes, 3), with a cell to spare on every side.
+        Raises NumericalStop E-NUM-020."""
+        low, high = np.full(3, np.inf), np.full(3, -np.inf)
+        _reach(triangles, places, low, high)
         size = high - low + 3.0
         if not (np.prod(size) < LARGEST_WINDOW and max(np.abs(low).max(), np.abs(high).max()) < FARTHEST - 2):
             raise TOO_LARGE(cells=np.prod(size), x=size[0], y=size[1], z=size[2])
@@ -110,7 +110,7 @@ def cut_cells(triangles: np.ndarray, sign: np.ndarray, places: np.ndarray, windo
     """triangles: of a closed surface, (n, 3); sign: 1.0 where the normal points out of it, (n,); places: of the nodes,
     in lattice coordinates, (nodes, 3). window: of this surface, which is changed; what it is cut into stays as it
     is for one more cut. Its scratch lends "passing" and "slope" to the cut. Raises NumericalStop E-NUM-020."""
-    window.about(places[triangles.ravel()])
+    window.about(triangles, places)
     window.turn = 1 - window.turn
 
     def take(name: str, *size: int, kind: type = np.float64) -> np.ndarray:
@@ -136,6 +136,16 @@ def cut_cells(triangles: np.ndarray, sign: np.ndarray, places: np.ndarray, windo
     )
     fragments = Fragments(rows, triangle, loose.first, number, levers)
     return CutCells(key, volume, apertures, centroid, fragments, first, float(inverted.sum()))
+
+
+@scalar
+def _reach(triangles, places, low_out, high_out):
+    """Ends of triangles along the axes."""
+    for t in range(len(triangles)):
+        for k in range(3):
+            for d in range(3):
+                x = places[triangles[t, k], d]
+                low_out[d], high_out[d] = min(low_out[d], x), max(high_out[d], x)
 
 
 @scalar

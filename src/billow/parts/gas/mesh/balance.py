@@ -114,6 +114,7 @@ def add_fluxes(
             for k in range(species + 4):
                 held_out[first, k] = total[c, k] + gained[c, k] if c < special else held[first, k]
             p = state[c, P]
+            x, y, z, energy = 0.0, 0.0, 0.0, 0.0  # what flows out
             for m in range(start[c], start[c + 1] if p > 0.0 else start[c]):
                 i = members[m]
                 for side in range(6):
@@ -125,17 +126,25 @@ def add_fluxes(
                     if not aperture[k, d] > 0.0:
                         continue
                     # The still walls: what closes the cell, at the pressure of the cluster.
-                    sign = dt * face if own else -dt * face
-                    held_out[first, species + d] += sign * p * aperture[k, d]
+                    sign = 1.0 if own else -1.0
+                    push = sign * p * aperture[k, d]
+                    x, y, z = (
+                        x - (push if d == 0 else 0.0),
+                        y - (push if d == 1 else 0.0),
+                        z - (push if d == 2 else 0.0),
+                    )
                     if of[j] == c:
                         continue
-                    mass = sign * flux[k, d, 0]
+                    mass = sign * dt * face * flux[k, d, 0]
                     upwind = np.int64(c) if mass > 0.0 else np.int64(of[j])  # c is unsigned in threads
                     for s in range(species):
                         held_out[first, s] -= mass * state[upwind, Y + s]
-                    for v in range(3):
-                        held_out[first, species + v] -= sign * flux[k, d, U + v]
-                    held_out[first, species + 3] -= sign * flux[k, d, 4]
+                    x, y, z = x + sign * flux[k, d, U], y + sign * flux[k, d, U + 1], z + sign * flux[k, d, U + 2]
+                    energy += sign * flux[k, d, 4]
+            held_out[first, species] -= dt * face * x
+            held_out[first, species + 1] -= dt * face * y
+            held_out[first, species + 2] -= dt * face * z
+            held_out[first, species + 3] -= dt * face * energy
             if c >= special:
                 temperature_out[first], sound_out[first] = 0.0, 0.0
                 if after[c] > 0.0:

@@ -54,7 +54,7 @@ def find_slopes(
     Leer's scheme, else only the slopes of u_d along d, for the walls.
     """
     for team in prange((n + TEAM - 1) // TEAM):
-        seen = np.empty((3, 2, VALUES + 3))  # sums of area, area x, area q, and area of walls
+        seen = np.empty((3, 2, VALUES + 3))  # sums of area, area x, area (q - q of the cluster), and area of walls
         for c in range(team * TEAM, min(n, (team + 1) * TEAM)):
             rho, p, sound = state[c, RHO], state[c, P], state[c, C]
             for v in range(VALUES):
@@ -99,39 +99,36 @@ def find_slopes(
                             seen[d, side, 0] += a
                             seen[d, side, 1] += a * place[k, d]
                             for v in range(VALUES):
-                                seen[d, side, 2 + v] += a * state[k, v]
+                                seen[d, side, 2 + v] += a * (state[k, v] - state[c, v])
                     for q in range(walls[i], walls[i + 1]):
-                        size, out = rows[q, AREA], through[q]
-                        for d in range(3):
+                        size, out, behind = rows[q, AREA], through[q], door[q]
+                        if behind >= 0:
+                            for d in range(3):
+                                along = rows[q, SIDE + d]
+                                a, side = size * abs(along), 1 if along > 0.0 else 0
+                                seen[d, side, 0] += a
+                                seen[d, side, 1] += a * beyond[behind, d]
+                                for v in range(VALUES):
+                                    seen[d, side, 2 + v] += a * (beyond[behind, 3 + v] - state[c, v])
+                            continue
+                        for d in range(3):  # what a wall does not say is as in the cluster
                             along = rows[q, SIDE + d]
                             a, side = size * abs(along), 1 if along > 0.0 else 0
-                            if door[q] >= 0:
-                                seen[d, side, 0] += a
-                                seen[d, side, 1] += a * beyond[door[q], d]
-                                for v in range(VALUES):
-                                    seen[d, side, 2 + v] += a * beyond[door[q], 3 + v]
-                                continue
                             seen[d, side, 2 + VALUES] += a
                             seen[d, side, 1] += a * rows[q, AT + d]
                             seen[d, side, 2 + U + d] += a * (rows[q, SPEED + d] + out * along - state[c, U + d])
                 for d in range(3):
-                    for side in range(2):  # what a wall does not say is as in the cluster
-                        a = seen[d, side, 2 + VALUES]
-                        seen[d, side, 0] += a
-                        for v in range(VALUES):
-                            seen[d, side, 2 + v] += a * state[c, v]
-                    below, above = seen[d, 0, 0], seen[d, 1, 0]
+                    below, above = seen[d, 0, 0] + seen[d, 0, 2 + VALUES], seen[d, 1, 0] + seen[d, 1, 2 + VALUES]
                     if below < NARROW or above < NARROW:
                         continue
-                    left, right = place[c, d] - seen[d, 0, 1] / below, seen[d, 1, 1] / above - place[c, d]
-                    if left < NEAR or right < NEAR:
+                    left, right = place[c, d] * below - seen[d, 0, 1], seen[d, 1, 1] - place[c, d] * above
+                    if left < NEAR * below or right < NEAR * above:
                         continue
                     walled = seen[d, 0, 2 + VALUES] > WALLED * below or seen[d, 1, 2 + VALUES] > WALLED * above
+                    back, ahead = -1.0 / left, 1.0 / right
                     for v in range(VALUES):
                         if second_order or v == U + d:
-                            a = (state[c, v] - seen[d, 0, 2 + v] / below) / left
-                            b = (seen[d, 1, 2 + v] / above - state[c, v]) / right
-                            slope_out[c, d, v] = limited(a, b, walled)
+                            slope_out[c, d, v] = limited(back * seen[d, 0, 2 + v], ahead * seen[d, 1, 2 + v], walled)
             if second_order:
                 late = 0.5 * courant
                 divergence = slope_out[c, 0, U] + slope_out[c, 1, U + 1] + slope_out[c, 2, U + 2]
