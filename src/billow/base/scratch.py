@@ -33,7 +33,7 @@ class Scratch:
         """An array of any content, until the next one of this name."""
         size, kept = math.prod(shape), self._kept.get(name)
         if kept is None or len(kept) < size:
-            fresh = np.empty(size + size // 16 + LINE // np.dtype(kind).itemsize, kind)
+            fresh = np.empty(size + size // 64 + LINE // np.dtype(kind).itemsize, kind)
             kept = self._kept[name] = fresh[-fresh.ctypes.data % LINE // fresh.itemsize :]
         return kept[:size].reshape(shape)
 

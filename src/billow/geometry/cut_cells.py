@@ -249,10 +249,20 @@ def _collect(
 def unite(old: np.ndarray, new: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """All keys of two ascending lists, (n,), and where each is in the one and in the other, (n,) int32, -1 if it is
     not."""
-    room = len(old) + len(new)
-    key, in_old, in_new = np.empty(room, np.int64), np.empty(room, np.int32), np.empty(room, np.int32)
-    n = _unite(old, new, key, in_old, in_new)
-    return key[:n], in_old[:n], in_new[:n]
+    n = len(old) + len(new) - _shared(old, new)
+    key, in_old, in_new = np.empty(n, np.int64), np.empty(n, np.int32), np.empty(n, np.int32)
+    _unite(old, new, key, in_old, in_new)
+    return key, in_old, in_new
+
+
+@scalar
+def _shared(old, new):
+    """How many keys both lists have."""
+    a, b, m = 0, 0, 0
+    while a < len(old) and b < len(new):
+        first, second = old[a] <= new[b], new[b] <= old[a]
+        a, b, m = a + first, b + second, m + (first and second)
+    return m
 
 
 @scalar
@@ -264,7 +274,6 @@ def _unite(old, new, key_out, old_out, new_out):
         key_out[m] = old[a] if first else new[b]
         old_out[m], new_out[m] = a if first else -1, b if second else -1
         a, b, m = a + first, b + second, m + 1
-    return m
 
 
 def neighbours(key: np.ndarray) -> np.ndarray:

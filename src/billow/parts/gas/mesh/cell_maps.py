@@ -6,7 +6,6 @@ import numpy as np
 from numba import prange
 
 from billow.base.compiled import kernel, scalar
-from billow.geometry.cut_cells import CutCells
 from billow.geometry.lattice_clipping import cell_of
 
 
@@ -74,12 +73,3 @@ def blend(n, beside, in_old, in_new, old, new, whole, begin, end, volume_out, ap
                 was = old[a, d] if a >= 0 else 0.0
                 will = new[b, d] if b >= 0 else 0.0
                 aperture_out[i, d] = (1.0 - middle) * was + middle * will
-
-
-def cell_here(in_cut: np.ndarray, cut: CutCells) -> np.ndarray:
-    """Number in the list of the cell of each fragment of a cut, (fragments,) int32; in_cut: of each cell of the list
-    its number in the cut."""
-    here = np.empty(len(cut.key), np.int32)
-    there = in_cut >= 0
-    here[in_cut[there]] = np.flatnonzero(there)
-    return here[cut.cell]

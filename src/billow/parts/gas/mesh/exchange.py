@@ -201,15 +201,16 @@ class Exchange:
         row = self.ways.supply.passages.rows[k]
         a, b = self.chambers[row.behind], self.chambers[row.ahead]
         sides = (
-            (a.old, a.old_cell_of_fragment, b.old_cell_of_fragment, a.patches.of_old, b.patches.of_old, 1.0 - a.middle),
-            (a.new, a.cell_of_fragment, b.cell_of_fragment, a.patches.of_new, b.patches.of_new, a.middle),
+            (a.old, a.patches.of_old, b.patches.of_old, 1.0 - a.middle),
+            (a.new, a.patches.of_new, b.patches.of_new, a.middle),
         )
-        for place, (cut, cell_a, cell_b, patch_a, patch_b, share) in zip(self.places[k], sides, strict=True):
+        for place, (cut, patch_a, patch_b, share) in zip(self.places[k], sides, strict=True):
             fragments, there = place.both
-            a.open_door(patch_a[fragments], b, b.of[cell_b[there]])
-            b.open_door(patch_b[there], a, a.of[cell_a[fragments]])
+            cluster_a, cluster_b = a.of[a.cells_of(fragments, place.old)], b.of[b.cells_of(there, place.old)]
+            a.open_door(patch_a[fragments], b, cluster_b)
+            b.open_door(patch_b[there], a, cluster_a)
             passed = link(
-                a.state, b.state, a.total, b.total, a.gained, b.gained, a.of[cell_a[fragments]], b.of[cell_b[there]],
+                a.state, b.state, a.total, b.total, a.gained, b.gained, cluster_a, cluster_b,
                 cut.fragments.rows, fragments, cut.fragments.triangle, a.walls.triangles, self.velocity,
                 self.ways.cell**2, dt, share, len(self.ways.supply.table),
             )  # fmt: skip
@@ -220,7 +221,7 @@ class Exchange:
         times = middle - 0.5 * dt, middle + 0.5 * dt
         for source, fragments in zip(self.ways.supply.sources, self.mouths, strict=True):
             chamber = self.chambers[source.inflator.chamber]
-            cluster = chamber.of[chamber.cell_of_fragment[fragments]]
+            cluster = chamber.of[chamber.cells_of(fragments)]
             energy, impulse = blow(
                 source, self.ways.supply.table, self.positions, self.velocity[source.jets.mouth_nodes].mean(axis=0),
                 self.gas.origin, self.ways.cell, chamber.new.fragments.rows, fragments, cluster, chamber.state, times,
@@ -238,7 +239,7 @@ class Exchange:
                 continue
             chamber = self.chambers[c]
             self.gas.heat_lost += lose_heat(
-                supply.table, chamber.state, chamber.total, chamber.of[chamber.cell_of_fragment[fragments]],
+                supply.table, chamber.state, chamber.total, chamber.of[chamber.cells_of(fragments)],
                 chamber.new.fragments.rows, fragments, supply.ambient.temperature, float(supply.heat_conductance[c]),
                 dt, chamber.gained,
             )  # fmt: skip
@@ -252,8 +253,7 @@ class Exchange:
                 found.append(surroundings(supply.table, supply.ambient, len(place.fragments)))
             else:
                 moved = self.chambers[c]
-                cell = moved.old_cell_of_fragment if place.old else moved.cell_of_fragment
-                mass, cluster = moved.total[:, :-4].sum(axis=1), moved.of[cell[own]]
+                mass, cluster = moved.total[:, :-4].sum(axis=1), moved.of[moved.cells_of(own, place.old)]
                 coming = np.zeros(P + 1) if row.kind == FABRIC else moved.before(cluster)
                 patch = (moved.patches.of_old if place.old else moved.patches.of_new)[own]
                 found.append(Side(moved.state, moved.gained, mass, cluster, coming, patch, moved.through))
@@ -264,7 +264,7 @@ class Exchange:
         if own is None:
             return np.full(fragments, self.ways.supply.ambient.pressure)
         moved = self.chambers[chamber]
-        return moved.state[moved.of[moved.cell_of_fragment[own]], P]
+        return moved.state[moved.of[moved.cells_of(own)], P]
 
     def open_passages(self, time: float, dt: float) -> None:
         """Open what opens by the pressures on its own area at `time` [s], or bursts in the step after it."""

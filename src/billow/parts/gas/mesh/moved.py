@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
@@ -14,7 +13,7 @@ from billow.base.scratch import Scratch
 from billow.geometry.cut_cells import CutCells, neighbours, unite
 from billow.geometry.lattice_clipping import NORMAL
 from billow.parts.gas.mesh.balance import add_fluxes, forget_slopes, gather, share_out
-from billow.parts.gas.mesh.cell_maps import blend, cell_here, find_pace, geometry, spread, through
+from billow.parts.gas.mesh.cell_maps import blend, find_pace, geometry, spread, through
 from billow.parts.gas.mesh.clusters import find_clusters
 from billow.parts.gas.mesh.film import Drag, brake, find_drag, pull_along
 from billow.parts.gas.mesh.fluxes import face_fluxes
@@ -233,10 +232,10 @@ class Moved:
         if not len(free):
             return np.zeros(len(self.key))
         both = []
-        for old, of in ((True, self.old_cell_of_fragment), (False, self.cell_of_fragment)):
+        for old in (True, False):
             mine, (rows, _) = self.fragments_of(free, old), self.fragments(old)
             size = np.sqrt((rows[mine, NORMAL : NORMAL + 3] ** 2).sum(axis=1))
-            both.append(np.bincount(of[mine], size, len(self.key)))
+            both.append(np.bincount(self.cells_of(mine, old), size, len(self.key)))
         return np.maximum(*both)
 
     def open_door(self, patches: np.ndarray, other: Moved, cluster: np.ndarray) -> None:
@@ -257,14 +256,10 @@ class Moved:
         cut = self.old if old else self.new
         return cut.fragments.rows, cut.fragments.triangle
 
-    @cached_property
-    def cell_of_fragment(self) -> np.ndarray:
-        """Cell here of each fragment of the new surface, (fragments,) int32."""
-        return cell_here(self.in_new, self.new)
-
-    @cached_property
-    def old_cell_of_fragment(self) -> np.ndarray:
-        return cell_here(self.in_old, self.old)
+    def cells_of(self, fragments: np.ndarray, old: bool = False) -> np.ndarray:
+        """Cell here of some fragments of the new surface, or the old one, (m,) int64."""
+        cut = self.old if old else self.new
+        return np.searchsorted(self.key, cut.key[np.searchsorted(cut.start, fragments, side="right") - 1])
 
     def fragments_of(self, triangles: np.ndarray, old: bool = False) -> np.ndarray:
         """Fragments of the new surface, or the old one, on some triangles, in their order, (m,) int64."""
