@@ -48,19 +48,18 @@ TOO_LARGE = NumericalStop.declare(
 
 @dataclass
 class Window:
-    """Room for what is known of every cell in a box about a surface: low corner and shape [cells], (3,) each; and for
-    its cuts, the last one and the one before it."""
+    """A box about a surface: low corner and shape [cells], (3,) each; first fragment of each of its cells; and room for
+    the cuts of the surface, the last one and the one before it."""
 
     low: np.ndarray
     shape: np.ndarray
     start: np.ndarray
-    aperture: np.ndarray
     scratch: Scratch
     turn: int = 0
 
     @classmethod
     def none(cls) -> Window:
-        return cls(np.zeros(3, np.int64), np.zeros(3, np.int64), np.zeros(1, np.int32), np.zeros((0, 3)), Scratch())
+        return cls(np.zeros(3, np.int64), np.zeros(3, np.int64), np.zeros(1, np.int32), Scratch())
 
     def about(self, triangles: np.ndarray, places: np.ndarray) -> None:
         """Lie about triangles (n, 3) of places in lattice coordinates, (nodes, 3), with a cell to spare on every side.
@@ -73,9 +72,8 @@ class Window:
         self.low = np.floor(low).astype(np.int64) - 1
         self.shape = np.floor(high).astype(np.int64) + 2 - self.low
         cells = int(self.shape.prod())
-        if len(self.aperture) < cells:
-            room = cells + cells // 16
-            self.start, self.aperture = np.zeros(room + 1, np.int32), np.zeros((room, 3))
+        if len(self.start) <= cells:
+            self.start = np.zeros(cells + cells // 16 + 1, np.int32)
 
 
 @dataclass(frozen=True)
@@ -109,7 +107,8 @@ class CutCells:
 def cut_cells(triangles: np.ndarray, sign: np.ndarray, places: np.ndarray, window: Window) -> CutCells:
     """triangles: of a closed surface, (n, 3); sign: 1.0 where the normal points out of it, (n,); places: of the nodes,
     in lattice coordinates, (nodes, 3). window: of this surface, which is changed; what it is cut into stays as it
-    is for one more cut. Its scratch lends "passing" and "slope" to the cut. Raises NumericalStop E-NUM-020."""
+    is for one more cut. Its scratch lends "passing", "slope", "half" and "state" to the cut. Raises NumericalStop
+    E-NUM-020."""
     window.about(triangles, places)
     window.turn = 1 - window.turn
 
@@ -117,7 +116,8 @@ def cut_cells(triangles: np.ndarray, sign: np.ndarray, places: np.ndarray, windo
         return window.scratch.take(f"{name}{window.turn}", *size, kind=kind)
 
     loose = clip(triangles, sign, places, window.scratch)
-    low, shape, start, aperture = window.low, window.shape, window.start, window.aperture
+    low, shape, start = window.low, window.shape, window.start
+    aperture = window.scratch.take("state", int(shape.prod()), 3)
     count, layers, inverted = int(loose.first[-1]), np.zeros(shape[0] + 1, np.int64), np.zeros(shape[0])
     number = take("number", count, kind=np.int32)
     _sort(*loose[:3], low, shape, start, number)

@@ -79,12 +79,12 @@ def cell_of(key):
 
 def clip(triangles: np.ndarray, sign: np.ndarray, places: np.ndarray, scratch: Scratch) -> Loose:
     """sign: (triangles,), 1.0 where the normal points out of the gas, else -1.0. places: of the nodes, in lattice
-    coordinates, (nodes, 3). scratch: whose "passing" is used, and free again once fragments are packed."""
+    coordinates, (nodes, 3). scratch: whose "passing" and "half" are used, and free again once fragments are packed."""
     n = len(triangles)
     slot, first = np.zeros(n + 1, np.int64), np.zeros(n + 1, np.int64)
     _most(n, triangles, places, slot)
     np.cumsum(slot, out=slot)
-    key, rows = scratch.take("loose_key", slot[n], kind=np.int64), scratch.take("passing", slot[n], LOOSE)
+    key, rows = scratch.take("half", slot[n]).view(np.int64), scratch.take("passing", slot[n], LOOSE)
     _clip(n, triangles, sign, places, slot, key, rows, first)
     if (first[1:] > np.diff(slot)).any():
         raise RuntimeError("a triangle has more fragments than it can have")
