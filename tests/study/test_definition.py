@@ -44,3 +44,14 @@ def test_a_missing_file_and_the_way_back_to_toml(definition, tmp_path):
     loaded = StudyDefinition.load(definition)
     definition.write_text(loaded.to_toml())
     assert StudyDefinition.load(definition) == loaded
+
+
+@pytest.mark.parametrize(("measure", "told"), [("nij", "neck"), ("VC", "chest"), ("rib", "rib"), ("hic", "'hic15'")])
+def test_measures_without_a_model_behind_them_are_refused_with_the_reason(definition, measure, told):
+    table = f'\n[[responses]]\nname = "injury"\nmeasure = "{measure}"\nof = "head"\n'
+    definition.write_text(fake_solver.STUDY + table)
+    with pytest.raises(InputError) as caught:
+        StudyDefinition.load(definition)
+    assert caught.value.code == "E-STU-004"
+    assert "number 1 (injury), measure" in caught.value.where
+    assert told in caught.value.why

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import Field, field_validator
+from pydantic_core import PydanticCustomError
 
 from billow.study.variables import StrictTable, Text, Unit, VariableName
 
@@ -15,6 +16,12 @@ OF_OBSTACLE = ("hic15", "hic36", "clip3ms", "penetration", "first_contact", "con
 OF_BOOKS = ("energy_share", "vented_mass", "fill_time")
 OF_FRAMES = ("height", "width", "distance", "section_area", "contact_area")
 OF_REFERENCE = ("rating",)
+WITHOUT_MODEL = {
+    "nij": "it is made of the force and the moment in a neck, and no obstacle has one",
+    "vc": "it is made of how fast and how far a chest is pressed in, and obstacles are rigid",
+    "rib": "it is how far a rib is pressed in, and obstacles are rigid",
+}
+"""Measures of the neck and the chest of a dummy, and why they cannot be read off a run of a bag and rigid obstacles."""
 MEASURES = (*OF_HISTORY, *OF_OBSTACLE, *OF_BOOKS, *OF_FRAMES, *OF_REFERENCE)
 
 Point = Annotated[tuple[float, float, float], Field(strict=False)]
@@ -59,6 +66,13 @@ class StudyResponse(StrictTable):
     """What the response surface is made of; auto: what has the least errors on runs held out."""
     limit: Limit = Limit()
     """Feasible side, for optimum and robustness."""
+
+    @field_validator("measure", mode="before")
+    @classmethod
+    def _has_a_model(cls, measure: object) -> object:
+        if isinstance(measure, str) and (why := WITHOUT_MODEL.get(measure.lower())):
+            raise PydanticCustomError("without_model", "{why}; hic15, hic36, clip3ms are of the head", {"why": why})
+        return measure
 
     def contradictions(self) -> Iterator[tuple[str, str, str]]:
         """What is wrong, why, and what to do, of each contradiction."""
