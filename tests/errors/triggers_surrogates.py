@@ -33,6 +33,7 @@ def ask(design=ANSWERABLE, **options) -> Callable[[Here], object]:
 
 
 ONE = (Parameter("a", "A", "-", 0.0, 1.0),)
+GASES = (Parameter("gas", "Gas", "-", 0.0, 2.0, ("nitrogen", "helium", "argon")),)
 
 
 def dataset(parameters=ONE, shape: float = 0.0, train=("0000",)) -> SimpleNamespace:
@@ -145,5 +146,6 @@ TRIGGERS: dict[str, Callable[[Here], object]] = {
     "E-ROM-024": overflowing,
     "E-ROM-025": ask(times=[]),
     "E-ROM-026": lambda here: train(dataset(), Recipe(epochs=0)),
+    "E-ROM-250": lambda here: train(dataset(GASES), Recipe(clock=True)),
     "E-ROM-022": lambda here: compare_jets(dataset(), dataset(), ("one", "other"), "jet_direction"),
 }

@@ -9,10 +9,11 @@ import pytest
 from scipy.stats import qmc
 from synthetic import disc
 
-from billow.base.errors import IntegrityError
+from billow.base.errors import InputError, IntegrityError
 from billow.results.dataset_files import Parameter
 from billow.results.tensor_file import read_tensors, write_tensors
 from billow.rom.learn.clock import clock_helps, learn_clock
+from billow.rom.learn.suggest import suggest
 from billow.rom.learn.train import Recipe, train
 from billow.rom.surrogate.clock import Clock
 from billow.rom.surrogate.surrogate import Surrogate
@@ -165,3 +166,55 @@ def test_exported_clocks_answer_as_numpy(swinging, clocked):
     from billow.rom.surrogate.onnx_export import largest_difference, onnx_bytes
 
     assert largest_difference(onnx_bytes(clocked), clocked, swinging.design(swinging.test)) < 1e-5
+
+
+LOGARITHMS = np.array([0.0, 0.4, -0.25])
+"""Of the rates of three gases, whose numbers say nothing of their order."""
+GASES = ("nitrogen", "helium", "argon")
+
+
+class ByGas(Swinging):
+    """The same, sooner or later by a choice of gases and by a parameter."""
+
+    def __init__(self, gases: int):
+        super().__init__(train=24)
+        gas = Parameter("gas", "Gas", "-", 0.0, gases - 1.0, GASES[:gases])
+        self.parameters = (Swinging.parameters[0], gas)
+        self.designs = {run: (centred[0], float(k % gases)) for k, (run, centred) in enumerate(self.centred.items())}
+
+    def design(self, runs):
+        return np.array([[2.0 + self.designs[run][0], self.designs[run][1]] for run in runs])
+
+    def snapshots(self, field, runs):
+        x, y = self.reference[:, :2].T
+        shapes = []
+        for run in runs:
+            centred, gas = self.designs[run]
+            moved = motion(np.exp(LOGARITHMS[int(gas)] + 0.3 * centred) * TIMES) * [0.2, 0.05]
+            field = moved[:, :1] * (1.0 - 4.0 * (x**2 + y**2)) + moved[:, 1:] * np.cos(4.0 * x)
+            shapes.append(np.stack([0.1 * field * x, 0.1 * field * y, field], axis=-1))
+        return np.array(shapes, np.float32)
+
+
+def test_two_levels_of_a_factor_have_clocks_of_their_own():
+    dataset = ByGas(2)
+    model = train(dataset, Recipe(modes=3, epochs=3, calibrate=False))
+    common = model.regression.common(np.array([[2.0, 0.0], [2.0, 1.0]]), TIMES[:20])[:, -1]
+    assert common[1] / common[0] == pytest.approx(np.exp(0.4), rel=0.03)
+    by_name = model.predict({"first": 2.0, "gas": "helium"})
+    np.testing.assert_array_equal(by_name, model.predict({"first": 2.0, "gas": 1}))
+    with pytest.raises(InputError, match=r"lies between its levels, nitrogen \(0\), helium \(1\)") as caught:
+        model.predict({"first": 2.0, "gas": 0.5})
+    assert caught.value.code == "E-ROM-001"
+    assert set(suggest(model, 6, dataset.design(dataset.train))[:, 1]) <= {0.0, 1.0}
+
+
+def test_levels_without_an_order_have_no_clock():
+    """The polynomial of a clock would see argon as far beyond helium as helium beyond nitrogen."""
+    dataset = ByGas(3)
+    made = train(dataset, Recipe(modes=3, epochs=2, calibrate=False))
+    assert made.regression.clock is None
+    with pytest.raises(InputError) as caught:
+        train(dataset, Recipe(modes=3, epochs=2, calibrate=False, clock=True))
+    assert caught.value.code == "E-ROM-250"
+    assert "gas" in str(caught.value)

@@ -7,9 +7,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from billow.base.errors import InputError
+from billow.results.dataset_files import Parameter
 from billow.study import study as study_module
 from billow.study.definition import StudyDefinition
 from billow.study.design import draw, latin_hypercube, refine
+from billow.study.grow import read_added_designs
 from billow.study.study import Study
 
 ROWS = "lift [m],slope [N/m]\n1.5,2000.0\n1.25,30000.0\n"
@@ -144,6 +146,17 @@ def test_rows_that_cannot_be_added_are_refused(definition, tmp_path, rows, told)
         Study.create(definition, tmp_path / "study2")
     assert told in caught.value.why
     assert not (tmp_path / "study2").exists()
+
+
+def test_a_row_between_two_levels_is_refused(tmp_path):
+    """Its run would be that of the nearest level, and what is learned from it would not say so."""
+    gas = Parameter("gas", "Gas", "-", 0.0, 1.0, ("air", "argon"))
+    (tmp_path / "next.csv").write_text("gas [-]\n1\n")
+    assert read_added_designs(tmp_path / "next.csv", (gas,)) == [(1.0,)]
+    (tmp_path / "next.csv").write_text("gas [-]\n1\n0.4\n")
+    with pytest.raises(InputError, match="E-STU-024") as caught:
+        read_added_designs(tmp_path / "next.csv", (gas,))
+    assert "line 3: gas = 0.4 is the number of no level" in caught.value.why
 
 
 def test_a_design_that_is_a_test_run_is_not_learned_from(study, definition, tmp_path):

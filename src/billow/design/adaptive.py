@@ -16,7 +16,7 @@ from billow.base.units import CONVERSIONS
 from billow.design.surfaces import ResponseSurfaces
 from billow.results.dataset import Dataset
 from billow.rom.judge.errors import fit_learning_curve
-from billow.rom.surrogate.design_space import from_unit, to_unit
+from billow.rom.surrogate.design_space import from_unit, levelled, to_unit
 from billow.study.study import Study
 
 NO_AIM = InputError.declare(
@@ -145,8 +145,6 @@ def spread_out(uncertain: Callable[[np.ndarray], np.ndarray], known: np.ndarray,
     """The next designs, (BATCH, parameters): one after the other the candidate with the largest deviation times
     distance to the nearest design known or chosen. uncertain: (designs, parameters) in [0, 1] -> (designs,)."""
     from scipy.stats import qmc
-
-    from billow.design.sensitivity import levelled
 
     points = levelled(qmc.Sobol(len(parameters), rng=np.random.default_rng(len(known))).random(CANDIDATES), parameters)
     weight = uncertain(points)

@@ -8,7 +8,7 @@ import numpy as np
 
 from billow.base.blas_threads import one_blas_thread
 from billow.base.errors import InputError
-from billow.rom.surrogate.design_space import to_unit
+from billow.rom.surrogate.design_space import levelled, to_unit
 
 NOT_A_POWER = InputError.declare(
     "E-DES-020",
@@ -74,15 +74,6 @@ def indices(answer, dimensions: int, samples: int, seed: int) -> tuple[np.ndarra
     low, high = np.quantile(again, [0.5 * (1.0 - CONFIDENCE), 0.5 * (1.0 + CONFIDENCE)], axis=0)
     found = of(np.arange(samples))
     return tuple(np.column_stack([found[k], low[k], high[k]]) for k in range(2))
-
-
-def levelled(unit: np.ndarray, parameters) -> np.ndarray:
-    """Evenly spread points of [0, 1] with the axes of factors at their levels, which are then equally frequent."""
-    made = np.array(unit, float)
-    for k, parameter in enumerate(parameters):
-        if count := len(parameter.levels):
-            made[:, k] = np.minimum(np.floor(made[:, k] * count), count - 1) / (count - 1)
-    return made
 
 
 @one_blas_thread()

@@ -109,6 +109,8 @@ def read_added_designs(path: str | Path, parameters: Sequence[Parameter]) -> lis
             for value, p in zip(row, parameters, strict=True):
                 if not p.low <= value <= p.high:
                     raise ValueError(f"line {line}: {p.name} = {value:g} is not between {p.low:g} and {p.high:g}")
+                if p.levels and value != round(value):
+                    raise ValueError(f"line {line}: {p.name} = {value:g} is the number of no level")
         if len(set(rows)) != len(rows):
             raise ValueError("a design stands in it twice")
     except (OSError, ValueError) as error:

@@ -7,7 +7,7 @@ from scipy.spatial.distance import cdist
 from scipy.stats import qmc
 
 from billow.base.errors import InputError
-from billow.rom.surrogate.design_space import from_unit, to_unit
+from billow.rom.surrogate.design_space import from_unit, levelled, to_unit
 from billow.rom.surrogate.surrogate import Surrogate
 
 NO_DESIGNS = InputError.declare(
@@ -30,16 +30,16 @@ def suggest(surrogate: Surrogate, count: int, known: np.ndarray, seed: int = 0) 
 
     known: (runs, parameters), every design made or planned, unseen ones too
 
-    Candidates are a scrambled Sobol sequence over the trained ranges. Each represents its surroundings with a power of
-    its `uncertainty` times its distance to the nearest design known or chosen. The next design is the candidate that
-    lowers the sum of these most (greedy weighted k-medians); the most uncertain ones lie in corners, from which little
-    of the space is learned. Same surrogate, known designs and seed: same rows.
+    Candidates are a scrambled Sobol sequence over the trained ranges, with factors at their levels. Each represents its
+    surroundings with a power of its `uncertainty` times its distance to the nearest design known or chosen. The next
+    design is the candidate that lowers the sum of these most (greedy weighted k-medians); the most uncertain ones lie
+    in corners, from which little of the space is learned. Same surrogate, known designs and seed: same rows.
     Raises InputError E-ROM-021 if count is below 1 or above `CANDIDATES`, or the surrogate has no ensemble.
     """
     if not 1 <= count <= CANDIDATES or surrogate.regression.members == 1 or surrogate.forces is not None:
         raise NO_DESIGNS(count=count, recipe=surrogate.recipe)
     surrogate, parameters = surrogate.despite_verdict(), surrogate.parameters
-    unit = qmc.Sobol(len(parameters), rng=seed).random(CANDIDATES)
+    unit = levelled(qmc.Sobol(len(parameters), rng=seed).random(CANDIDATES), parameters)
     uncertain = uncertainty(surrogate, from_unit(unit, parameters))
     nearest = np.full(len(unit), np.sqrt(len(parameters)))  # the diagonal: nothing is farther
     for point in to_unit(np.reshape(known, (-1, len(parameters))), parameters):

@@ -65,6 +65,14 @@ NO_RANGE = InputError.declare(
     cause="a dataset in which a parameter is the same everywhere, or with one recorded time",
     remedy="vary {name}, or leave it out of the parameters",
 )
+NO_ORDER = InputError.declare(
+    "E-ROM-250",
+    "{name} allows no clock",
+    where="recipe",
+    why="a clock is a polynomial of the design, and the levels {levels} have no order",
+    cause="clock = True with a factor of more than two levels",
+    remedy="leave clock out, or make a study for each two levels",
+)
 
 FOLDS = 4
 ENOUGH_RUNS = 60
@@ -88,7 +96,7 @@ class Recipe:
         modes, whose inputs are not known in advance, or for `paper`, which has no ensemble
     memory: [byte] larger snapshots are read from disk block by block; calibrating may take twice as much
     clock: learn a clock of each design (docs/theory.md); default if that helps on runs held out, and there are
-        `FEWEST_RUNS` designs. There is none with force modes, or for `paper`.
+        `FEWEST_RUNS` designs. There is none with force modes, for `paper`, or with a factor of more than two levels.
     """
 
     networks: str = "shared"
@@ -143,13 +151,15 @@ def train(
     runs: names of the runs to learn from, default `dataset.trusted`, the training runs with the verdict PASS
     client: a Dask client; its workers, which must see the dataset, then make the bases
 
-    Raises InputError E-ROM-007 (too few runs or modes), E-ROM-008 and E-ROM-026 (recipe), E-ROM-009 (snapshots not
+    Raises InputError E-ROM-007 (too few runs or modes), E-ROM-008, -026 and -250 (recipe), E-ROM-009 (snapshots not
     finite), E-ROM-010 (a parameter or the time has no range), E-CPL-001 (force components), ResourceError E-ROM-006
     (no PyTorch), NumericalStop E-ROM-013 and E-ROM-014 (basis or training failed).
     """
     runs = tuple(dataset.trusted if runs is None else runs)
     import_network()
     check_recipe(recipe)
+    if recipe.clock and (without := _without_order(dataset)):
+        raise NO_ORDER(name=without[0].name, levels=", ".join(without[0].levels))
     _input_scaling(dataset, recipe.networks)  # refuses what cannot be learned before the long work
     require_runs(dataset, runs)
     calibrated = recipe.calibrate and recipe.networks == "shared" and not recipe.force_modes
@@ -252,11 +262,18 @@ def _has_clock(dataset: Dataset, reduction: Reduction, recipe: Recipe, centred: 
     # Forces of the time before belong to that time, whatever a clock says; the paper has no clock.
     if recipe.networks != "shared" or recipe.force_modes:
         return False
+    if _without_order(dataset):
+        return False
     if recipe.clock is not None:
         return recipe.clock
     if len(distinct(reduction.design, dataset.parameters)) < FEWEST_RUNS:
         return False
     return clock_helps(reduction.design, dataset.parameters, centred, reduction.times, reduction.coefficients)
+
+
+def _without_order(dataset: Dataset) -> list[Parameter]:
+    """Factors of more than two levels: a polynomial of their numbers would give them an order."""
+    return [parameter for parameter in dataset.parameters if len(parameter.levels) > 2]
 
 
 def _obstacles(dataset: Dataset, reduction: Reduction) -> tuple[LockedObstacle, ...]:

@@ -42,6 +42,8 @@ TIMES_DO_NOT_FIT = InputError.declare(
     remedy="give a list of times in seconds, or none for all trained times",
 )
 
+SAME_LEVEL = 1e-6
+"""By which the number of a level may be off."""
 BOUND_TOLERANCE = 1e-9
 """Part of a range by which a value may exceed it: the rounding of a unit conversion is no extrapolation."""
 
@@ -75,11 +77,20 @@ def from_unit(unit: np.ndarray, parameters: tuple[Parameter, ...]) -> np.ndarray
     return low + unit * (high - low)
 
 
+def levelled(unit: np.ndarray, parameters: tuple[Parameter, ...]) -> np.ndarray:
+    """Evenly spread points of [0, 1] with the axes of factors at their levels, which are then equally frequent."""
+    made = np.array(unit, float)
+    for k, parameter in enumerate(parameters):
+        if count := len(parameter.levels):
+            made[:, k] = np.minimum(np.floor(made[:, k] * count), count - 1) / (count - 1)
+    return made
+
+
 def design_rows(design, parameters: tuple[Parameter, ...]) -> tuple[np.ndarray, bool]:
     """Designs as (runs, parameters) float64, and whether a single one was given.
 
     design: {name: value or (runs,)} or (parameters,) or (runs, parameters); a factor's value may be a level's name
-    Raises InputError E-ROM-001 for wrong names, shapes, or values that are not finite numbers.
+    Raises InputError E-ROM-001 for wrong names, shapes, values that are not finite numbers, or between two levels.
     """
     names = [parameter.name for parameter in parameters]
     try:
@@ -100,6 +111,10 @@ def design_rows(design, parameters: tuple[Parameter, ...]) -> tuple[np.ndarray, 
             raise ValueError("a value is not a finite number")
         if not np.abs(rows).max() < LARGEST:
             raise ValueError(f"a value lies beyond {LARGEST:.0e}")
+        for parameter, column in zip(parameters, rows.T, strict=True):
+            if parameter.levels and np.abs(column - np.round(column)).max() > SAME_LEVEL:
+                levels = ", ".join(f"{name} ({k})" for k, name in enumerate(parameter.levels))
+                raise ValueError(f"a value of {parameter.name} lies between its levels, {levels}")
     except (TypeError, ValueError) as error:
         raise DESIGN_DOES_NOT_FIT(why=error, names=", ".join(names)) from error
     return np.atleast_2d(rows), rows.ndim == 1
