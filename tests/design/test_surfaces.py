@@ -9,7 +9,7 @@ from scipy.stats import norm
 from billow.base.errors import InputError
 from billow.design.gaussian_process import Axes
 from billow.design.optimum import Goal, optimise
-from billow.design.robust import read_values, robustness
+from billow.design.robust import read_values, robustness, scattered
 from billow.design.sensitivity import correlations, indices, main_effects
 from billow.design.surface import learn
 from billow.design.surfaces import ResponseSurfaces
@@ -122,7 +122,7 @@ def test_the_optimum_is_the_best_design_that_surely_keeps_the_limits(surfaces):
     assert again.design == best.design
 
 
-def test_limits_are_kept_by_the_ends_of_intervals_and_chances_have_ends():
+def test_limits_are_kept_by_the_ends_of_intervals_and_chances_have_ends_twice_as_far_without_runs_near():
     noisy = ResponseSurfaces.learn(small_table(noise=2.0))
     best = noisy.optimise(maximise="pressure", below={"pressure": 45.0})
     value, low, high = best.responses["pressure"]
@@ -133,6 +133,15 @@ def test_limits_are_kept_by_the_ends_of_intervals_and_chances_have_ends():
     chance = noisy.exceed("pressure", 47.0, {"vent": 35.0, "speed": 5.0, "gas": 0}, {"vent": 2.0})
     assert chance.low < chance.probability < chance.high
     assert chance.low < chance.with_error < chance.high
+    for scatter, times in (({"vent": 2.0}, 2.0), ({"vent": 4.0, "speed": 0.6}, 1.0)):
+        around = {"vent": 35.0, "speed": 5.0, "gas": 0}
+        chance = noisy.exceed("pressure", 47.0, around, scatter)
+        assert chance.resolved == (chance.near >= 6) == (times == 1.0)
+        points, _ = scattered(noisy, around, scatter, 100_000, 0)
+        mean, deviation = noisy.surfaces[1].distribution(points)
+        for side, end in ((-1.0, chance.low), (1.0, chance.high)):
+            shifted = mean + side * times * 1.645 * deviation
+            assert end == pytest.approx((shifted > noisy.surfaces[1].scaled(47.0)).mean(), abs=1e-3)
 
 
 def test_an_optimum_stays_within_reach_and_on_its_steps(surfaces):

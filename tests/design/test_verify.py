@@ -53,6 +53,10 @@ def test_runs_of_the_scatter_show_by_how_much_a_surface_is_off_and_mend_it(solve
     assert hard.error < 1.0
     assert again.predict("hard", POINT) == pytest.approx(before + 40.0, abs=5.0)
     assert len(again.runs) == len(surfaces.runs) + 12
+    chances = [(model, model.exceed("hard", 225.0, POINT, SCATTER)) for model in (surfaces, again)]
+    assert [chance.resolved for _, chance in chances] == [False, True]
+    assert chances[1][1].near - chances[0][1].near in (11, 12)
+    assert not again.exceed("hard", 225.0, POINT | {"gas": 1.0}, SCATTER).resolved
 
 
 def test_without_sound_runs_nothing_is_said(solver):

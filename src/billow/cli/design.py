@@ -197,7 +197,7 @@ def robust(
             away = f"{one.mean:+.3g} (+-{one.error:.2g}) {unit}"
             print(f"{one.response}: {verify} runs there lie {away} from the surface, which was made again with them")
     found = robustness(surfaces, point, read_values(scatter), seed)
-    keys = ("probability", "with_error", "low", "high", "outside")
+    keys = ("probability", "with_error", "low", "high", "outside", "near")
     head = ["response", "unit", *(f"{p:g} %" for p in PERCENTILES), "limit", *keys, "light", "seed"]
     rows = [
         [name, one.unit, *map(float, one.percentiles), "" if one.limit is None else one.limit,
@@ -216,6 +216,11 @@ def robust(
             )
             told += f"own error {one.with_error:.3g} ({one.low:.2g} to {one.high:.2g}): {one.light}"
         print(told)
+    if found and not (one := next(iter(found.values()))).resolved:
+        told = (
+            f"{one.near} runs lie within the scatter, so that nothing shows how far the surface is off there: ends are "
+        )
+        print(f"{told}those of twice its intervals; --verify 12 makes such runs")
 
 
 @app.command()

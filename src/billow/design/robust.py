@@ -12,7 +12,7 @@ from billow.base.blas_threads import one_blas_thread
 from billow.base.errors import InputError
 from billow.base.toml_file import read_toml
 from billow.design.optimum import unit_design
-from billow.rom.surrogate.design_space import bounds
+from billow.rom.surrogate.design_space import bounds, to_unit
 
 SCATTER = InputError.declare(
     "E-DES-040",
@@ -33,6 +33,15 @@ SAMPLES = 100_000
 MOST_OUTSIDE = 0.05
 """Share of scattered designs that may lie outside the ranges; they are moved to the edge, and counted."""
 PERCENTILES = (5.0, 50.0, 95.0)
+WITHIN = 3.0
+"""Deviations of each parameter, within which a run is one of the scatter."""
+FEWEST_NEAR = 6
+"""Runs of the scatter that show how far the surface is off there (docs/design.md, Measured)."""
+UNSEEN = 2.0
+"""Times its 90 % interval by which a surface may be off where fewer runs show it: one in ten of these intervals does
+not hold, and all designs of a scatter share the error."""
+SAME = 0.02
+"""Part of the range of a parameter that does not scatter by which a run may be away and still be one of the scatter."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,8 +50,9 @@ class Chance:
 
     values: (samples,) of the surface; percentiles: (3,) of `PERCENTILES`; limit: None without; above: whether the limit
     is broken above it; probability: that it is broken, by the surface alone; with_error: with the surface's own error,
-    as if it were another in every run; low, high: if the surface were at either end of its 90 % intervals everywhere;
-    outside: share of scattered designs that were moved to the edge of the ranges
+    as if it were another in every run; low, high: if the surface were at either end of its 90 % intervals everywhere,
+    of intervals `UNSEEN` times as wide if `near` is below `FEWEST_NEAR`; outside: share of scattered designs that were
+    moved to the edge of the ranges; near: runs among the scattered designs, which the surface has learned from
     """
 
     response: str
@@ -56,6 +66,12 @@ class Chance:
     low: float
     high: float
     outside: float
+    near: int
+
+    @property
+    def resolved(self) -> bool:
+        """Whether runs of the scatter show how far the surface is off there."""
+        return self.near >= FEWEST_NEAR
 
     @property
     def light(self) -> str:
@@ -129,19 +145,27 @@ def _chance(surfaces, name, limit, above, design, scatter, seed) -> Chance:
 
     surface = surfaces.usable(name)
     points, outside = scattered(surfaces, design, scatter, SAMPLES, seed)
+    near = _near(surfaces, design, scatter)
     mean, deviation = surface.distribution(points)
     values = SCALES[surface.scale].back(mean)
     told = dict.fromkeys(("probability", "with_error", "low", "high"), float("nan"))
     if limit is not None:
         side = 1.0 if above else -1.0
         excess = side * (mean - surface.scaled(limit))
-        half = 1.6448536269514722 * deviation
+        half = 1.6448536269514722 * deviation * (1.0 if near >= FEWEST_NEAR else UNSEEN)
         told = {
             "probability": float((excess > 0.0).mean()),
             "with_error": float(ndtr(excess / np.maximum(deviation, 1e-300)).mean()),
             "low": float((excess - half > 0.0).mean()),
             "high": float((excess + half > 0.0).mean()),
         }
-    return Chance(
-        name, surfaces.unit(name), values, np.percentile(values, PERCENTILES), limit, above, outside=outside, **told
-    )
+    percentiles = np.percentile(values, PERCENTILES)
+    return Chance(name, surfaces.unit(name), values, percentiles, limit, above, outside=outside, near=near, **told)
+
+
+def _near(surfaces, design: Mapping[str, float], scatter: Mapping[str, float]) -> int:
+    """Runs within `WITHIN` deviations of a design in every parameter, or `SAME` where that is more."""
+    low, high = bounds(surfaces.parameters)
+    deviation = np.array([scatter.get(parameter.name, 0.0) for parameter in surfaces.parameters]) / (high - low)
+    away = np.abs(to_unit(surfaces.designs, surfaces.parameters) - unit_design(surfaces, design))
+    return int((away <= np.maximum(WITHIN * deviation, SAME)).all(axis=1).sum())
