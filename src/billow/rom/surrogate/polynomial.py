@@ -15,9 +15,11 @@ def count(parameters: int, quadratic: bool) -> int:
 def terms(centred: np.ndarray, quadratic: bool) -> np.ndarray:
     """Constant, linear, and with `quadratic` squares and products, (runs, terms). centred: (runs, parameters), every
     range from -1 to 1."""
-    one, other = _pairs(centred.shape[1])
-    further = [centred[:, one] * centred[:, other]] if quadratic else []
-    return np.column_stack([np.ones(len(centred)), centred, *further])
+    parts = [np.ones((len(centred), 1)), centred]
+    if quadratic:
+        one, other = _pairs(centred.shape[1])
+        parts.append(centred.take(one, axis=1) * centred.take(other, axis=1))
+    return np.concatenate(parts, axis=1)
 
 
 _pairs = functools.cache(np.triu_indices)

@@ -138,31 +138,32 @@ class OutputScaling:
         """Mean and deviation at any times, linear between `times`: [m], (..., times, outputs) float32 each."""
         if np.array_equal(times, self.times):
             return self.mean, self.deviation
-        after = np.minimum(np.maximum(np.searchsorted(self.times, times), 1), len(self.times) - 1)
-        start, stop = self.times[after - 1], self.times[after]
+        both, rise = self._both
+        before = np.minimum(np.maximum(np.searchsorted(self.times, times) - 1, 0), len(rise) - 1)
+        start, stop = self.times[before], self.times[before + 1]
         part = np.minimum(np.maximum((times - start) / (stop - start), 0.0), 1.0).astype(np.float32)[..., None]
-        before = self._both[after - 1]
-        found = before + part * (self._both[after] - before)
+        found = rise[before]
+        found *= part
+        found += both[before]
         return found[..., : self.mean.shape[1]], found[..., self.mean.shape[1] :]
 
     @cached_property
-    def _both(self) -> np.ndarray:
-        """Mean and deviation side by side: (times, 2 outputs)."""
-        return np.concatenate([self.mean, self.deviation], axis=1)
+    def _both(self) -> tuple[np.ndarray, np.ndarray]:
+        """Mean and deviation side by side, (times, 2 outputs), and their differences from one time to the next."""
+        both = np.concatenate([self.mean, self.deviation], axis=1)
+        return both, np.diff(both, axis=0)
 
 
 def silu(x: np.ndarray) -> np.ndarray:
-    """x / (1 + exp(-x)), in place."""
-    gate = np.negative(x)
-    with np.errstate(over="ignore"):  # exp(-x) = inf gives the right limit, 0
-        np.exp(gate, out=gate)
+    """-y / (1 + exp(-y)) of x = -y, in place: what is mirrored throughout needs no negative for the exponential."""
+    gate = np.exp(x)  # exp(-y) = inf gives the right limit, 0; whoever calls ignores the overflow
     gate += 1.0
     x /= gate
     return x
 
 
 ACTIVATIONS = {"shared": silu, "paper": lambda x: np.tanh(x, out=x)}
-"""Recipes and their activation functions, which work in place."""
+"""Recipes and their activation functions, mirrored: from -y to minus the answer for y; they work in place."""
 
 
 @dataclass(frozen=True)
@@ -197,14 +198,15 @@ class Regression:
             hidden = self._hidden(design, at, further)
             # The last layer is linear: the mean over members is one product with all their last layers.
             weight, bias = self._mean_layer
-            answer = hidden.transpose(1, 0, 2).reshape(hidden.shape[1], -1) @ weight + bias
+            answer = hidden.transpose(1, 0, 2).reshape(hidden.shape[1], -1) @ weight
+            answer += bias
             return _finite(self.outputs.back(answer.reshape(len(design), len(times), -1), at))
 
     def by_member(self, design: np.ndarray, times: np.ndarray, further: np.ndarray | None = None) -> np.ndarray:
         """Coefficients by each member: [m], (members, runs, times, outputs) float32."""
         with np.errstate(over="ignore", invalid="ignore"):
             at = self.common(design, times)
-            answer = self._hidden(design, at, further) @ self.weights[-1] + self.biases[-1]
+            answer = self._hidden(design, at, further) @ -self.weights[-1] + self.biases[-1]
             if self.recipe == "paper":
                 answer = answer.transpose(2, 1, 0)
             return _finite(self.outputs.back(answer.reshape(self.members, len(design), len(times), -1), at))
@@ -215,47 +217,58 @@ class Regression:
 
     @cached_property
     def _mean_layer(self):
-        weight = (self.weights[-1] / self.members).reshape(-1, self.weights[-1].shape[2])
+        weight = (-self.weights[-1] / self.members).reshape(-1, self.weights[-1].shape[2])
         return weight, self.biases[-1].mean(axis=0)
 
     def _hidden(self, design, times, further):
-        """Last hidden layer: (networks, runs * times, neurons)."""
+        """Last hidden layer, mirrored as all are (`ACTIVATIONS`): (networks, runs * times, neurons)."""
         activation = ACTIVATIONS[self.recipe]
         hidden = activation(self._first(design, times, further))
         for weight, bias in zip(self.weights[1:-1], self.biases[1:-1], strict=True):
             hidden = hidden @ weight  # one small product per network
-            hidden += bias
+            hidden -= bias
             hidden = activation(hidden)
         return hidden
 
     def _first(self, design, times, further):
-        """First layer before its activation: (networks, runs * times, neurons).
+        """First layer before its activation, mirrored: (networks, runs * times, neurons).
 
         It is linear, so that the shares of designs, times and further inputs are found apart and added: a product for
         every design instead of one for every design and time, and, without a clock, that of the trained times once for
         all.
         """
-        of_design = self.inputs.design(design).astype(np.float32) @ self.first_weights[0]
+        of_design = self.inputs.design(design).astype(np.float32) @ self._mirrored[0]
         if times.ndim > 1:
             of_time = self._of_times(times.ravel()).reshape(len(of_design), *times.shape, -1)
         else:
             trained = np.array_equal(times, self.outputs.times)
-            of_time = (self.of_trained_times if trained else self._of_times(times))[:, None]
+            of_time = (self._mirrored_trained if trained else self._of_times(times))[:, None]
         first = of_design[:, :, None] + of_time  # (networks, runs, times, neurons)
         if further is not None:
             flat = np.asarray(further, np.float32).reshape(-1, self.inputs.further)
-            first += (flat @ self.first_weights[2]).reshape(first.shape)
+            first += (flat @ self._mirrored[2]).reshape(first.shape)
         return first.reshape(len(first), -1, first.shape[-1])
 
     def _of_times(self, times):
-        return self.inputs.time(times).astype(np.float32) @ self.first_weights[1] + self.biases[0]
+        """Share of some times and the bias in the first layer, mirrored: (networks, times, neurons)."""
+        answer = self.inputs.time(times).astype(np.float32) @ self._mirrored[1]
+        answer -= self.biases[0]
+        return answer
 
     @cached_property
     def of_trained_times(self) -> np.ndarray:
         """Share of the trained times and the bias in the first layer: (networks, times, neurons)."""
+        return -self._mirrored_trained
+
+    @cached_property
+    def _mirrored_trained(self) -> np.ndarray:
         return self._of_times(self.outputs.times)
 
     @cached_property
     def first_weights(self) -> list[np.ndarray]:
         """Of the first layer, for design, time and further inputs: each (networks, inputs, neurons)."""
         return np.split(self.weights[0], (len(self.inputs.low), self.inputs.width - self.inputs.further), axis=1)
+
+    @cached_property
+    def _mirrored(self) -> list[np.ndarray]:
+        return [-weights for weights in self.first_weights]
