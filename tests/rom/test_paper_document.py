@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -18,6 +19,8 @@ from billow.reproductions.rom_paper.document import write_document
 from billow.reproductions.rom_paper.jets import compare_jets
 from billow.reproductions.rom_paper.kept import Kept, fingerprint
 from billow.reproductions.rom_paper.published import FREE, LOCKED
+from billow.reproductions.rom_paper.tables import accuracy_table, against_modes, against_size
+from billow.results.floor_file import Floor
 from billow.rom.coupled.coupled_evaluation import TRUE_CONTACT, TRUE_INPUTS
 from billow.rom.judge.errors import snapshot_rmse
 from billow.rom.judge.timing import break_even
@@ -153,3 +156,15 @@ def test_break_even_is_the_first_deployment_that_pays(making, runs):
     assert break_even(making, 10.0, 1.0) == runs
     assert making + runs * 1.0 <= runs * 10.0
     assert break_even(making, 1.0, 1.0) is None
+
+
+def test_errors_are_told_in_floors_where_the_floor_was_measured(locked):
+    assert "mean over floor [-]" not in accuracy_table(locked).columns
+    least = np.array([2e-4, 0.0, 5e-4])
+    times = locked.evaluation.surrogate.times
+    floor = Floor({"run.dt_scale": "0.99"}, ("0000",), times, np.tile(least, (1, len(times), 1)))
+    measured = replace(locked, evaluation=replace(locked.evaluation, floor=floor))
+    for made in (accuracy_table(measured), against_size(measured), against_modes(measured)):
+        for row in made.rows:
+            of = 1e3 * least["xyz".index(row.get("", "z"))]  # the last table is of z alone
+            assert row["mean over floor [-]"] == (pytest.approx(row["mean [mm]"] / of) if of else None)
