@@ -34,7 +34,8 @@ def made_surrogate(
     nodes: int = 400, *, modes: int = 12, recipe: str = "shared", width: int = 96, title: str = "A bag", seed: int = 1,
     parameters=PARAMETERS, clock: bool = False,
 ) -> Surrogate:  # fmt: skip
-    """A closed bag of about `nodes` nodes that swells to 0.2 m, with random networks. clock: of random rates"""
+    """A closed bag of about `nodes` nodes that swells to 0.2 m, with random networks. clock: of random rates,
+    by which some designs get as far as it reaches"""
     random = np.random.default_rng(seed)
     reference, triangles = globe(nodes)
     nodes, times = len(reference), np.linspace(0.0, 0.05, 26)
@@ -43,8 +44,8 @@ def made_surrogate(
     bases = tuple(Basis(shapes.astype(np.float32), np.linspace(2.0, 0.1, modes), 10.0) for _ in range(3))
     inputs, scaled, by = InputScaling(low, high, 0.0, 0.05, recipe), times, None
     if clock:
-        by = Clock(random.normal(0.0, 0.2, (terms_of(len(parameters), True), 8)), 0.05)
-        inputs, scaled = replace(inputs, end=by.end, frequencies=BY_CLOCK), np.linspace(0.0, by.end, 101)
+        by = Clock(random.normal(0.0, 0.2, (terms_of(len(parameters), True), 8)), 0.05, 0.045)
+        inputs, scaled = replace(inputs, end=by.end, frequencies=BY_CLOCK), np.linspace(0.0, by.reach, 61)
     count = 3 * modes
     networks, last = (3, count) if recipe == "shared" else (count, 1)
     sizes = [inputs.width, width, width, last]

@@ -16,6 +16,7 @@ from billow.rom.learn.clock import clock_helps, learn_clock
 from billow.rom.learn.suggest import suggest
 from billow.rom.learn.train import Recipe, train
 from billow.rom.surrogate.clock import Clock
+from billow.rom.surrogate.prediction import describe_trust, trust_of
 from billow.rom.surrogate.surrogate import Surrogate
 
 TIMES = np.arange(1, 31) * 2e-3
@@ -160,12 +161,28 @@ def test_a_clock_far_outside_stays_within_bounds(clocked):
     assert (np.diff(common) >= 0.0).all()
 
 
+def test_common_time_goes_as_far_as_the_runs_got(swinging, clocked):
+    """Beyond, networks would guess: a fast design, whose bounce no run shows to the end, stands still there."""
+    clock, fastest = clocked.regression.clock, np.array([3.0, 1.0])
+    farthest = clocked.regression.common(swinging.design(swinging.train), TIMES).max()
+    assert farthest <= clock.latest <= farthest + 0.25 * LAST / len(TIMES)
+    assert replace(clock, reach=np.inf)(np.array([[1.0, -1.0]]), TIMES)[0, -1] > clock.latest
+    assert clocked.regression.common(fastest[None], TIMES)[0, -1] == clock.latest
+    later = clocked.predict(fastest, np.array([1.05, 1.1]) * LAST, extrapolate=True)
+    np.testing.assert_array_equal(later[0], later[1])
+    still = clocked.stands_still(fastest)
+    assert still == TIMES[clocked.regression.common(fastest[None], TIMES)[0] == clock.latest][0]
+    assert f"from {1e3 * still:g} ms on" in " ".join(describe_trust(trust_of(clocked, fastest, None)))
+    assert not any(clocked.stands_still(design) for design in swinging.design(swinging.train))
+
+
 def test_exported_clocks_answer_as_numpy(swinging, clocked):
     pytest.importorskip("onnx")
     pytest.importorskip("onnxruntime")
     from billow.rom.surrogate.onnx_export import largest_difference, onnx_bytes
 
-    assert largest_difference(onnx_bytes(clocked), clocked, swinging.design(swinging.test)) < 1e-5
+    designs = np.vstack([swinging.design(swinging.test), [3.0, 1.0]])  # the last gets as far as its clock reaches
+    assert largest_difference(onnx_bytes(clocked), clocked, designs) < 1e-5
 
 
 LOGARITHMS = np.array([0.0, 0.4, -0.25])
@@ -207,6 +224,13 @@ def test_two_levels_of_a_factor_have_clocks_of_their_own():
         model.predict({"first": 2.0, "gas": 0.5})
     assert caught.value.code == "E-ROM-001"
     assert set(suggest(model, 6, dataset.design(dataset.train))[:, 1]) <= {0.0, 1.0}
+
+
+def test_clocks_that_reach_otherwise_are_calibrated_together():
+    """Folds leave out the fastest designs in turn, so that their clocks get to different times."""
+    model = train(Swinging(train=12), Recipe(modes=3, epochs=2, clock=True))
+    assert model.intervals is not None
+    assert len(model.regression.outputs.deviation) == len(model.regression.outputs.times)
 
 
 def test_levels_without_an_order_have_no_clock():

@@ -9,7 +9,8 @@ export class Bag {
     Object.assign(this, { times, reference, triangles, modes, closed: record.closed });
     this.nodes = reference.shape[0];
     this.count = modes.shape[1];
-    const weights = tensors["clock.weights"], clock = weights ? new CommonTime(weights, times.at(-1)) : null;
+    const weights = tensors["clock.weights"], reach = weights && tensors["outputs.times"].at(-1);
+    const clock = weights ? new CommonTime(weights, times.at(-1), reach) : null;
     const [start, end] = clock ? [0, clock.end] : [times[0], times.at(-1)];
     const outputs = {
       times: tensors["outputs.times"], mean: tensors["outputs.mean"], deviation: tensors["outputs.deviation"],

@@ -3,9 +3,9 @@
 const LATEST_PART = 1.5, LARGEST_RATE = Math.log(4);
 
 export class CommonTime {
-  // weights: (terms, parts); last: [s], the last trained own time.
-  constructor(weights, last) {
-    Object.assign(this, { weights, last, end: LATEST_PART * last, parts: weights.shape[1] });
+  // weights: (terms, parts); last: [s], the last trained own time; reach: [s], common time that the runs got to.
+  constructor(weights, last, reach) {
+    Object.assign(this, { weights, last, reach, end: LATEST_PART * last, parts: weights.shape[1] });
   }
 
   // Common time [s] of an own time [s] of a design. parameters: with low and high.
@@ -22,6 +22,6 @@ export class CommonTime {
       const spent = Math.min(longest, Math.max(0, time - p * part));
       common += Math.exp(Math.min(LARGEST_RATE, Math.max(-LARGEST_RATE, rate))) * spent;
     }
-    return Math.min(this.end, Math.max(0, common));
+    return Math.min(this.end, this.reach, Math.max(0, common));
   }
 }

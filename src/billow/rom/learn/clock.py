@@ -7,6 +7,8 @@ part of the runs is fitted first, and the window grows. What is found there for 
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from scipy.interpolate import BSpline
 from scipy.optimize import minimize
@@ -86,7 +88,8 @@ def learn_clock(centred: np.ndarray, times: np.ndarray, coefficients: np.ndarray
             flat = found.x
     of_design = size[:, None] * (flat.reshape(-1, PARTS) @ root.T)[: len(size)]
     clock = Clock(np.concatenate([-(centre @ of_design)[None], of_design]), last)
-    return clock, motion.scaling(clock(centred, times), coefficients)
+    outputs = motion.scaling(clock(centred, times), coefficients)
+    return replace(clock, reach=float(outputs.times[-1])), outputs
 
 
 @one_blas_thread()
@@ -153,7 +156,8 @@ class Motion:
 
     def scaling(self, common: np.ndarray, coefficients: np.ndarray) -> OutputScaling:
         """The motion as the mean, and as the deviation the root mean square of what it does not explain of the
-        strongest mode of each component, nearby in common time. Arguments as `fit` and `learn_clock`."""
+        strongest mode of each component, nearby in common time, as far as the runs get. Arguments as `fit` and
+        `learn_clock`."""
         inside, shape = self._inside(common), coefficients.shape[2:]
         spline, error = self._spline(inside, coefficients.reshape(*common.shape, -1))
         basis = BSpline.design_matrix(inside, self.knots, 3)
@@ -162,13 +166,14 @@ class Motion:
         near = np.asarray(basis.sum(axis=0)).reshape(-1, 1)
         # Weights of splines are positive and add up to one: a local mean.
         local = (basis.T @ squares + self.HELD * overall) / (near + self.HELD)
-        times = np.minimum(self._times, self.end)
+        known = self._times[: max(int(np.searchsorted(self._times, common.max())) + 1, 2)]
+        times = np.minimum(known, self.end)
         square = BSpline(self.knots, local, 3)(self._inside(times)).reshape(-1, *shape).max(axis=2)
         square = np.maximum(square, 1e-4 * overall.reshape(shape).max(axis=1))
         least = max(1e-9 * np.abs(coefficients).max(), 1e-30)
         deviation = np.repeat(np.maximum(np.sqrt(square), least), shape[1], axis=1)
         mean = spline(self._inside(times))
-        return OutputScaling(self._times, mean.astype(np.float32), deviation.astype(np.float32))
+        return OutputScaling(known, mean.astype(np.float32), deviation.astype(np.float32))
 
     def _spline(self, inside, values) -> tuple[BSpline, np.ndarray]:
         basis = BSpline.design_matrix(inside, self.knots, 3)

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from billow.rom.surrogate.regression import Regression
 from billow.rom.surrogate.surrogate import Surrogate
 
 NEIGHBOURS = 0.1
@@ -24,7 +25,7 @@ class Agreement:
     """One run held out, [m2], (times, 3) each. common: sum over modes of the predicted departure times the true one;
     own: of the square of the predicted one, both at the times of the output scaling, 0 beyond the run; spread: mean
     over nodes of the variance over members, at the trained times, which by the run's clock are `at` [s]; scaled: [s],
-    times of the output scaling"""
+    times of the output scaling, with a clock as far as common time may go: clocks of other runs reach otherwise"""
 
     common: np.ndarray
     own: np.ndarray
@@ -36,7 +37,7 @@ class Agreement:
     def of(cls, surrogate: Surrogate, design: np.ndarray, truth: np.ndarray) -> Agreement:
         """surrogate: that has not seen the run; design: (parameters,); truth: [m], (times, nodes, 3)."""
         regression = surrogate.regression
-        scaled = regression.outputs.times
+        scaled = _whole(regression)
         at = np.broadcast_to(regression.common(design[None], surrogate.times), (1, len(surrogate.times)))[0]
         mean = regression.outputs.at(at)[0].reshape(len(at), 3, surrogate.modes)
         known = np.stack([truth[:, :, c] @ basis.modes.T for c, basis in enumerate(surrogate.bases)], axis=1)
@@ -64,6 +65,15 @@ def disbelieved(agreements: list[Agreement], by: np.ndarray) -> np.ndarray:
     return np.mean([(1.0 - np.square(f)) * one.spread for f, one in zip(shrunk_by, agreements, strict=True)], axis=0).T
 
 
+def _whole(regression: Regression) -> np.ndarray:
+    """Times of the output scaling, continued to the end of common time: [s]."""
+    times = regression.outputs.times
+    if regression.clock is None:
+        return times
+    step = times[1] - times[0]
+    return step * np.arange(round(regression.clock.end / step) + 2)  # rounding may cost one
+
+
 def _along(asked: np.ndarray, times: np.ndarray, values: np.ndarray, outside: float | None = None) -> np.ndarray:
     """Values (times, 3) at the times asked, linear in between."""
     return np.stack([np.interp(asked, times, v, left=outside, right=outside) for v in values.T], axis=1)
@@ -78,8 +88,10 @@ def _pooled(sums: np.ndarray) -> np.ndarray:
 
 
 def shrunk(surrogate: Surrogate, by: np.ndarray) -> Surrogate:
-    """The surrogate whose departures from the mean trajectory are multiplied by [-], (times, 3)."""
+    """The surrogate whose departures from the mean trajectory are multiplied by [-], (times, 3), of which there may be
+    more than the output scaling has (`Agreement.scaled`)."""
     regression = surrogate.regression
+    by = by[: len(regression.outputs.times)]
     each = np.repeat(by, surrogate.modes, axis=1).astype(np.float32)  # modes of x, then of y, then of z
     outputs = replace(regression.outputs, deviation=regression.outputs.deviation * each)
     return replace(surrogate, regression=replace(regression, outputs=outputs))

@@ -27,21 +27,28 @@ class Clock:
 
     weights: [-], (terms, parts) float64: the logarithm of the rate as a polynomial of second degree of the design
     last: [s], the last trained own time; the last part has no end
+    reach: [s], common time that the learned runs got to: beyond, networks would guess, and common time stands still
     """
 
     weights: np.ndarray
     last: float
+    reach: float = math.inf
 
     @property
     def end(self) -> float:
-        """[s], of common time."""
+        """[s], of common time; no run may get farther."""
         return FARTHEST * self.last
+
+    @property
+    def latest(self) -> float:
+        """[s], at which common time stands still."""
+        return min(self.end, self.reach)
 
     def __call__(self, centred: np.ndarray, times: np.ndarray) -> np.ndarray:
         """Common times [s], (runs, times), of own times [s], (times,). centred: (runs, parameters), every range from -1
         to 1."""
         rates = np.exp(np.minimum(np.maximum(terms(centred, True) @ self.weights, -LARGEST), LARGEST))
-        return np.minimum(np.maximum(rates @ self.spent(times), 0.0), self.end)
+        return np.minimum(np.maximum(rates @ self.spent(times), 0.0), self.latest)
 
     def spent(self, times: np.ndarray) -> np.ndarray:
         """Own time spent in each part until some times: [s], (parts, times)."""

@@ -156,7 +156,7 @@ def _common_time(graph: _Graph, clock: Clock, parameters: int, centred: str, tim
     polynomial = graph.add("Add", polynomial, clock.weights[0])
     logarithms = graph.add("Clip", polynomial, np.array(-LARGEST), np.array(LARGEST))
     common = graph.add("MatMul", graph.add("Exp", logarithms), clock.spent(times))
-    return graph.add("Clip", common, np.array(0.0), np.array(clock.end))
+    return graph.add("Clip", common, np.array(0.0), np.array(clock.latest))
 
 
 def _of_common_time(graph: _Graph, regression: Regression, common: str) -> str:

@@ -74,6 +74,7 @@ def trust_of(surrogate: Surrogate, design: dict, widths: np.ndarray | None) -> d
     return {
         "standing": standing_record(surrogate.standing(design)),
         "trained_times_s": surrogate.times[[0, -1]].tolist(),
+        "stands_still_from_s": surrogate.stands_still(design),
         "interval": interval,
         "judgement": surrogate.judgement and surrogate.judgement.record(),
     }
@@ -109,9 +110,12 @@ def describe_standing(standing: dict | None) -> list[str]:
 def describe_trust(trust: dict) -> list[str]:
     """Lines for people of what `trust_of` found."""
     start, end = (1e3 * time for time in trust["trained_times_s"])
+    still = trust["stands_still_from_s"]
+    beyond = [] if still is None else [f"warning: from {1e3 * still:g} ms on it stands still, for no run was as far"]
     lines = [
         *describe_standing(trust["standing"]),
         f"times {start:g} to {end:g} ms, all trained",
+        *beyond,
         describe_judgement(judgement_of(trust["judgement"]), "billow evaluate STUDY"),
     ]
     interval = trust["interval"]

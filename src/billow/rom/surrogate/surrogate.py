@@ -240,6 +240,16 @@ class Surrogate:
             return None
         return standing(rows[0], self.designs, self.parameters)
 
+    def stands_still(self, design) -> float | None:
+        """[s], the trained time from which one design is farther in its motion than any run got (`Clock.reach`), so
+        that its answer stands still; None if it never is. InputError E-ROM-001 if it does not fit."""
+        rows, _ = design_rows(design, self.parameters)
+        clock = self.regression.clock
+        if clock is None:
+            return None
+        late = self.times[self.regression.common(rows[:1], self.times)[0] >= clock.latest]
+        return float(late[0]) if len(late) else None
+
     @cached_property
     def _modes(self) -> np.ndarray:
         return np.stack([basis.modes for basis in self.bases])  # (3, modes, nodes)

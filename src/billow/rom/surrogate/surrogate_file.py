@@ -192,7 +192,7 @@ def _clock(tensors, record: dict, parameters: int, times: np.ndarray) -> tuple[C
     scaled = times_of(tensors, "outputs.times")
     if not np.allclose(scaled, scaled[1] * np.arange(len(scaled)), atol=1e-9 * scaled[-1]):
         raise ValueError("times of its output scaling are not even")
-    return Clock(weights, float(times[-1])), scaled
+    return Clock(weights, float(times[-1]), float(scaled[-1])), scaled
 
 
 def _starts(tensors: dict[str, np.ndarray], parameters: int, nodes: int) -> StartShapes | None:
