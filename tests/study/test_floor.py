@@ -49,6 +49,17 @@ def test_a_change_that_changes_nothing_is_refused(made):
     assert caught.value.code == "E-STU-170"
 
 
+@pytest.mark.parametrize(("size", "refused"), [(1.0 + 1e-8, False), (1.001, True)])
+def test_a_change_of_the_start_shape_is_measured_if_it_is_next_to_none(made, size, refused):
+    if refused:
+        with pytest.raises(InputError, match="another mesh") as caught:
+            measure_floor(made.folder, 1, {"square.size": size}, threads=1, runner=fake_solver.simulate)
+        assert caught.value.code == "E-STU-170"
+    else:
+        found = measure_floor(made.folder, 1, {"square.size": size}, threads=1, runner=fake_solver.simulate)
+        assert found.rmse.max() < 1e-7
+
+
 def test_a_floor_of_other_times_is_refused(made):
     found = measured(made)
     assert Dataset.open(made.folder).floor is not None

@@ -29,6 +29,8 @@ NO_FLOOR = InputError.declare(
 DESIGNS = 5
 SHORTER = 0.99
 """Of the step."""
+SAME_START = 1e-6
+"""[m] By which nodes may start elsewhere: a change of 1e-9 of a size is one of the floor, another mesh is none."""
 FOLDER = "floor"
 
 
@@ -58,7 +60,7 @@ def measure_floor(
     for run in chosen:
         case = study.case(run)
         entries = dict(changes) if changes else _usual(case)
-        told = {key: f"{value:g}" if isinstance(value, float) else str(value) for key, value in entries.items()}
+        told = {key: f"{value:.12g}" if isinstance(value, float) else str(value) for key, value in entries.items()}
         again = case.vary(entries)
         if again.digest() == case.digest():
             raise NO_FLOOR(folder=folder, why=f"{told} is what run {run} has already")
@@ -86,8 +88,18 @@ def _usual(case) -> dict[str, Any]:
 def _differences(dataset: Dataset, run: str, again: Result) -> np.ndarray:
     """[m], (times, 3), as `Floor.rmse`."""
     truth = dataset.snapshots("displacement", [run])[0]
+    if not _same_start(dataset, run, again):
+        why = f"made again, run {run} starts from another mesh: what both differ by is more than the floor"
+        raise NO_FLOOR(folder=again.folder, why=why)
     other = again.fabric.point_data("displacement")[-len(dataset.times) :]
     if again.status != "completed" or other.shape != truth.shape:
         why = f"run {run} made again is {again.status}, with {other.shape[0]} frames of {other.shape[1]} nodes"
         raise NO_FLOOR(folder=again.folder, why=why)
     return np.sqrt(np.square(other.astype(float) - truth).mean(axis=1) / 2.0)
+
+
+def _same_start(dataset: Dataset, run: str, again: Result) -> bool:
+    start, other = dataset.starts([run])[0], again.fabric.reference
+    if start.shape != other.shape or not np.array_equal(again.fabric.triangles, dataset.triangles):
+        return False
+    return bool(np.abs(start - other).max() <= SAME_START)
