@@ -59,8 +59,9 @@ class Pairs:
     start: (nodes + 1,) int64, the pairs of each node. triangle: (pairs,) int64. side: (pairs,), +1 or -1, or 0 while
     the node is not over the triangle. gap and near, the compression of the spring: [m], (pairs,). push: force on each
     node along s n [N], the area coordinates of the triangle's second and third corner, and the height of the node
-    [m], (pairs, 4). by_triangle: pairs in the order of their triangles, (pairs,) int64; struck_start: (triangles + 1,)
-    int64, those of each triangle. rest: motion of its node and its triangle together
+    [m], (pairs, 4). drag: the part of that force which is damping [N], and s n, (pairs, 4). by_triangle: pairs in the
+    order of their triangles, (pairs,) int64; struck_start: (triangles + 1,) int64, those of each triangle. rest: motion
+    of its node and its triangle together
     [m] up to which a pair need not be looked at, (pairs,); first_rest: the least of each node, (nodes,), inf where
     there is none. searched_at: node positions when they were found [m], (nodes, 3).
     """
@@ -71,6 +72,7 @@ class Pairs:
     gap: np.ndarray
     near: np.ndarray
     push: np.ndarray
+    drag: np.ndarray
     by_triangle: np.ndarray
     struck_start: np.ndarray
     rest: np.ndarray
@@ -82,8 +84,8 @@ class Pairs:
         """No pairs yet; the first use looks for them."""
         return cls(
             np.zeros(nodes + 1, np.int64), np.zeros(0, np.int64), np.zeros(0), np.zeros(0), np.zeros(0),
-            np.zeros((0, 4)), np.zeros(0, np.int64), np.zeros(triangles + 1, np.int64), np.zeros(0),
-            np.full(nodes, np.inf), np.full((nodes, 3), np.inf),
+            np.zeros((0, 4)), np.zeros((0, 4)), np.zeros(0, np.int64), np.zeros(triangles + 1, np.int64),
+            np.zeros(0), np.full(nodes, np.inf), np.full((nodes, 3), np.inf),
         )  # fmt: skip
 
 
@@ -123,7 +125,7 @@ class SelfContact(Part):
         self, pairs: Pairs, positions: np.ndarray, velocities: np.ndarray, dt: float, loads: Loads
     ) -> list[Booking]:
         """Add the forces of all pairs to the nodes; books the energy in the springs and what
-        damping took in this step of dt [s].
+        damping took in this step of dt [s]: nodes move by the mean of the forces at both its ends.
 
         positions [m], velocities [m/s]: (nodes, 3). Looks for new pairs when nodes have moved far enough.
         """
@@ -143,7 +145,7 @@ class SelfContact(Part):
         stored, heat = _push(
             n, moved, carried, largest, pairs.first_rest, pairs.rest, pairs.start, pairs.triangle, pairs.side,
             pairs.gap, pairs.near, self.triangles, self.gap, self.stiffness, self.damping, positions, velocities, dt,
-            loads.node_force, pairs.push, struck,
+            loads.node_force, pairs.push, pairs.drag, struck,
         )  # fmt: skip
         _push_back(
             len(self.triangles), struck, pairs.struck_start, pairs.by_triangle, pairs.side, pairs.push, self.triangles,
@@ -172,15 +174,16 @@ class SelfContact(Part):
         found = near_pairs(positions, self.touchable, self.triangles, self.solid, reach, outward, *kept)
         count = len(found.triangle)
         side, gap, near = np.zeros(count), np.zeros(count), np.zeros(count)
+        push, drag = np.zeros((count, 4)), np.zeros((count, 4))
         rest, first_rest = np.empty(count), np.empty_like(pairs.first_rest)
         _carry_on(
-            pairs.start, pairs.triangle, pairs.side, pairs.gap, pairs.near, found.start, found.triangle,
-            side, gap, near,
+            pairs.start, pairs.triangle, pairs.side, pairs.gap, pairs.near, pairs.push, pairs.drag,
+            found.start, found.triangle, side, gap, near, push, drag,
         )  # fmt: skip
         find_rest(AWAKE * self.gap, found.start, found.triangle, found.apart, altitude, rest, first_rest)
         pairs.start, pairs.triangle, pairs.rest, pairs.first_rest = found.start, found.triangle, rest, first_rest
         pairs.by_triangle, pairs.struck_start = found.by_triangle, found.struck_start
-        pairs.side, pairs.gap, pairs.near, pairs.push = side, gap, near, np.zeros((count, 4))
+        pairs.side, pairs.gap, pairs.near, pairs.push, pairs.drag = side, gap, near, push, drag
         pairs.searched_at = positions.copy()
 
 
@@ -243,7 +246,10 @@ def _in_touch(start, triangle, side):
 
 
 @scalar
-def _carry_on(old_start, old_triangle, old_side, old_gap, old_near, start, triangle, side, gap, near):
+def _carry_on(
+    old_start, old_triangle, old_side, old_gap, old_near, old_push, old_drag,
+    start, triangle, side, gap, near, push, drag,
+):  # fmt: skip
     """Springs of old pairs go on in new ones, of both in the order of the triangles of each node."""
     for p in range(len(start) - 1):
         j, last = old_start[p], old_start[p + 1]
@@ -252,6 +258,9 @@ def _carry_on(old_start, old_triangle, old_side, old_gap, old_near, start, trian
                 j += 1
             if j < last and old_triangle[j] == triangle[k]:
                 side[k], gap[k], near[k] = old_side[j], old_gap[j], old_near[j]
+                push[k, 1], push[k, 2] = old_push[j, 1], old_push[j, 2]  # where the drag acted
+                for i in range(4):
+                    drag[k, i] = old_drag[j, i]
 
 
 @scalar
@@ -316,10 +325,22 @@ def _come_over(k, first, last, triangle, side, near, push, triangles):
     return 0.0, 0.0
 
 
+@scalar
+def _closing(velocities, p, triangles, t, push, drag, k):
+    """Speed at which a node and its place on its triangle come together, along the s n of `drag` [m/s]."""
+    a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
+    wb, wc = push[k, 1], push[k, 2]
+    wa, closing = 1.0 - wb - wc, 0.0
+    for i in range(3):
+        place = wa * velocities[a, i] + wb * velocities[b, i] + wc * velocities[c, i]
+        closing -= drag[k, 1 + i] * (velocities[p, i] - place)
+    return closing
+
+
 @kernel
 def _push(
     n, moved, carried, largest, first_rest, rest, start, triangle, side, gap, near, triangles, full_gap, stiffness,
-    damping, positions, velocities, dt, node_force, push, struck,
+    damping, positions, velocities, dt, node_force, push, drag, struck,
 ):  # fmt: skip
     """Returns the energy in the springs, and what was turned to heat in this step [J]."""
     sums = np.empty(((n + CHUNK - 1) // CHUNK, 2))
@@ -333,6 +354,9 @@ def _push(
             changes = False
             for k in range(first, last):
                 t = triangle[k]
+                if drag[k, 0] != 0.0:
+                    heat += 0.5 * dt * drag[k, 0] * _closing(velocities, p, triangles, t, push, drag, k)
+                    drag[k, 0] = 0.0
                 if rest[k] > moved[p] + carried[t]:
                     if side[k] != 0.0 and near[k] == 0.0:
                         side[k], push[k, 0] = 0.0, 0.0
@@ -375,17 +399,13 @@ def _push(
                 t = triangle[k]
                 a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
                 nx, ny, nz = _unit_normal(positions, a, b, c)
-                wb, wc = push[k, 1], push[k, 2]
-                wa = 1.0 - wb - wc
-                closing = -side[k] * (
-                    nx * (velocities[p, 0] - wa * velocities[a, 0] - wb * velocities[b, 0] - wc * velocities[c, 0])
-                    + ny * (velocities[p, 1] - wa * velocities[a, 1] - wb * velocities[b, 1] - wc * velocities[c, 1])
-                    + nz * (velocities[p, 2] - wa * velocities[a, 2] - wb * velocities[b, 2] - wc * velocities[c, 2])
-                )
+                drag[k, 1], drag[k, 2], drag[k, 3] = side[k] * nx, side[k] * ny, side[k] * nz
+                closing = _closing(velocities, p, triangles, t, push, drag, k)
                 spring = stiffness[p] * near[k]
                 force = max(0.0, spring + damping[p] * min(1.0, near[k] / full_gap) * closing)
                 stored += 0.5 * spring * near[k]
-                heat += (force - spring) * closing * dt
+                drag[k, 0] = force - spring
+                heat += 0.5 * dt * drag[k, 0] * closing
                 fx, fy, fz = fx + side[k] * force * nx, fy + side[k] * force * ny, fz + side[k] * force * nz
                 push[k, 0], struck[t] = force, True  # whoever else sets it sets the same
             node_force[p, 0] += fx
