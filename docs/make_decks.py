@@ -74,6 +74,12 @@ shells is refused with its place and shells.
 part of both sets is the wall between two, or an opening if the interaction names it and it is no fabric. Otherwise
 `--airbag 2` takes the second.
 
+**Several chambers of one *AIRBAG_PARTICLE.** CHM names a *DEFINE_CPM_CHAMBER: the parts of SID1 and SID2 lie around
+each chamber, whichever way their normals point, and a part of two chambers is the wall between them. Such a part is an
+opening if a vent card or the chamber's own interaction names it; ENH_V 2 is what openings do, which is flow both ways.
+CHM_ID of an orifice is the chamber of its inflator. Walls of SID2 without CHM are refused: a bag that lies flat at the
+start does not show its chambers.
+
 **A deck of a mesh alone.** What it does not say comes from a case: `--base CASE.toml`, with the bag's parts by
 `--part`.
 
@@ -128,9 +134,9 @@ metric system, and every number to 1e-6. Folded bags are written as they lie, wi
 vary, beside seams, with a thickness of their own. Straps become seat belts; those that pull at the start,
 springs. Bodies other than balls become rigid shells of triangles, housings one for each of their boxes. The command
 lists what a deck cannot hold: jets of uniform pressure, mixtures and heats of gases beyond A + B T + C T^2, the tension
-at which a strap tears. Chambers become airbags that *AIRBAG_INTERACTION joins, with a part of fabric for each; their
-shells come back in another order. Particles in several chambers, and bags with covers or seams that tear or that come
-to rest first, are refused.
+at which a strap tears. Chambers get parts of their own and become airbags that *AIRBAG_INTERACTION joins, or, with
+particles, chambers of *DEFINE_CPM_CHAMBER. Refused are bags with covers or seams that tear or that come to rest first,
+and, with particles in several chambers, mouths in two of them and inflators without jets away from the mouth.
 
 Results go the other way, too: `billow export-d3plot RUN --out d3plot` writes positions and velocities of all frames as
 a d3plot, with the extra `dyna` (pip install 'billow[dyna]'). Its parts are numbered; the command says which is which.

@@ -259,7 +259,8 @@ def test_lengths_are_written_exactly(value, name):
 
 def test_a_case_that_no_deck_can_be_is_refused_by_name(tmp_path):
     several = Case.from_dict({
-        "bag": {"shape": "rectangular", "chambers": 2, "element_size": 0.05}, "gas": {"model": "corpuscular"}
+        "bag": {"shape": "rectangular", "chambers": 2, "element_size": 0.05}, "gas": {"model": "corpuscular"},
+        "inflator": {"chamber": "chamber_2", "jets": {"count": 0}},
     })  # fmt: skip
     with pytest.raises(InputError, match="E-DCK-020"):
         export_deck(several, tmp_path / "a.k")
@@ -313,8 +314,8 @@ def of_the_paper(name: str, size: float, **settings) -> Case:
      ("folded_driver", 0.03)],
 )  # fmt: skip
 def test_examples_of_the_paper_come_back_and_run_to_the_same_bits(name, size, tmp_path):
-    """Examples 5.1, 5.2, 5.4, 6.1, and 6.2 from its folded start against its flat cut; chambers as those of 5.3 have a
-    test of their own."""
+    """Examples 5.1, 5.2, 5.4, 6.1, and 6.2 from its folded start against its flat cut; 5.3, with its chambers, is among
+    the tests of several bags."""
     made = of_the_paper(name, size)
     export_deck(made, tmp_path / "bag.k")
     report = import_deck(tmp_path / "bag.k", tmp_path / "case")

@@ -41,7 +41,8 @@ def changed(old: str, new: str, **options) -> Callable[[Here], object]:
 
 def exported(here: Here):
     several = Case.from_dict({
-        "bag": {"shape": "rectangular", "chambers": 2, "element_size": 0.05}, "gas": {"model": "corpuscular"}
+        "bag": {"shape": "rectangular", "chambers": 2, "element_size": 0.05}, "gas": {"model": "corpuscular"},
+        "inflator": {"chamber": "chamber_2", "jets": {"count": 0}},
     })  # fmt: skip
     export_deck(several, here.write("case.toml", "").parent / "bag.k")
 

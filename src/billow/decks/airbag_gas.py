@@ -30,7 +30,8 @@ WARM = 293.0
 class Airbag:
     """What the mesh needs to know of the airbag's cards. parts: ids, or None for segments. vents: parts that are vents.
     orifices: nodes, areas [m^2], vectors and cones of jets by inflator number. jet: fields of JETTING.
-    option: OPT, how fabric leaks."""
+    option: OPT, how fabric leaks. chambers: parts around each, by number; none if it has but one. openings: parts
+    through which gas flows from one to another."""
 
     block: Block
     parts: np.ndarray | None
@@ -40,6 +41,8 @@ class Airbag:
     orifices: dict[int, list[tuple[Field, int, float, int, float]]] = field(default_factory=dict)
     jet: dict[str, Field] = field(default_factory=dict)
     option: int = 0
+    chambers: dict[int, np.ndarray] = field(default_factory=dict)
+    openings: set[int] = field(default_factory=set)
 
 
 def core(context: Context, cards: Cards) -> Airbag:

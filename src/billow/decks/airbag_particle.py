@@ -15,6 +15,7 @@ from billow.decks.airbag_gas import (
 from billow.decks.block import Block
 from billow.decks.cards import Cards, Field
 from billow.decks.context import Context
+from billow.decks.cpm_chambers import put_chambers, put_opening, put_source, walls, within
 from billow.decks.draft import Said, plain, said
 
 
@@ -48,8 +49,6 @@ def particle(context: Context, block: Block) -> Airbag:
     report.mapped(f["STYPE1"], kind)
     members = context.model.set_of("PART", parts.whole, parts.shown, parts.place) if kind else np.array([parts.whole])
     airbag = Airbag(block, members, None, parts.place)
-    if f["SID2"].whole:
-        report.refused(f["SID2"], "walls inside the bag: name their parts with --part, and set bag.parts yourself")
     if f["FRIC"].number:
         report.refused(f["FRIC"], "particles are reflected diffusely in Billow; friction has no counterpart")
     context.set("gas.model", "corpuscular", f"{block.place} {block.name}")
@@ -78,6 +77,10 @@ def particle(context: Context, block: Block) -> Airbag:
     inner = f["SID2"].whole if f["STYPE2"].whole == 2 else 0
     for k in range(inner):
         context.card(cards, "inner part", f"[{k + 1}]")
+    if gases["CHM"].whole:
+        put_chambers(context, airbag, gases["CHM"])
+    if f["SID2"].whole:
+        walls(context, airbag, f)
     for k in range(f["NPDATA"].whole):
         heat = context.card(cards, "heat", f"[{k + 1}]")
         if heat["HCONV"].number:
@@ -116,6 +119,8 @@ def particle(context: Context, block: Block) -> Airbag:
                 airbag.orifices.setdefault(number, []).append(row)
         for name in ("AN", "CA", "INFO"):
             report.mapped(o[name], context.si(o[name], "area") if name == "AN" else o[name].number)
+        if airbag.chambers and o["CHM_ID"].whole:
+            put_source(context, airbag, o, infos)
     blocking = f["BLOCK"].whole % 10
     if blocking:
         context.set("leakage.blockage", True, f["BLOCK"])
@@ -157,15 +162,19 @@ UNIT_SYSTEMS = {"0": "kg-mm-ms", "1": "kg-m-s", "2": "t-mm-s"}
 
 def _particle_vent(context: Context, f: dict[str, Field], airbag: Airbag) -> None:
     report, one = context.report, f["SID3"]
-    if f["STYPE3"].whole == 1:
-        airbag.vents |= set(context.model.set_of("PART", one.whole, one.shown, one.place).tolist())
-    elif f["STYPE3"].whole == 0:
-        airbag.vents.add(one.whole)
+    if f["STYPE3"].whole:
+        parts = set(context.model.set_of("PART", one.whole, one.shown, one.place).tolist())
     else:
-        report.refused(one, "a vent between chambers: set bag.parts yourself")
-        return
+        parts = {one.whole}
     report.mapped(one, one.whole)
     report.mapped(f["STYPE3"], f["STYPE3"].whole)
+    inner = within(airbag) & parts
+    if inner:
+        put_opening(context, f, airbag, inner)
+        parts -= inner
+    if not parts:
+        return
+    airbag.vents |= parts
     value: object = f["C23"].number if not f["C23"].is_blank else 1.0
     source = f["C23"]
     if f["LCTC23"].whole:

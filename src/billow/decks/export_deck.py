@@ -16,6 +16,7 @@ from billow.case.fabric.schema_fabric import Cloth
 from billow.case.schema import Case
 from billow.decks.deck_text import DeckText
 from billow.decks.export_bodies import put_bodies
+from billow.decks.export_chambers import part_sets
 from billow.decks.export_gas import NOT_EXPORTED, put_gas
 from billow.decks.export_nodes import put_nodes
 from billow.decks.export_straps import put_straps
@@ -51,10 +52,6 @@ def deck_of(case: Case, units: str) -> tuple[str, list[str]]:
             thing="a bag that comes to rest first", key="bag.folds, relax", why="a deck would begin before that"
         )
     shape = build_shape(case.bag)
-    if shape.surface.chambers.count > 1 and case.gas.model == "corpuscular":
-        raise NOT_EXPORTED(
-            thing="particles in several chambers", key="gas.model", why="*AIRBAG_PARTICLE has one volume"
-        )
     whole, (shape, called) = shape, by_chamber(shape)
     deck, notes = DeckText(SYSTEMS[units], case.title), []
     deck.comment(f"units {units}; written by Billow")
@@ -108,8 +105,8 @@ def by_chamber(shape: BagShape) -> tuple[BagShape, dict[str, str]]:
 
 
 def _mesh(deck: DeckText, case: Case, shape: BagShape, called: dict[str, str], notes: list[str]) -> dict[str, int]:
-    """Nodes, shells, flat cut and parts; number of each part that is a vent. Part set 1 is the whole bag, those from 2
-    on its chambers."""
+    """Nodes, shells, flat cut and parts; number of each part that is a vent. Part set 1 is the whole bag; the
+    next ones are its chambers, or what `part_sets` says."""
     surface = shape.surface
     held = shape.fixed
     deck.node_block(shape.positions, held)
@@ -161,10 +158,12 @@ def _mesh(deck: DeckText, case: Case, shape: BagShape, called: dict[str, str], n
             notes.append(f"part {name}: a thickness of its own for each shell; a case that is imported has their mean")
         thickness = case.fabric.of(called[name]).thickness * float(mine.mean())
         deck.card(*[deck.of(thickness, "length")] * 4)
-    sets = [np.unique(part)]
-    if chambers.count > 1:
-        sets += [np.unique(chambers.boundary(c, part)) for c in range(chambers.count)]
-    for number, numbers in enumerate(sets, 1):
+    sets = {1: np.unique(part)}
+    if chambers.count > 1 and case.gas.model == "corpuscular":
+        sets |= part_sets(chambers, part)
+    elif chambers.count > 1:
+        sets |= {c + 2: np.unique(chambers.boundary(c, part)) for c in range(chambers.count)}
+    for number, numbers in sets.items():
         deck.keyword("SET_PART_LIST")
         deck.card(number, 0.0, 0.0, 0.0, 0.0)
         for k in range(0, len(numbers), 8):

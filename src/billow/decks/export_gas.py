@@ -10,6 +10,7 @@ from billow.base.errors import InputError
 from billow.case.gas.build_gas import GasNames, build_supply, start_of_rim
 from billow.case.schema import Case
 from billow.decks.deck_text import DeckText
+from billow.decks.export_chambers import INNER, OUTER, openings, put_chambers
 from billow.geometry.bag_shapes import BagShape
 from billow.parts.gas.supply.inflator import Inflator
 from billow.parts.gas.supply.species import COLDEST, MOLAR_GAS_CONSTANT, Species
@@ -93,11 +94,8 @@ def _hybrids(deck: DeckText, case: Case, shape: BagShape, species, flows, initia
             value, curve = _discharge(deck, orifice.discharge, orifice.name)
             _interaction(deck, *(index[end] for end in orifice.between), deck.of(orifice.area, "area"),
                          -float(curve) if curve else value, 0)  # fmt: skip
-    for part, (name, kind) in enumerate(zip(surface.part_names, surface.part_kinds, strict=True), 1):
-        if kind == "opening":
-            first = surface.triangles_of(name)[0]
-            ends = int(chambers.behind[first]) + 1, int(chambers.ahead[first]) + 1
-            _interaction(deck, *ends, 0.0, case.gas.opening_discharge, part)
+    for part, ends in openings(shape).items():
+        _interaction(deck, *ends, 0.0, case.gas.opening_discharge, part)
 
 
 def _interaction(deck: DeckText, first: int, second: int, area: float, share: float, part: int) -> None:
@@ -165,14 +163,17 @@ def _hybrid(
 
 
 def _particle(deck: DeckText, case: Case, shape: BagShape, species, flows, initial, vents, notes: list[str]) -> None:
+    _require_mouths(case, shape, flows)
     if case.gas.orifices:
         raise NOT_EXPORTED(thing="an orifice", key="gas.orifices", why="*AIRBAG_PARTICLE has vents of parts only")
     curves = [_curves(deck, name, inflator, share) for name, inflator, share, _ in flows]
     numbers = {table.name: k for k, table in enumerate(case.inflators, 1)}
+    chambers, inner = put_chambers(deck, shape), openings(shape)
     holes = []
     for table in case.inflators:
         if table.jets.count:
-            holes += _ring(deck, table, shape, numbers[table.name])
+            chamber = next(flow[1].chamber for flow in flows if flow[3] is table) + 1 if chambers else 0
+            holes += [(*row, 0, 0, chamber) for row in _ring(deck, table, shape, numbers[table.name])]
             if table.jets.spin:
                 notes.append("inflator.jets.spin has no field in *AIRBAG_PARTICLE: left out")
     vent_rows = []
@@ -180,6 +181,7 @@ def _particle(deck: DeckText, case: Case, shape: BagShape, species, flows, initi
         flow = case.bag.vents
         value, curve = _discharge(deck, flow.discharge, "vents")
         vent_rows = [(n, 0, value, curve, 0, 0, deck.of(flow.opening_pressure, "pressure")) for n in vents.values()]
+    vent_rows += [(n, 0, case.gas.opening_discharge, 0, 0, 2, 0.0) for n in inner]
     air = Species.polynomial("mixture", *_mixed(species, initial))
     state, ambient = case.gas.initial, case.ambient
     warm = ambient.temperature if state.temperature == "ambient" else state.temperature
@@ -187,7 +189,8 @@ def _particle(deck: DeckText, case: Case, shape: BagShape, species, flows, initi
     notes.append("the air at the start as one gas: A + B T + C T^2 of the mixture")
     deck.keyword("AIRBAG_PARTICLE")
     blocked = case.leakage.blockage or (bool(vents) and case.bag.vents.blockage)
-    deck.card(1, 1, 0, 0, 1 if blocked else 0, 0, 0.0, 0)
+    within = (shape.surface.chambers.ahead >= 0).any()
+    deck.card(OUTER if chambers else 1, 1, *((INNER, 1) if within else (0, 0)), 1 if blocked else 0, 0, 0.0, 0)
     code = UNIT_CODES.get(deck.units.name, 3)
     tsw = deck.of(case.gas.switch_time, "time") if case.gas.switch_time else 1e10
     deck.card(
@@ -197,7 +200,7 @@ def _particle(deck: DeckText, case: Case, shape: BagShape, species, flows, initi
     if code == 3:
         units = deck.units
         deck.card(None, units.mass, None, units.time, None, units.length)
-    deck.card(2, len(flows), len(holes), 0, 0, 0, 0, 0.0)
+    deck.card(2, len(flows), len(holes), 0, 0, 0, chambers, 0.0)
     for row in vent_rows:
         deck.card(*row)
     deck.card(deck.of(pressure, "pressure"), warm, *_molar(deck, air, []), 0, 0)
@@ -205,6 +208,23 @@ def _particle(deck: DeckText, case: Case, shape: BagShape, species, flows, initi
         deck.card(flow_id, warm_id, *_molar(deck, species[name], notes), numbers[table.name])
     for row in holes:
         deck.card(*row)
+
+
+def _require_mouths(case: Case, shape: BagShape, flows) -> None:
+    """Raises InputError E-DCK-020 for inflators of several chambers that no orifice can tell apart."""
+    surface, chambers = shape.surface, shape.surface.chambers
+    if chambers.count == 1:
+        return
+    mouths = set(chambers.behind[surface.triangles_of_kind("mouth")].tolist())
+    if len(mouths) > 1:
+        why = "rings of jets are written around one mouth"
+        raise NOT_EXPORTED(thing="particles and mouths in several chambers", key="bag.parts", why=why)
+    for _, inflator, _, table in flows:
+        if not table.jets.count and inflator.chamber not in (mouths or {0}):
+            why = "a gas of *AIRBAG_PARTICLE without orifices has no chamber; it would blow into that of the mouth"
+            raise NOT_EXPORTED(
+                thing="an inflator without jets away from the mouth", key=f"inflator, {table.name}, chamber", why=why
+            )
 
 
 def _mixed(species, shares) -> tuple[float, float, float, float]:

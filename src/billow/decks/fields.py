@@ -60,6 +60,11 @@ CARDS: dict[str, dict[str, str]] = {
         "gas": "LCM LCT XM A B C INFG",
         "orifice": "NID AN VD CA INFO IMOM IANG CHM_ID",
     },
+    "DEFINE_CPM_CHAMBER": {
+        "head": "ID NCHM",
+        "chamber": "SID1 SID2 NINTER CHM_ID",
+        "interaction": "SID3 ITYPE3 TOCHM",
+    },
     "AIRBAG_ALE": {
         "core": "SID SIDTYP . . . . MWD SPSF",
         "ambient": "ATMOST ATMOSP . GC CC TNKVOL TNKFINP",

@@ -30,7 +30,7 @@ from billow.decks.obstacles import put_obstacles
 from billow.decks.radioss.starter_file import is_starter
 from billow.decks.radioss.translate import translated as of_starter
 from billow.decks.report import Report
-from billow.decks.several_bags import put_bags
+from billow.decks.several_bags import put_bags, put_chambers
 from billow.decks.shared_tables import NO_AIRBAG, Options, put_bag_tables, rest_of_base
 from billow.decks.straps import put_straps
 from billow.decks.tables import Model
@@ -153,6 +153,8 @@ def _bag(context: Context, block: Block | None, options: Options) -> tuple[BagMe
         airbag = gas.put_airbag(context, block)
         members, segments, place, vents = airbag.parts, airbag.segments, airbag.place, airbag.vents
         context.airbag = airbag
+        if airbag.chambers:
+            return put_chambers(context, airbag, choices), place
     bag = bag_mesh(context.model, members, segments, vents, place, context.units, choices, context.report)
     if block is not None:
         put_jets(context, context.airbag, bag)

@@ -19,6 +19,7 @@ from billow.decks.fields import CARDS
 from billow.decks.flat_reference import NO_SURFACE, reference_of
 from billow.decks.jets import put_jets
 from billow.geometry.mesh_file import CellMesh
+from billow.geometry.mesh_repair import flipped
 
 SHARED = ("model", "cell", "switch_time", "particles", "heat_transfer")
 """Keys of `[gas]` of which a case has one for all chambers."""
@@ -71,6 +72,20 @@ def join(
     return _joined(context, meshes), meshes[0][1].place
 
 
+def put_chambers(context: Context, airbag: Airbag, choices: Choices) -> BagMesh:
+    """One mesh of an airbag whose chambers its cards list, and its jets."""
+    choices = replace(choices, parts=dict.fromkeys(airbag.openings, "opening") | choices.parts)
+    meshes = [
+        (f"chamber_{number}", bag_mesh(
+            context.model, parts, None, airbag.vents, airbag.place, context.units, choices, context.report
+        ))
+        for number, parts in airbag.chambers.items()
+    ]  # fmt: skip
+    bag = _joined(context, meshes)
+    put_jets(context, airbag, bag)
+    return bag
+
+
 def _number(context: Context, block: Block) -> int:
     """Id of an airbag, 0 if it has none."""
     if "_ID" not in block.name:
@@ -79,29 +94,36 @@ def _number(context: Context, block: Block) -> int:
 
 
 def _join_tables(context: Context, own: dict[str, Any], name: str, block: Block) -> None:
-    """The gas of one bag into the case: its names begin with the bag's."""
+    """The gas of one bag into the case: its names begin with the bag's, but gases that are alike are one."""
     tables, report = context.tables, context.report
     gas, mine = tables.setdefault("gas", {}), own["gas"]
 
+    species = gas.setdefault("species", {})
+    alike = {
+        key: next((old for old, terms in species.items() if plain(terms) == plain(value)), f"{name}_{key}")
+        for key, value in mine.get("species", {}).items()
+    }
+
     def called(text: str) -> str:
-        return f"{name}_{text}"
+        return alike.get(text, f"{name}_{text}")
 
     def differs(what: str) -> None:
         one = Field(block.name, what, "", block.place)
         report.take([one])
         report.refused(one, f"all bags of a case share it; that of the first counts for {name}")
 
-    gas.setdefault("species", {}).update({called(key): value for key, value in mine.get("species", {}).items()})
+    for key, value in mine.get("species", {}).items():
+        species.setdefault(called(key), value)
     for one in own.get("inflator", []):
         one |= {
-            "name": called(one["name"]),
+            "name": f"{name}_{one['name']}",
             "chamber": name,
             "gas": {called(g): share for g, share in one["gas"].items()},
         }
         tables.setdefault("inflator", []).append(one)
     for one in mine.get("orifices", []):
         ends = [name if end == "bag" else end for end in one["between"]]
-        gas.setdefault("orifices", []).append(one | {"name": called(one["name"]), "between": ends})
+        gas.setdefault("orifices", []).append(one | {"name": f"{name}_{one['name']}", "between": ends})
     first = "initial" not in gas
     initial = dict(mine.get("initial", {}))
     if "gas" in initial:
@@ -181,11 +203,43 @@ def _joined(context: Context, meshes: list[tuple[str, BagMesh]]) -> BagMesh:
     for new, of_bag in held:
         np.logical_or.at(still, new, of_bag)
     numbers = np.concatenate(part)
-    return BagMesh(
+    whole = BagMesh(
         CellMesh(np.concatenate(points), np.concatenate(start_cells), numbers, {}),
         CellMesh(np.concatenate(flat), np.concatenate(flat_cells), numbers, {}) if any_flat else None,
         tables, np.concatenate(shell), np.concatenate(turned_), np.concatenate(nodes), np.concatenate(index),
         meshes[0][1].place, still, meshes[0][1].birth, meshes[0][1].reference_source,
+    )  # fmt: skip
+    return _in_order(_walls_as_written(whole))
+
+
+def _walls_as_written(bag: BagMesh) -> BagMesh:
+    """Walls of which every shell was turned, because the second bag was read before the first, turned back: what lies
+    behind and ahead of them changes places."""
+    back = np.zeros(len(bag.shell), bool)
+    for number, table in bag.parts.items():
+        mine = bag.start.part == number
+        if "ahead" in table and bag.turned[mine].all():
+            back |= mine
+            table["behind"], table["ahead"] = table["ahead"], table["behind"]
+    start, cut = (mesh and replace(mesh, cells=flipped(mesh.cells, back)) for mesh in (bag.start, bag.reference))
+    return replace(bag, start=start, reference=cut, turned=bag.turned ^ back)
+
+
+def _in_order(bag: BagMesh) -> BagMesh:
+    """Cells in the order of the deck's shells, virtual ones behind them; nodes in that of their lowest ids, parts in
+    that of their numbers."""
+    cell = np.argsort(np.where(bag.shell < 0, bag.shell.max(initial=0) + 1, bag.shell), kind="stable")
+    lowest = np.full(len(bag.start.points), np.iinfo(np.int64).max)
+    np.minimum.at(lowest, bag.index, bag.nodes)
+    node = np.argsort(lowest, kind="stable")
+    new = np.argsort(node)
+    cells = bag.start.cells[cell]
+    part = bag.start.part[cell]
+    return replace(
+        bag, start=CellMesh(bag.start.points[node], np.where(cells >= 0, new[cells], -1), part, {}),
+        reference=bag.reference and CellMesh(bag.reference.points, bag.reference.cells[cell], part, {}),
+        parts=dict(sorted(bag.parts.items())),
+        shell=bag.shell[cell], turned=bag.turned[cell], index=new[bag.index], held=bag.held[node],
     )  # fmt: skip
 
 
