@@ -91,8 +91,13 @@ def test_it_runs_to_its_end_with_a_verdict_that_names_the_fault(deck, tmp_path):
     (tmp_path / "bag.k").write_text(deck(Pillow(ROWS)))
     units = "kg-mm-ms" if deck in (a_gas_that_is_none, of_rubber) else "auto"
     import_deck(tmp_path / "bag.k", tmp_path / "case", Options(units=units))
-    result = simulate(Case.load(tmp_path / "case" / "case.toml"), tmp_path / "run")
+    case = Case.load(tmp_path / "case" / "case.toml")
+    assert case.fabric.density == pytest.approx(786.0 if deck is glued else 800.0)
+    result = simulate(case, tmp_path / "run")
     assert result.status == "completed"
+    if deck is not a_gas_that_is_none:  # whose mass flow is another
+        blown = np.interp(5e-3, result.histories["time [s]"], result.histories["injected [kg]"])
+        assert blown == pytest.approx(8.75e-3, rel=1e-3)
     quality, log = result.record["quality"], (tmp_path / "run" / "solver.log").read_text()
     about = [c for c in quality["criteria"] if c["verdict"] != "PASS"]
     if not TRAPS[deck]:

@@ -20,6 +20,8 @@ GROUPS = (
     "         1         2\n/GRSH3N/PART/1\ntriangles\n         3\n/SUBSET/7\nball\n         8\n/SUBSET/8\nskin\n"
 )
 
+OTHER = "/PART/5\nother\n         7         3         0\n/SH3N/5\n        20         1         2         3\n"
+
 
 @pytest.fixture
 def use(tmp_path):
@@ -82,16 +84,19 @@ def model(tmp_path):
         ("GENE", "         2         3", [2, 3]),
         ("GEN_INCR", "         1         4         2", [1, 3]),
         ("GRSHEL", "         1", [1, 3, 4]),
+        ("GRSHEL", "         3", [1, 2, 3, 4]),
         ("GRSH3N", "         1", [1, 2, 3, 4]),
         ("PART", "         3", [1, 2, 3, 4]),
         ("PROP", "         3", [1, 2, 3, 4]),
+        ("PROP", "         7", [1, 2, 3]),
+        ("MAT", "         7", []),
         ("SURF", "         1", [1, 2, 3, 4]),
         ("NODE", "         4         1", [4, 1]),
     ],
 )
 def test_groups_of_nodes_of_all_kinds(model, kind, ids, nodes):
     who = Field("RBODY", "grnd_ID", "9", "small_0000.rad:1")
-    assert model(f"/GRNOD/{kind}/9\nnodes\n{ids}\n").group(9, who).tolist() == nodes
+    assert model(f"{OTHER}/GRNOD/{kind}/9\nnodes\n{ids}\n").group(9, who).tolist() == nodes
 
 
 @pytest.mark.parametrize("kind", ["/GRNOD/BOX", "/SURF/BOX", "/GRSHEL/BOX"])
