@@ -135,7 +135,8 @@ vary, beside seams, with a thickness of their own. Straps become seat belts; tho
 springs. Bodies other than balls become rigid shells of triangles, housings one for each of their boxes. The command
 lists what a deck cannot hold: jets of uniform pressure, mixtures and heats of gases beyond A + B T + C T^2, the tension
 at which a strap tears. Chambers get parts of their own and become airbags that *AIRBAG_INTERACTION joins, or, with
-particles, chambers of *DEFINE_CPM_CHAMBER. Refused are bags with covers or seams that tear or that come to rest first,
+particles, chambers of *DEFINE_CPM_CHAMBER. Normals point out of the bag, with particles in one chamber into it, as
+*AIRBAG_PARTICLE wants them. Refused are bags with covers or seams that tear or that come to rest first,
 and, with particles in several chambers, mouths in two of them and inflators without jets away from the mouth.
 
 Results go the other way, too: `billow export-d3plot RUN --out d3plot` writes positions and velocities of all frames as

@@ -224,6 +224,25 @@ def test_one_keyword_makes_it_particles(case, tmp_path):
             assert back.mass_flow.value == pytest.approx(before.mass_flow.value)
 
 
+@pytest.mark.parametrize(("model", "sign"), [("uniform-pressure", 1.0), ("corpuscular", -1.0)])
+def test_normals_point_where_the_airbag_wants_them(model, sign, tmp_path):
+    """Out of a control volume, into a bag of particles; either way the mesh comes back with its bits."""
+    made = Case.from_dict({"bag": CASE["bag"], "gas": {"model": model}, "obstacles": []})
+    export_deck(made, tmp_path / "bag.k")
+    written = Model(Deck(tmp_path / "bag.k"))
+    rows = written.nodes.rows(written.shells.corners[:, :3].ravel(), "a shell", "")
+    a, b, c = written.nodes.metres(rows, SYSTEMS["kg-mm-ms"]).reshape(-1, 3, 3).transpose(1, 0, 2)
+    before = build_shape(made.bag)
+    assert np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0 == pytest.approx(
+        sign * before.surface.volume(before.positions), rel=1e-9
+    )
+    import_deck(tmp_path / "bag.k", tmp_path / "case")
+    after = build_shape(Case.load(tmp_path / "case" / "case.toml").bag)
+    assert np.array_equal(before.surface.triangles, after.surface.triangles)
+    cloth = before.surface.triangles_of_kind("fabric")
+    assert np.array_equal(before.reference[cloth], after.reference[cloth])
+
+
 @pytest.mark.parametrize("units", ["kg-mm-ms", "lbf-in-s"])
 def test_every_field_of_airbag_material_and_contact_has_a_row(case, tmp_path, units):
     export_deck(case, tmp_path / "bag.k", units)

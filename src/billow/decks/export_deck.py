@@ -124,6 +124,8 @@ def _mesh(deck: DeckText, case: Case, shape: BagShape, called: dict[str, str], n
             part[np.isin(part, mine)] = mine[0]  # A23 names one part
             notes.append(f"the {len(mine)} vents become one part: A23 of *AIRBAG_HYBRID names one")
     cells, own = surface.triangles.astype(np.int64) + 1, node.reshape(-1, 3) + begin + 1
+    if case.gas.model == "corpuscular" and chambers.count == 1:  # *AIRBAG_PARTICLE wants normals into the bag
+        cells, own = cells[:, [0, 2, 1]], own[:, [0, 2, 1]]
     fabric = np.isin(np.arange(len(cells)), surface.triangles_of_kind("fabric"))
     hole = ~fabric & (np.ptp(shape.reference, axis=1).min(axis=1) > 0.0)
     varied = {
