@@ -39,6 +39,10 @@ class BodyRows:
         self._settled_at = np.full_like(nodes.velocities, np.nan) if len(table.kind) else None
         self.restart()
 
+    def __len__(self) -> int:
+        """Shapes that push."""
+        return len(self._table.kind)
+
     def restart(self) -> None:
         """Take back whatever changed velocities since the half kick, and solve for bodies alone."""
         self._nodes.velocities[...] = self._kicked

@@ -129,19 +129,29 @@ def comes_near(k, edges_from, nodes, normal, now, positions, velocities, ahead, 
 
 
 @kernel
-def wake(n, look, edges_from, nodes, normal, ways, reach, full_gap, gap_out, impulse_out, mark_out):
-    """Mark those of n pairs that can matter: with AWAKE, or with ABLE those among them that may need an impulse. look:
-    their indices; reach: distances [m] at which a node and a triangle matter, and two edges, and at which any pair may
-    need an impulse. What sleeps is farther apart than that, so that it has the full gap and no impulse."""
+def wake(n, level, until, edges_from, nodes, normal, ways, reach, impulse, mark_out):
+    """Mark those of n pairs that can matter: with AWAKE, or with ABLE those among them that may need an impulse. Only
+    levels `until` one are looked at; reach: distances [m] at which a node and a triangle matter, and two edges, and at
+    which any pair may need an impulse."""
     near, edges_near, pressing = reach
     for chunk in prange((n + CHUNK - 1) // CHUNK):
         for i in range(chunk * CHUNK, min(n, (chunk + 1) * CHUNK)):
-            k = np.uint64(look[i])
-            apart = least_apart(k, edges_from, nodes, normal, ways)
-            if apart > (edges_near if k >= edges_from else near):
-                gap_out[k], impulse_out[k] = full_gap, 0.0
+            k = np.uint64(i)
+            if level[k] > until:
                 continue
-            mark_out[k] = ABLE if apart <= pressing or impulse_out[k] > 0.0 else AWAKE
+            apart = least_apart(k, edges_from, nodes, normal, ways)
+            if apart <= (edges_near if k >= edges_from else near):
+                mark_out[k] = ABLE if apart <= pressing or impulse[k] > 0.0 else AWAKE
+
+
+@kernel
+def put_to_sleep(n, pairs, mark, full_gap, gap_out, impulse_out):
+    """Those of n pairs, all that may not have it yet, which sleep get the full gap and no impulse: they are farther
+    apart."""
+    for i in range(n):
+        k = pairs[i]
+        if mark[k] == 0:
+            gap_out[k], impulse_out[k] = full_gap, 0.0
 
 
 @kernel
@@ -165,19 +175,21 @@ def gather_marked(n, marks, words, awake_out, able_out):
 
 
 @kernel
-def wake_struck(n, edges_from, nodes, normal, ways, struck, is_found, reach, found_out, count_out):
+def wake_struck(n, level, until, edges_from, nodes, normal, ways, struck, is_found, reach, found_out, count_out):
     """Indices of pairs that can matter, (2, pairs), and how many there are, (2, chunks), by chunks, each from its own
     place on: of all that do, and of those among them that may need an impulse. Only those that were not found before,
     although one of their nodes was struck: nodes whose velocity an impulse changed by more than others are ready for.
-    struck: (nodes,) bool; is_found: (2, pairs) bool; reach: as in `wake`."""
+    struck: (nodes,) bool; is_found: (2, pairs) bool; level, until, reach: as in `wake`."""
     near, edges_near, pressing = reach
     for chunk in prange((n + CHUNK - 1) // CHUNK):
         first = chunk * CHUNK
         awake, able = first, first
-        for k in range(first, min(n, first + CHUNK)):
-            if is_found[1, k] or not (
-                struck[nodes[k, 0]] or struck[nodes[k, 1]] or struck[nodes[k, 2]] or struck[nodes[k, 3]]
-            ):
+        for i in range(first, min(n, first + CHUNK)):
+            k = np.uint64(i)
+            if level[k] > until:
+                continue
+            a, b, c, d = np.uint64(nodes[k, 0]), np.uint64(nodes[k, 1]), np.uint64(nodes[k, 2]), np.uint64(nodes[k, 3])
+            if is_found[1, k] or not (struck[a] | struck[b] | struck[c] | struck[d]):
                 continue
             apart = least_apart(k, edges_from, nodes, normal, ways)
             if apart > (edges_near if k >= edges_from else near):

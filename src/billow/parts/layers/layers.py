@@ -227,7 +227,7 @@ class Layers(Part):
         pairs.age, pairs.horizon = 0.0, time
         pairs.looked_at = found.looked_at
         pairs.make_room()
-        asleep = pairs.look[pairs.look_until[0] :]
+        asleep = pairs.level > 0
         gap[asleep], impulse[asleep] = self.gap, 0.0
         pairs.awake = np.flatnonzero(gap == NEW)
         measure_awake(pairs, positions)

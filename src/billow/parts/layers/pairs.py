@@ -83,9 +83,8 @@ class Pairs:
     pairs that can matter in a step, ascending. weight: of their nodes, (pairs, 4); distance: [m], (pairs,); measured:
     number of the moment at which, (pairs,) int64; moment: number of the present positions. slot: number of the
     constraint that a pair is in a step, -1 if none, (pairs,) int32. touched: nodes within the thickness
-    of another layer when the step began, (nodes,) bool. look: all pairs, those first that can matter first; look_until:
-    how many of them can, while nodes have used less than the first of LEVELS of their skins, than two, and so on,
-    (LEVELS,) int64. touching: number of nodes that have pairs. room: for searches.
+    of another layer when the step began, (nodes,) bool. touching: number of nodes
+    that have pairs. room: for searches.
     """
 
     key: np.ndarray = field(metadata=VARYING)
@@ -109,8 +108,6 @@ class Pairs:
     measured: np.ndarray = field(metadata={"constant": True})
     slot: np.ndarray = field(metadata={"constant": True})
     touched: np.ndarray = field(metadata={"constant": True})
-    look: np.ndarray = field(metadata={"constant": True})
-    look_until: np.ndarray = field(metadata={"constant": True})
     touching: int = field(metadata={"constant": True})
     moment: int = field(default=0, metadata={"constant": True})
     room: Room = field(default_factory=Room, metadata={"constant": True})
@@ -124,7 +121,7 @@ class Pairs:
             np.zeros((nodes, 3)), np.zeros(nodes),
             0.0, -1.0, width, 0, 0,
             np.zeros(0, np.int64), np.zeros((0, 4)), np.zeros(0), np.zeros(0, np.int64), np.zeros(0, np.int32),
-            np.zeros(nodes, np.bool_), np.zeros(0, np.int64), np.zeros(LEVELS, np.int64), touching,
+            np.zeros(nodes, np.bool_), touching,
         )  # fmt: skip
 
     def __len__(self) -> int:
@@ -136,13 +133,10 @@ class Pairs:
         return int(self.begin[self.touching])
 
     def make_room(self) -> None:
-        """Room for what is known of the present positions, with nothing in it, and the order in which pairs are looked
-        at; after a search or a restart."""
+        """Room for what is known of the present positions, with nothing in it; after a search or a restart."""
         m = len(self)
         self.awake = np.zeros(0, np.int64)
         self.weight, self.distance = self.room.array("weight", m, 4), self.room.array("distance", m)
         self.measured, self.moment = self.room.array("measured", m, 0, np.int64), 0
         self.slot = self.room.array("slot", m, 0, np.int32)
         self.measured[:], self.slot[:] = -1, -1
-        self.look = np.argsort(self.level, kind="stable")
-        self.look_until = np.cumsum(np.bincount(self.level, minlength=LEVELS))

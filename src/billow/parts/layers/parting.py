@@ -8,27 +8,31 @@ import numpy as np
 
 from billow.base.compiled import CHUNK
 from billow.parts.layers.clusters import join_short, move_together
-from billow.parts.layers.distance import gather, gather_marked, look_ahead, measure, touch, wake, wake_struck
+from billow.parts.layers.distance import (
+    gather,
+    gather_marked,
+    look_ahead,
+    measure,
+    put_to_sleep,
+    touch,
+    wake,
+    wake_struck,
+)
 from billow.parts.layers.friction import rub
 from billow.parts.layers.pairs import LEVELS, Pairs
+from billow.parts.layers.sweeps import CONVERGED, SWEEPS, Constraints
 from billow.parts.layers.velocity_filter import (
     APPROACH,
     SCANS,
-    SWEEPS,
     admit,
     allowance,
     note,
     scan,
-    sweep,
     warm_start,
 )  # fmt: skip
 
 MOST_PASSES = 30
 """Of the last resort."""
-
-
-CONVERGED = 0.5
-"""Largest change in a sweep, in tolerances, at which it has converged."""
 
 
 class Limits(NamedTuple):
@@ -63,6 +67,9 @@ class Step(NamedTuple):
 class Rows(Protocol):
     """What else pushes on the nodes, and is solved in the same sweeps: rigid bodies."""
 
+    def __len__(self) -> int:
+        """How many there are, of any of its kinds: without any, there is nothing to settle."""
+
     def settle(self) -> float:
         """Solve anew for nodes that something else has changed; the largest change of a velocity [m/s]."""
 
@@ -87,15 +94,25 @@ class Parting:
         self.reach = tuple(apart + 2.0 * limits.ready for apart in (*limits.near, limits.floor[1]))
         self.ways = np.empty((n, 6))
         self.found = pairs.room.array("found", 2 * m, 0, np.int64).reshape(2, m)
-        self.counts = np.empty((2, -(-m // CHUNK)), np.int64)
         look_ahead.serial(n, step.positions, step.velocities, self.ahead, self.ways)
-        look = pairs.look[: pairs.look_until[min(int(LEVELS * used), LEVELS - 1)]]
+        self.used = used
+        until = _level(used)
         mark = pairs.room.zeros("mark", -(-m // 8) * 8, np.uint8)
         wake(
-            len(look), look, pairs.edges_from, pairs.nodes, pairs.normal, self.ways, self.reach, limits.gap, pairs.gap,
-            pairs.impulse, mark,
-        )  # fmt: skip
-        awake, able = np.empty((2, len(look)), np.int64)
+            m,
+            pairs.level,
+            until,
+            pairs.edges_from,
+            pairs.nodes,
+            pairs.normal,
+            self.ways,
+            self.reach,
+            pairs.impulse,
+            mark,
+        )
+        restless = pairs.awake if pairs.moment else np.flatnonzero(pairs.level <= until)
+        put_to_sleep.serial(len(restless), restless, mark, limits.gap, pairs.gap, pairs.impulse)
+        awake, able = np.empty((2, m), np.int64)
         counts = gather_marked.serial(len(mark) // 8, mark, mark.view(np.uint64), awake, able)
         pairs.awake, self.able = awake[: counts[0]], able[: counts[1]]
         self.struck, self.is_found = np.zeros(n, np.bool_), None
@@ -108,6 +125,7 @@ class Parting:
         if not len(pairs.awake):
             return True
         self.changed, self.seen = np.empty(len(pairs.touched), np.bool_), np.full_like(step.velocities, np.nan)
+        self.looked_with = step.before.copy()
         self._measure()
         touch.serial(
             len(pairs.awake), pairs.awake, pairs.edges_from, pairs.nodes, pairs.distance, limits.gap, pairs.touched
@@ -145,19 +163,24 @@ class Parting:
                 len(self.able), self.able, goal, chunks, pairs.nodes, pairs.weight, step.inverse_mass, m, slot,
                 *constraints,
             )  # fmt: skip
-            for _ in range(SWEEPS):
-                moved = sweep.serial(
-                    m, index, aim, per, pairs.nodes, pairs.weight, pairs.normal, pairs.distance, pairs.gap,
-                    limits.floor, limits.tolerance, step.inverse_mass, step.dt, step.velocities, total,
-                )  # fmt: skip
-                # Last, so that the springs of bodies are solved for the motion that comes.
-                moved = max(moved, self.rows.settle() * step.dt / limits.tolerance)
-                if moved < CONVERGED:
-                    break
+            self._sweep(Constraints(m, *constraints, pairs, limits, step))
         if not self._allow() or (short and not self._join()):
             return False
         note.serial(len(pairs.awake), pairs.awake, m, index, total, pairs.impulse, slot)
         return True
+
+    def _sweep(self, constraints: Constraints) -> None:
+        """Solve for the constraints, and for what else pushes on the nodes."""
+        if not self.rows:
+            constraints.sweep(SWEEPS)
+            return
+        for _ in range(SWEEPS):
+            moved = constraints.sweep(1)
+            # Last, so that the springs of bodies are solved for the motion that comes.
+            moved = max(moved, self.rows.settle() * self.step.dt / self.limits.tolerance)
+            if moved < CONVERGED:
+                break
+            constraints.note_others()
 
     def thrown(self) -> np.ndarray:
         """How far impulses throw each node off its way, twice as far ahead as a pair may come in a step [m]."""
@@ -168,7 +191,7 @@ class Parting:
         pairs, step = self.pairs, self.step
         most, any_struck = allowance.serial(
             len(step.positions), step.before, step.velocities, pairs.path_velocity, step.stray, pairs.skin, self.ahead,
-            self.limits.ready / self.ahead, self.seen, self.struck, self.changed,
+            self.limits.ready / self.ahead, self.seen, self.looked_with, self.struck, self.changed,
         )  # fmt: skip
         if most > 1.0:
             return False
@@ -177,11 +200,13 @@ class Parting:
                 self.is_found = np.zeros((2, len(pairs)), np.bool_)
                 self.is_found[0, pairs.awake] = self.is_found[1, self.able] = True
             look_ahead.serial(len(step.positions), step.positions, step.velocities, self.ahead, self.ways)
+            counts = np.empty((2, -(-len(pairs) // CHUNK)), np.int64)
+            until = _level(max(self.used, most))
             wake_struck(
-                len(pairs), pairs.edges_from, pairs.nodes, pairs.normal, self.ways, self.struck, self.is_found,
-                self.reach, self.found, self.counts,
+                len(pairs), pairs.level, until, pairs.edges_from, pairs.nodes, pairs.normal, self.ways, self.struck,
+                self.is_found, self.reach, self.found, counts,
             )  # fmt: skip
-            awake, able = self._gathered()
+            awake, able = self._gathered(counts)
             if len(able):
                 self.is_found[1, able] = True
                 self.able = np.flatnonzero(self.is_found[1])
@@ -209,16 +234,21 @@ class Parting:
                 return False
         return True
 
-    def _gathered(self) -> list[np.ndarray]:
+    def _gathered(self, all_counts: np.ndarray) -> list[np.ndarray]:
         """Indices that chunks found, of both kinds."""
         both = []
-        for found, counts in zip(self.found, self.counts, strict=True):
+        for found, counts in zip(self.found, all_counts, strict=True):
             both.append(np.empty(int(counts.sum()), np.int64))
             gather.serial(len(counts), found, counts, both[-1])
         return both
 
     def _measure(self) -> None:
         measure_awake(self.pairs, self.step.positions)
+
+
+def _level(used: float) -> int:
+    """The last level of pairs that can matter when nodes have used this share of their skins."""
+    return min(int(LEVELS * used), LEVELS - 1)
 
 
 def measure_awake(pairs: Pairs, positions: np.ndarray) -> None:

@@ -14,24 +14,20 @@ import numpy as np
 from numba import prange
 
 from billow.base.compiled import CHUNK, inlined, kernel
-from billow.parts.layers.distance import along, between, comes_near, nearest_after, speed_along
+from billow.parts.layers.distance import along, between, comes_near, nearest_after
+from billow.parts.layers.sweeps import error_allowed
 
 APPROACH = 0.5
 """Part of the way to its floor that a pair may go in a step."""
 
-SCANS, SWEEPS = 20, 150
-"""Most scans of all pairs in a step, and sweeps over those found between two of them. Sweeps that break off leave pairs
-short which impulses would have parted: their nodes then move together, and a folded bag sticks."""
+SCANS = 20
+"""Most scans of all pairs in a step."""
 
 WARM = 0.9
 """Part of its last impulse that a pair begins a step with."""
 
 ENOUGH = 0.7
 """Of the distance that a pair has to keep at least; below it the true distance has fallen short."""
-
-TOLERANCE = 0.2
-"""Of a pair's floor, or of its distance if that is less: error of position at which a sweep has converged; at most
-`Limits.tolerance`. Layers that start nearer than they may would cross within an error that is small for others."""
 
 
 @inlined
@@ -126,7 +122,7 @@ def scan(
             ):
                 goal_out[i] = goal
                 slow += 1.0
-                if lack * dt > min(tolerance, TOLERANCE * max(least, min(floor, d))):
+                if lack * dt > error_allowed(d, floor, least, tolerance):
                     worst = max(worst, lack * dt)
         chunk_out[chunk, 0], chunk_out[chunk, 1], chunk_out[chunk, 2] = slow, worst, short
 
@@ -153,26 +149,6 @@ def admit(n, awake, goal, chunks, nodes, weight, inverse_mass, m, slot_out, inde
 
 
 @kernel
-def sweep(
-    n, index, aim, per, nodes, weight, normal, distance, gap, floor_of, tolerance, inverse_mass, dt, velocities, total
-):
-    """One Gauss-Seidel sweep over n constraints; returns the largest change, in tolerances."""
-    share, highest, least = floor_of
-    moved = 0.0
-    for q in range(n):
-        k = index[q]
-        change = max(-total[q], (aim[q] - speed_along(k, nodes, weight, normal, velocities)) * per[q])
-        if change == 0.0:
-            continue
-        total[q] += change
-        floor = max(least, min(highest, share * gap[k]))
-        smallest = max(least, min(floor, distance[k]))
-        moved = max(moved, abs(change) / per[q] * dt / min(tolerance, TOLERANCE * smallest))
-        push(k, change, nodes, weight, normal, inverse_mass, velocities)
-    return moved
-
-
-@kernel
 def note(n, awake, m, index, total, impulse_out, slot_out):
     """Keep the impulses of m constraints for the next step; of other pairs awake there are none."""
     for i in range(n):
@@ -183,10 +159,13 @@ def note(n, awake, m, index, total, impulse_out, slot_out):
 
 
 @kernel
-def allowance(n, before, velocities, start_velocity, stray, skin, ahead, ready, seen, struck_out, changed_out):
+def allowance(
+    n, before, velocities, start_velocity, stray, skin, ahead, ready, seen, looked_with, struck_out, changed_out
+):  # fmt: skip
     """How much of its allowance the node used that used most [-], for the list; which nodes have changed since they
-    were `seen`, as they are from now on; and which of them were struck: changed by more than `ready` [m/s] since
-    `before`. stray: of each node from its path so far [m], (nodes,)."""
+    were `seen`, as they are from now on; and which of them were struck: changed by more than `ready` [m/s] since their
+    pairs were looked at, `looked_with` these velocities, and again from now on. before: velocities before any impulse;
+    stray: of each node from its path so far [m], (nodes,)."""
     largest, any_struck = 0.0, False
     for i in range(n):
         dx, dy, dz = velocities[i, 0] - before[i, 0], velocities[i, 1] - before[i, 1], velocities[i, 2] - before[i, 2]
@@ -197,8 +176,15 @@ def allowance(n, before, velocities, start_velocity, stray, skin, ahead, ready, 
         if dx == 0.0 and dy == 0.0 and dz == 0.0:
             struck_out[i] = False
             continue
-        struck_out[i] = changed_out[i] & (dx * dx + dy * dy + dz * dz > ready * ready)
-        any_struck = any_struck or struck_out[i]
+        wx, wy, wz = (
+            velocities[i, 0] - looked_with[i, 0], velocities[i, 1] - looked_with[i, 1],
+            velocities[i, 2] - looked_with[i, 2],
+        )  # fmt: skip
+        struck_out[i] = wx * wx + wy * wy + wz * wz > ready * ready
+        if struck_out[i]:
+            any_struck = True
+            for k in range(3):
+                looked_with[i, k] = velocities[i, k]
         vx, vy, vz = (
             velocities[i, 0] - start_velocity[i, 0], velocities[i, 1] - start_velocity[i, 1],
             velocities[i, 2] - start_velocity[i, 2],
