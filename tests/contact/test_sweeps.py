@@ -59,6 +59,8 @@ def test_pairs_are_visited_again_when_something_else_has_moved_their_nodes():
     pairs, limits, step, aim, per = pressed_stack(0)
     constraints = Constraints(len(aim), np.arange(len(aim)), aim, per, np.zeros(len(aim)), pairs, limits, step)
     constraints.sweep(5000)
+    for _ in range(500):  # until nothing waits
+        constraints.sweep(1)
     step.velocities[:WIDE, 2] += 9.0
     assert ((aim - speeds(pairs, step.velocities)) * DT / TOLERANCE).max() > 10.0
     constraints.note_others()
