@@ -23,7 +23,7 @@ TOLERANCE = 0.2
 """Of a pair's floor, or of its distance if that is less: error of position at which a sweep has converged; at most
 `Limits.tolerance`. Layers that start nearer than they may would cross within an error that is small for others."""
 
-QUIET = 0.1
+QUIET = 0.5 * CONVERGED
 """Way of a node by changes of its velocity, in the least tolerance of its pairs, up to which they need no visit."""
 
 
