@@ -61,8 +61,9 @@ def test_pairs_are_visited_again_when_something_else_has_moved_their_nodes():
     constraints.sweep(5000)
     for _ in range(500):  # until nothing waits
         constraints.sweep(1)
+    before = step.velocities.copy()
     step.velocities[:WIDE, 2] += 9.0
     assert ((aim - speeds(pairs, step.velocities)) * DT / TOLERANCE).max() > 10.0
-    constraints.note_others()
+    constraints.note_others(before)
     constraints.sweep(5000)
     assert ((aim - speeds(pairs, step.velocities)) * DT / TOLERANCE).max() < 2.0 * CONVERGED

@@ -176,11 +176,12 @@ class Parting:
             return
         for _ in range(SWEEPS):
             moved = constraints.sweep(1)
+            before = self.step.velocities.copy()
             # Last, so that the springs of bodies are solved for the motion that comes.
             moved = max(moved, self.rows.settle() * self.step.dt / self.limits.tolerance)
             if moved < CONVERGED:
                 break
-            constraints.note_others()
+            constraints.note_others(before)
 
     def thrown(self) -> np.ndarray:
         """How far impulses throw each node off its way, twice as far ahead as a pair may come in a step [m]."""

@@ -7,6 +7,8 @@ not need a hundred more.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from billow.base.compiled import inlined, kernel
@@ -44,7 +46,6 @@ class Constraints:
         self._begin, self._of = np.zeros(n + 2, np.int64), np.empty(4 * m, np.int32)
         self._quiet, self._drift = np.full(n, np.inf), np.zeros(n)
         self._waiting = np.zeros(-(-m // 8) * 8, np.uint8)
-        self._seen = None
         _collect.serial(
             m, index, pairs.nodes, pairs.weight, pairs.normal, pairs.distance, pairs.gap, limits.floor,
             limits.tolerance, self._nodes, self._geometry, self._begin, self._of, self._quiet, self._waiting,
@@ -53,15 +54,19 @@ class Constraints:
     def sweep(self, most: int) -> float:
         """At most so many sweeps; the largest change in the last one, in tolerances."""
         step = self._step
-        moved = _sweep.serial(
+        return _sweep.serial(
             self._m, most, self._nodes, self._geometry, *self._solved, self._begin, self._of, self._quiet,
             step.inverse_mass, step.dt, step.velocities, self._drift, self._waiting, self._waiting.view(np.uint64),
         )  # fmt: skip
-        return moved
 
-    def note_others(self) -> None:
-        """Something else has changed velocities since the last sweep: whose pairs have to be visited."""
-        self._waiting[: self._m] = 1
+    def note_others(self, before: np.ndarray) -> None:
+        """Something else has changed velocities, which were as `before` [m/s], (nodes, 3): whose pairs have to be
+        visited."""
+        step = self._step
+        _note_others.serial(
+            len(before), before, step.velocities, step.dt, self._begin, self._of, self._quiet, self._drift,
+            self._waiting,
+        )  # fmt: skip
 
 
 @kernel
@@ -92,6 +97,24 @@ def _collect(
             j = nodes_out[q, i]
             of_out[begin_out[j + 1]] = q
             begin_out[j + 1] += 1
+
+
+@inlined
+def _tell(j, way, begin, of, quiet, drift, waiting):
+    """Node j goes another way [m]: its pairs wait for a visit, if that and what came before matters to them."""
+    drift[j] += way
+    if drift[j] > quiet[j]:
+        drift[j] = 0.0
+        for a in range(begin[j], begin[j + 1]):
+            waiting[of[a]] = 1
+
+
+@kernel
+def _note_others(n, before, velocities, dt, begin, of, quiet, drift, waiting):
+    for j in range(n):
+        x, y, z = velocities[j, 0] - before[j, 0], velocities[j, 1] - before[j, 1], velocities[j, 2] - before[j, 2]
+        if x != 0.0 or y != 0.0 or z != 0.0:
+            _tell(j, math.sqrt(x * x + y * y + z * z) * dt, begin, of, quiet, drift, waiting)
 
 
 @kernel
@@ -126,11 +149,7 @@ def _sweep(
                         velocities[j, 0] += step * x
                         velocities[j, 1] += step * y
                         velocities[j, 2] += step * z
-                        drift[j] += abs(step) * dt
-                        if drift[j] > quiet[j]:
-                            drift[j] = 0.0
-                            for a in range(begin[j], begin[j + 1]):
-                                waiting[of[a]] = 1
+                        _tell(j, abs(step) * dt, begin, of, quiet, drift, waiting)
                 waiting[q] = 0
         if moved < CONVERGED:
             break
