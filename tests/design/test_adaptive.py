@@ -39,7 +39,7 @@ def growing(monkeypatch):
         return study, f"{len(runs) - 1}"
 
     variable = SimpleNamespace(stepped=float)
-    study = SimpleNamespace(runs=runs, train=runs, with_run=with_run, run=lambda **running: None)
+    study = SimpleNamespace(runs=runs, train=runs, with_run=with_run, run=lambda **running: f"summary of {len(runs)}")
     study.definition = SimpleNamespace(variables=[variable])
     monkeypatch.setattr(adaptive, "Study", SimpleNamespace(open=lambda folder: study))
     monkeypatch.setattr(adaptive, "Dataset", SimpleNamespace(open=lambda folder: SimpleNamespace(trusted=list(runs))))
@@ -50,7 +50,11 @@ def growing(monkeypatch):
 
 def test_it_ends_when_the_error_is_reached(growing):
     told = []
-    stages = grow("study", Aim("hic15", 3.0, ""), say=told.append, workers=1, progress=None)
+    grown = grow("study", Aim("hic15", 3.0, ""), say=told.append, workers=1, progress=None)
+    stages = grown.stages
+    assert grown.reached
+    assert grown.summary == "summary of 40"  # of all runs, those added too
+    assert told[0] == "16 runs: hic15 6.25, wanted below 3"
     assert [stage.runs for stage in stages] == [16, 24, 32, 40]
     assert stages[-1].error < 3.0 < stages[-2].error
     assert len(told) == 4
@@ -60,10 +64,10 @@ def test_it_ends_when_the_error_is_reached(growing):
 def test_it_ends_when_the_error_is_level(growing, monkeypatch):
     choose = lambda known: np.arange(BATCH)[:, None] + len(known)  # noqa: E731
     monkeypatch.setattr(adaptive, "_judged", lambda folder, aim: (10.0 + 1.0 / len(growing), choose))
-    told = []
-    stages = grow("study", Aim("hic15", 3.0, ""), say=told.append)
-    assert len(stages) == adaptive.LEVEL_STAGES
-    assert "level" in told[-1]
+    grown = grow("study", Aim("hic15", 3.0, ""))
+    assert len(grown.stages) == adaptive.LEVEL_STAGES
+    assert not grown.reached
+    assert "level" in grown.why
 
 
 def test_what_falls_slowly_but_arrives_is_no_level():
@@ -73,4 +77,7 @@ def test_what_falls_slowly_but_arrives_is_no_level():
 
 
 def test_it_ends_when_the_time_is_over(growing):
-    assert len(grow("study", Aim("hic15", 1e-9, ""), hours=0.0)) == 1
+    grown = grow("study", Aim("hic15", 1e-9, ""), hours=0.0)
+    assert len(grown.stages) == 1
+    assert grown.why == "0 hours are over"
+    assert grown.summary is None

@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.stats import norm
+from scipy.stats import norm, qmc
 
 from billow.base.errors import InputError
-from billow.design.gaussian_process import Axes
+from billow.design.gaussian_process import Axes, GaussianProcess
 from billow.design.optimum import Goal, optimise
 from billow.design.robust import read_values, robustness, scattered
 from billow.design.sensitivity import correlations, indices, main_effects
@@ -89,13 +89,30 @@ def test_indices_of_the_ishigami_function_are_known():
     assert ((total[:, 1] <= total[:, 0]) & (total[:, 0] <= total[:, 2])).all()
 
 
-def test_indices_of_the_g_function_are_known():
-    a = np.array([0.0, 1.0, 4.5, 9.0])
-    parts = 1.0 / (3.0 * (1.0 + a) ** 2)
+G = np.array([0.0, 1.0, 4.5, 9.0])
+
+
+def g_function(unit):
+    return np.prod((np.abs(4.0 * unit - 2.0) + G) / (1.0 + G), axis=1)
+
+
+def g_totals():
+    parts = 1.0 / (3.0 * (1.0 + G) ** 2)
     whole = np.prod(1.0 + parts) - 1.0
-    expected = [part * np.prod(1.0 + np.delete(parts, k)) / whole for k, part in enumerate(parts)]
-    found = indices(lambda u: np.prod((np.abs(4 * u - 2) + a) / (1 + a), axis=1), 4, 4096, seed=0)[1]
-    assert found[:, 0] == pytest.approx(expected, abs=0.02)
+    return np.array([part * np.prod(1.0 + np.delete(parts, k)) / whole for k, part in enumerate(parts)])
+
+
+def test_indices_of_the_g_function_are_known():
+    found = indices(g_function, 4, 4096, seed=0)[1]
+    assert found[:, 0] == pytest.approx(g_totals(), abs=0.02)
+
+
+@pytest.mark.parametrize(("function", "expected"), [(ishigami, ISHIGAMI), (g_function, g_totals())])
+def test_indices_on_a_process_of_200_points_are_near_those_of_the_function(function, expected):
+    points = qmc.LatinHypercube(len(expected), rng=1).random(200)
+    process = GaussianProcess.fit(Axes((0,) * len(expected)), points, function(points))
+    found = indices(lambda unit: process.predict(unit)[0], len(expected), 4096, seed=0)[1]
+    assert found[:, 0] == pytest.approx(expected, abs=0.05)
 
 
 def test_sensitivity_finds_what_matters(surfaces):

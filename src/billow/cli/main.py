@@ -260,14 +260,15 @@ def study(
     with interruptible(CONTINUES), study_progress(console) as report:
         summary = made.run(workers, scheduler, report, retry_failed=retry_failed)
         if aim is not None:
-            _grow(out, aim, hours, console, workers=workers, scheduler=scheduler, progress=report)
+            again = _grow(out, aim, hours, console, workers=workers, scheduler=scheduler, progress=report)
+            summary = again or summary
     for line in (*summary.reasons, *(f"run {name} failed: {reason}" for name, reason in summary.failed.items())):
         console.print(line, markup=False, soft_wrap=True)
     raise typer.Exit(1 if summary.failed else 0)
 
 
-def _grow(out: Path, aim, hours: float, console, **running) -> None:
-    """Add runs until the aim is reached, and draw how the error fell."""
+def _grow(out: Path, aim, hours: float, console, **running):
+    """Add runs until the aim is reached, and draw how the error fell; the study's summary if runs were added."""
     from billow.design.adaptive import grow, learning_curve
     from billow.design.figures import draw
     from billow.results.atomic import write_atomically
@@ -275,10 +276,11 @@ def _grow(out: Path, aim, hours: float, console, **running) -> None:
     def say(line: str) -> None:
         console.print(line, markup=False, soft_wrap=True)
 
-    stages = grow(out, aim, hours, say, **running)
-    write_atomically(out / "learning_curve.svg", draw(learning_curve, stages, aim))
-    reached = stages[-1].error < aim.limit
-    say(f"{out / 'learning_curve.svg'}: {'reached' if reached else 'NOT reached'} with {stages[-1].runs} runs")
+    grown = grow(out, aim, hours, say, **running)
+    write_atomically(out / "learning_curve.svg", draw(learning_curve, grown.stages, aim))
+    told = "reached" if grown.reached else f"NOT reached, {grown.why};"
+    say(f"{out / 'learning_curve.svg'}: {told} with {grown.stages[-1].runs} runs")
+    return grown.summary
 
 
 @app.command("import")

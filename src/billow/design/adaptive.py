@@ -17,6 +17,7 @@ from billow.design.surfaces import ResponseSurfaces
 from billow.results.dataset import Dataset
 from billow.rom.judge.errors import fit_learning_curve
 from billow.rom.surrogate.design_space import from_unit, levelled, to_unit
+from billow.study.drive import StudySummary
 from billow.study.study import Study
 
 NO_AIM = InputError.declare(
@@ -54,6 +55,11 @@ class Aim:
             raise NO_AIM(text=text, why=f"{aim.unit!r} is no unit of length")
         return aim
 
+    @property
+    def suffix(self) -> str:
+        """The unit after a number, with a space before it."""
+        return f" {self.unit}" if self.unit else ""
+
 
 @dataclass(frozen=True)
 class Stage:
@@ -63,37 +69,52 @@ class Stage:
     error: float
 
 
+@dataclass(frozen=True)
+class Growth:
+    """stages: passed, in order; reached: whether the last is below the aim; why: else, why no more runs were added;
+    summary: of the study after the last batch, None if none was needed."""
+
+    stages: list[Stage]
+    reached: bool
+    why: str
+    summary: StudySummary | None
+
+
 def grow(
     folder: str | Path,
     aim: Aim,
     hours: float = np.inf,
     say: Callable[[str], None] | None = None,
     **running,
-) -> list[Stage]:
-    """Add batches of runs to a study whose runs are made, until the error of `aim` is reached; the stages passed.
+) -> Growth:
+    """Add batches of runs to a study whose runs are made, until the error of `aim` is reached.
 
     It also ends after `hours`, with `MOST_RUNS` training runs, or when the error is level (`out_of_reach`).
     say: called with a line for each stage; running: as `Study.run`. InputError E-DES-050: the study has no such
     response, or it is in another unit.
     """
-    begun, stages = time.monotonic(), []
+    begun, stages, summary = time.monotonic(), [], None
     while True:
         error, choose = _judged(Path(folder), aim)
         study = Study.open(folder)
         stages.append(Stage(len(Dataset.open(folder).trusted), error))
         if say is not None:
-            say(f"{stages[-1].runs} runs: {aim.name} {error:.4g} {aim.unit}, wanted below {aim.limit:g}")
-        spent = time.monotonic() - begun
-        if error < aim.limit or spent > 3600.0 * hours or len(study.train) + BATCH > MOST_RUNS:
-            return stages
-        if why := out_of_reach(stages, aim):
-            if say is not None:
-                say(why)
-            return stages
+            say(f"{stages[-1].runs} runs: {aim.name} {error:.4g}{aim.suffix}, wanted below {aim.limit:g}{aim.suffix}")
+        if error < aim.limit:
+            return Growth(stages, True, "", summary)
+        if why := _enough(time.monotonic() - begun, hours, len(study.train)) or out_of_reach(stages, aim):
+            return Growth(stages, False, why, summary)
         for row in choose(np.array(list(study.runs.values()))):
             values = tuple(v.stepped(value) for v, value in zip(study.definition.variables, row, strict=True))
             study, _ = study.with_run(values)
-        study.run(**running)
+        summary = study.run(**running)
+
+
+def _enough(seconds: float, hours: float, train: int) -> str:
+    """Why no batch is added however the error goes, empty while one may be."""
+    if seconds > 3600.0 * hours:
+        return f"{hours:g} hours are over"
+    return f"it has {train} training runs, and no more than {MOST_RUNS} are made" if train + BATCH > MOST_RUNS else ""
 
 
 def out_of_reach(stages: list[Stage], aim: Aim) -> str:
@@ -164,6 +185,6 @@ def learning_curve(stages: list[Stage], aim: Aim) -> Figure:
     axes = figure.subplots()
     axes.loglog([s.runs for s in stages], [s.error for s in stages], "o-", color="#0072b2")
     axes.axhline(aim.limit, color=GREY, ls="--")
-    axes.annotate(f"wanted: {aim.limit:g} {aim.unit}", (stages[0].runs, aim.limit), color=GREY, va="bottom")
+    axes.annotate(f"wanted: {aim.limit:g}{aim.suffix}", (stages[0].runs, aim.limit), color=GREY, va="bottom")
     axes.set(xlabel="training runs", ylabel=f"error of runs held out, {aim.name} [{aim.unit or '-'}]")
     return figure

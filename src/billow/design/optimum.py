@@ -40,9 +40,14 @@ NO_PYMOO = InputError.declare(
     why="it is not installed ({reason})",
     remedy='pip install "billow[design]", or minimise one response with limits on the others',
 )
-POPULATION, GENERATIONS = 15, 150
-"""Of differential evolution; the population is this times the number of parameters."""
+POPULATION, GENERATIONS, STARTS = 15, 300, 3
+"""Of differential evolution; the population is this times the number of parameters. One start may end in a valley that
+is not the deepest (docs/design.md, Measured)."""
+STRATEGY = "rand1bin"
+"""Steps from a random member. From the best one, as is usual, a population gathers in the first good valley."""
 TOLERANCE = 1e-6
+FRONT, FRONT_GENERATIONS, FEWEST_GENERATIONS = 64, 12, 60
+"""Designs of a front, generations for each parameter that is free, and the fewest."""
 AWAY = 0.2
 """Distance, with every range scaled to 1, that an optimum keeps from designs whose runs do not hold."""
 
@@ -96,7 +101,7 @@ def _checked(content: dict) -> dict:
 @dataclass(frozen=True, eq=False)
 class Optimum:
     """design: parameter -> value; responses: name -> (value, low, high), of every usable surface; generations: best
-    objective so far of each generation, in the response's unit, NaN while no design kept to the limits"""
+    objective so far of each generation of all starts, in the response's unit, NaN while no design kept to the limits"""
 
     goal: Goal
     design: dict[str, float]
@@ -114,19 +119,20 @@ def optimise(surfaces, goal: Goal, avoid: np.ndarray | None = None) -> Optimum:
     """
     from scipy.optimize import differential_evolution
 
-    space = _Space(surfaces, goal, avoid)
+    space, random = _Space(surfaces, goal, avoid), np.random.default_rng(goal.seed)
     best: list[float] = []
 
     def objective(unit: np.ndarray) -> np.ndarray:  # (free parameters, designs)
         return space.cost(space.designs(unit.T))
 
     def record(intermediate_result) -> None:
-        best.append(float(intermediate_result.fun))
+        best.append(min([float(intermediate_result.fun), *best[-1:]]))
 
-    found = differential_evolution(
-        objective, [(0.0, 1.0)] * space.count, vectorized=True, updating="deferred", polish=False, popsize=POPULATION,
-        maxiter=GENERATIONS, tol=TOLERANCE, rng=np.random.default_rng(goal.seed), callback=record,
-    )  # fmt: skip
+    ends = [differential_evolution(
+        objective, [(0.0, 1.0)] * space.count, strategy=STRATEGY, vectorized=True, updating="deferred", polish=False,
+        popsize=POPULATION, maxiter=GENERATIONS, tol=TOLERANCE, rng=random, callback=record,
+    ) for _ in range(STARTS)]  # fmt: skip
+    found = min(ends, key=lambda end: end.fun)
     unit = space.designs(found.x[None])
     broken = space.broken(unit)
     if broken:
@@ -270,12 +276,13 @@ def pareto(surfaces, minimise: tuple[str, ...], seed: int = 0, level: float = 0.
             out["G"] = space.missed(unit)[:, None]
 
     with one_blas_thread():
-        found = minimize(Trade(), NSGA2(pop_size=64), ("n_gen", 60), seed=seed, verbose=False)
+        generations = max(FRONT_GENERATIONS * space.count, FEWEST_GENERATIONS)
+        found = minimize(Trade(), NSGA2(pop_size=FRONT), ("n_gen", generations), seed=seed, verbose=False)
     if found.X is None:
         raise NO_DESIGN(why="no design keeps to the limits")
-    unit = space.designs(np.atleast_2d(found.X))
-    order = np.argsort(found.F[:, 0])
-    return from_unit(unit, surfaces.parameters)[order], np.atleast_2d(found.F)[order]
+    unit, goals = space.designs(np.atleast_2d(found.X)), np.atleast_2d(found.F)  # of one design they are vectors
+    order = np.argsort(goals[:, 0])
+    return from_unit(unit, surfaces.parameters)[order], goals[order]
 
 
 def unit_design(surfaces, design: Mapping[str, float]) -> np.ndarray:
