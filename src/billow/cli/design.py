@@ -193,8 +193,8 @@ def robust(
         with owned_file(responses, SIGN):
             surfaces.save(responses)
         for one in shifts:
-            unit = surfaces.unit(one.response)
-            away = f"{one.mean:+.3g} (+-{one.error:.2g}) {unit}"
+            unit = surfaces.unit(one.response).strip("-")
+            away = f"{one.mean:+.3g} (+-{one.error:.2g}) {unit}".rstrip()
             print(f"{one.response}: {verify} runs there lie {away} from the surface, which was made again with them")
     found = robustness(surfaces, point, read_values(scatter), seed)
     keys = ("probability", "with_error", "low", "high", "outside", "near")
@@ -209,7 +209,8 @@ def robust(
         if found:
             write_atomically(out / "robustness.svg", figures.draw(figures.robustness_histograms, list(found.values())))
     for name, one in found.items():
-        told = f"{name}: {', '.join(f'{p:.4g}' for p in one.percentiles)} {one.unit} (5, 50, 95 %)"
+        unit = f" {one.unit}" if one.unit != "-" else ""
+        told = f"{name}: {', '.join(f'{p:.4g}' for p in one.percentiles)}{unit} (5, 50, 95 %)"
         if one.limit is not None:
             told += (
                 f"; P({'above' if one.above else 'below'} {one.limit:g}) = {one.probability:.3g}, with the surface's "
@@ -217,10 +218,8 @@ def robust(
             told += f"own error {one.with_error:.3g} ({one.low:.2g} to {one.high:.2g}): {one.light}"
         print(told)
     if found and not (one := next(iter(found.values()))).resolved:
-        told = (
-            f"{one.near} runs lie within the scatter, so that nothing shows how far the surface is off there: ends are "
-        )
-        print(f"{told}those of twice its intervals; --verify 12 makes such runs")
+        told = f"{one.near} runs lie within the scatter, so that nothing shows how far the surface is off there"
+        print(f"{told}; --verify 12 makes such runs")
 
 
 @app.command()

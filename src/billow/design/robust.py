@@ -37,9 +37,6 @@ WITHIN = 3.0
 """Deviations of each parameter, within which a run is one of the scatter."""
 FEWEST_NEAR = 6
 """Runs of the scatter that show how far the surface is off there (docs/design.md, Measured)."""
-UNSEEN = 2.0
-"""Times its 90 % interval by which a surface may be off where fewer runs show it: one in ten of these intervals does
-not hold, and all designs of a scatter share the error."""
 SAME = 0.02
 """Part of the range of a parameter that does not scatter by which a run may be away and still be one of the scatter."""
 
@@ -50,8 +47,7 @@ class Chance:
 
     values: (samples,) of the surface; percentiles: (3,) of `PERCENTILES`; limit: None without; above: whether the limit
     is broken above it; probability: that it is broken, by the surface alone; with_error: with the surface's own error,
-    as if it were another in every run; low, high: if the surface were at either end of its 90 % intervals everywhere,
-    of intervals `UNSEEN` times as wide if `near` is below `FEWEST_NEAR`; outside: share of scattered designs that were
+    as if it were another in every run; low, high: if the surface were at either end of its 90 % intervals everywhere; outside: share of scattered designs that were
     moved to the edge of the ranges; near: runs among the scattered designs, which the surface has learned from
     """
 
@@ -152,7 +148,7 @@ def _chance(surfaces, name, limit, above, design, scatter, seed) -> Chance:
     if limit is not None:
         side = 1.0 if above else -1.0
         excess = side * (mean - surface.scaled(limit))
-        half = 1.6448536269514722 * deviation * (1.0 if near >= FEWEST_NEAR else UNSEEN)
+        half = 1.6448536269514722 * deviation
         told = {
             "probability": float((excess > 0.0).mean()),
             "with_error": float(ndtr(excess / np.maximum(deviation, 1e-300)).mean()),

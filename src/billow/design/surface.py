@@ -22,6 +22,9 @@ MOST_NEVER = 0.1
 MOST_ALIKE = 0.2
 """Share of runs that may have one value, such as no contact, before there are two clouds and no surface."""
 
+COMMON = 3.0
+"""Times the median deviation of runs held out that every deviation has in common (docs/design.md, How a surface is
+made)."""
 ROOT = 0.4
 """Power of the scale "root": that which turns HIC into a velocity over the root of a time."""
 
@@ -69,17 +72,18 @@ class Verdict:
 class Surface:
     """process: of the scaled values, None if there is no surface; scale: key of `SCALES`; factors: (levels,), half
     width of an interval over the deviation; verdict; held_out: (runs, 2), each run's value, and that predicted without
-    it"""
+    it; common: deviation that is added everywhere, in squares, to that of the process, on the scale"""
 
     process: GaussianProcess | None
     scale: str
     factors: np.ndarray
     verdict: Verdict
     held_out: np.ndarray
+    common: float = 0.0
 
     def interval(self, points: np.ndarray, level: float = 0.9) -> np.ndarray:
         """Value and both ends of its interval, (designs, 3). points: (designs, axes) in [0, 1]."""
-        mean, deviation = self.process.predict(points)
+        mean, deviation = self._answer(points)
         half = self.factors[LEVELS.index(level)] * deviation
         return np.stack([SCALES[self.scale].back(mean + side * half) for side in (0.0, -1.0, 1.0)], axis=1)
 
@@ -91,8 +95,12 @@ class Surface:
         """Mean and standard deviation of the scaled response, (designs,) each, the latter as wide as folds found."""
         from scipy.special import ndtri
 
-        mean, deviation = self.process.predict(points)
+        mean, deviation = self._answer(points)
         return mean, deviation * self.factors[LEVELS.index(0.9)] / ndtri(0.95)
+
+    def _answer(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        mean, deviation = self.process.predict(points)
+        return mean, np.hypot(deviation, self.common)
 
     def scaled(self, value: float) -> float:
         """A value of the response on its scale; what lies below all values of the scale is minus infinity."""
@@ -124,7 +132,8 @@ def learn(axes: Axes, points: np.ndarray, values: np.ndarray, groups: list[list[
     best = min(tried, key=lambda name: _rmse(SCALES[name].back(tried[name][:, 0]), values))
     found = tried[best]
     truth = SCALES[best].forward(values)
-    ratio = np.sort(np.abs(found[:, 0] - truth) / found[:, 1])
+    common = COMMON * float(np.median(found[:, 1]))
+    ratio = np.sort(np.abs(found[:, 0] - truth) / np.hypot(found[:, 1], common))
     ranks = [min(math.ceil((len(ratio) + 1) * level - 1e-9), len(ratio)) for level in LEVELS]
     factors = np.array([ratio[rank - 1] for rank in ranks])
     predicted = SCALES[best].back(found[:, 0])
@@ -132,7 +141,7 @@ def learn(axes: Axes, points: np.ndarray, values: np.ndarray, groups: list[list[
     word = "usable" if q2 >= USABLE else "indicative" if q2 >= INDICATIVE else "not usable"
     why = remark if word != "not usable" else f"on runs held out it explains {max(q2, 0.0):.0%} of the variance"
     verdict = Verdict(word, why, q2, _rmse(predicted, values), len(values))
-    return Surface(whole[best], best, factors, verdict, np.column_stack([values, predicted]))
+    return Surface(whole[best], best, factors, verdict, np.column_stack([values, predicted]), common)
 
 
 def _held_out(whole: GaussianProcess, folds: list[np.ndarray]) -> np.ndarray:

@@ -49,7 +49,7 @@ DAMAGED = IntegrityError.declare(
     cause="a copy that was cut short, a file of another kind, or of another version",
     remedy="make it again: billow design train STUDY --out responses.safetensors",
 )
-FILE_FORMAT = 1
+FILE_FORMAT = 2
 UNREADABLE = InputError.declare(
     "E-DES-013",
     "the file of response surfaces cannot be read",
@@ -188,7 +188,7 @@ class ResponseSurfaces:
         told = []
         for k, surface in enumerate(self.surfaces):
             verdict = {key: None if value != value else value for key, value in asdict(surface.verdict).items()}
-            told.append({"scale": surface.scale, "verdict": verdict})
+            told.append({"scale": surface.scale, "verdict": verdict, "common": surface.common})
             tensors |= {f"{k}.factors": surface.factors, f"{k}.held_out": surface.held_out}
             if surface.process is not None:
                 process = surface.process
@@ -262,4 +262,7 @@ def _surface(axes: Axes, tensors: dict[str, np.ndarray], k: int, told: dict) -> 
         raise ValueError("a surface is missing")
     if told["scale"] not in ("identity", "log", "root") or tensors[f"{k}.factors"].shape != (len(LEVELS),):
         raise ValueError("its scale or its intervals cannot be read")
-    return Surface(process, told["scale"], tensors[f"{k}.factors"], verdict, tensors[f"{k}.held_out"])
+    common = float(told["common"])
+    if not 0.0 <= common < float("inf"):
+        raise ValueError("its intervals cannot be read")
+    return Surface(process, told["scale"], tensors[f"{k}.factors"], verdict, tensors[f"{k}.held_out"], common)
