@@ -47,8 +47,9 @@ class Chance:
 
     values: (samples,) of the surface; percentiles: (3,) of `PERCENTILES`; limit: None without; above: whether the limit
     is broken above it; probability: that it is broken, by the surface alone; with_error: with the surface's own error,
-    as if it were another in every run; low, high: if the surface were at either end of its 90 % intervals everywhere; outside: share of scattered designs that were
-    moved to the edge of the ranges; near: runs among the scattered designs, which the surface has learned from
+    as if it were another in every run; low, high: if the surface were at either end of its 90 % intervals everywhere;
+    outside: share of scattered designs that were moved to the edge of the ranges; near: runs among the scattered
+    designs, which the surface has learned from
     """
 
     response: str
