@@ -19,11 +19,13 @@ def grown(definition, folder, text, aim):
     definition.write_text(text)
     study = Study.create(definition, folder)
     study.run(workers=1, runner=fake_solver.simulate)
-    stages = grow(folder, Aim.read(aim), workers=1, runner=fake_solver.simulate)
+    growth = grow(folder, Aim.read(aim), workers=1, runner=fake_solver.simulate)
     made = Dataset.open(folder)
     assert made.trusted == made.train
-    assert [stage.runs for stage in stages] == list(range(len(study.train), len(made.train) + 1, BATCH))
-    return stages
+    assert growth.reached
+    assert growth.why == ""
+    assert [stage.runs for stage in growth.stages] == list(range(len(study.train), len(made.train) + 1, BATCH))
+    return growth.stages
 
 
 def test_until_the_moving_bag_is_known(definition, tmp_path, monkeypatch):
