@@ -332,8 +332,8 @@ def _closing(velocities, p, triangles, t, push, drag, k):
     wb, wc = push[k, 1], push[k, 2]
     wa, closing = 1.0 - wb - wc, 0.0
     for i in range(3):
-        place = wa * velocities[a, i] + wb * velocities[b, i] + wc * velocities[c, i]
-        closing -= drag[k, 1 + i] * (velocities[p, i] - place)
+        apart = velocities[p, i] - wa * velocities[a, i] - wb * velocities[b, i] - wc * velocities[c, i]
+        closing -= drag[k, 1 + i] * apart
     return closing
 
 
