@@ -61,9 +61,8 @@ class Pairs:
     node along s n [N], the area coordinates of the triangle's second and third corner, and the height of the node
     [m], (pairs, 4). drag: the part of that force which is damping [N], and s n, (pairs, 4). by_triangle: pairs in the
     order of their triangles, (pairs,) int64; struck_start: (triangles + 1,) int64, those of each triangle. rest: motion
-    of its node and its triangle together
-    [m] up to which a pair need not be looked at, (pairs,); first_rest: the least of each node, (nodes,), inf where
-    there is none. searched_at: node positions when they were found [m], (nodes, 3).
+    of its node and its triangle together [m] up to which a pair need not be looked at, (pairs,); first_rest: the least
+    of each node, (nodes,), inf where there is none. searched_at: node positions when they were found [m], (nodes, 3).
     """
 
     start: np.ndarray
