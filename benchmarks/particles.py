@@ -51,7 +51,7 @@ def full_flock(particles: int, rng: np.random.Generator) -> Flock:
     return Flock(
         place[:particles] * [RADIUS, RADIUS, HALF_DEPTH], rng.normal(0.0, SPEED, (particles, 3)),
         np.zeros(particles, np.int32), np.arange(particles), np.zeros(particles, np.int32),
-        np.full(particles, -1, np.int32), np.zeros(particles, np.int32),
+        np.full(particles, -1, np.int32), np.zeros(particles, np.int32), np.zeros(particles, np.int32),
     )  # fmt: skip
 
 
@@ -76,8 +76,7 @@ def measure(particles: int, element: float, dt: float, breathing: float, steps: 
     bag, shape = full_bag(element)
     triangles = bag.surface.triangles
     n, t = particles, len(triangles)
-    sides = np.zeros(t, np.int32), np.full(t, -1, np.int32)
-    walls = Walls.build(triangles, *sides)
+    walls = Walls.build(triangles, bag.surface.chambers)
     flock, hits, bank = full_flock(n, np.random.default_rng(1)), Hits.empty(n), ImpactBank.empty(t)
     area, response = np.full(t, 1e-5), WallResponse(np.zeros(t), np.zeros(t, np.int32), np.empty(0))
     grid, start = SearchGrid.build(triangles, shape, shape), shape

@@ -31,6 +31,12 @@ class Chambers:
     def count(self) -> int:
         return len(self.names)
 
+    def joined(self, group: np.ndarray) -> Chambers:
+        """Groups of chambers as if each was one; group: (chambers,), number of the group of each."""
+        names = tuple(" and ".join(np.array(self.names)[group == k]) for k in range(int(group.max(initial=-1)) + 1))
+        number = np.append(group, OUTSIDE).astype(np.int32)  # OUTSIDE, -1, is the last entry
+        return Chambers(names, number[self.behind], number[self.ahead])
+
     def boundary(self, chamber: int, triangles: np.ndarray) -> np.ndarray:
         """Triangles (n, 3) around a chamber, with normals out of it; or, of one number per triangle (triangles,), those
         of the same triangles in the same order."""

@@ -50,11 +50,11 @@ def box(divisions=4, rooms=1):
     return np.array(triangles), np.array(list(number), dtype=float) / m, np.array(behind), np.array(ahead)
 
 
-def enclosure(triangles, positions, behind=None, ahead=None):
-    """Of one chamber behind all triangles, or of those given."""
+def enclosure(triangles, positions, behind=None, ahead=None, group=None):
+    """Of one chamber behind all triangles, or of those given; group: of chambers that openings join."""
     if behind is None:
         return Enclosure(triangles, positions, Chambers.single(len(triangles)))
-    return Enclosure(triangles, positions, Chambers(tuple(map(str, range(behind.max() + 1))), behind, ahead))
+    return Enclosure(triangles, positions, Chambers(tuple(map(str, range(behind.max() + 1))), behind, ahead), group)
 
 
 def flock_of(position, velocity, chamber=0):
@@ -62,19 +62,19 @@ def flock_of(position, velocity, chamber=0):
     return Flock(
         np.array(position, dtype=float), np.array(velocity, dtype=float), np.zeros(n, np.int32),
         np.arange(n, dtype=np.int64), np.full(n, chamber, np.int32), np.full(n, -1, np.int32),
-        np.zeros(n, np.int32),
+        np.zeros(n, np.int32), np.zeros(n, np.int32),
     )  # fmt: skip
 
 
 class Scene:
     """Particles inside moving walls; `advance` flies one step to the nodes' new places."""
 
-    def __init__(self, triangles, positions, flock, behind=None, ahead=None, pass_probability=None, fineness=USUAL):
+    def __init__(
+        self, triangles, positions, flock, behind=None, ahead=None, pass_probability=None, fineness=USUAL, group=None
+    ):  # fmt: skip
         n = len(triangles)
         self.triangles, self.positions, self.flock = triangles, np.array(positions, dtype=float), flock
-        self.walls = Walls.build(
-            triangles, np.zeros(n) if behind is None else behind, np.full(n, -1) if ahead is None else ahead
-        )
+        self.walls = Walls.build(triangles, enclosure(triangles, positions, behind, ahead).chambers, group)
         pass_probability = np.zeros(n) if pass_probability is None else pass_probability
         self.response = WallResponse(pass_probability, np.zeros(n, np.int32), np.empty(0))
         self.bank, self.hits = ImpactBank.empty(n), Hits.empty(len(flock.position))

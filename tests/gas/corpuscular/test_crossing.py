@@ -7,6 +7,7 @@ import pytest
 from flights import box, winding
 
 from billow.base.compiled import kernel
+from billow.geometry.chambers import Chambers
 from billow.parts.gas.corpuscular.crossing import BOTH, INWARD, NEVER, OUTWARD, crossing, piece_normal
 from billow.parts.gas.corpuscular.walls import SWEPT_NUMBERS, Walls, may_cross, stays_away, sweep
 
@@ -73,7 +74,7 @@ def _reflect_all(n, nodes, orientation, start, end, swept, x0, x1, away_out, aga
 
 def moving_box(rng, strength):
     triangles, start, _, _ = box(divisions=3)
-    walls = Walls.build(triangles, np.zeros(len(triangles)), np.full(len(triangles), -1))
+    walls = Walls.build(triangles, Chambers.single(len(triangles)))
     return triangles, walls, start, start + rng.normal(0.0, strength, start.shape) + rng.normal(0.0, 0.2, 3)
 
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from flights import Scene, enclosure, flock_of, inside_points, winding
+from flights import Scene, box, enclosure, flock_of, inside_points, winding
 from scipy.linalg import expm
 
 from billow.geometry.bag_shapes import round_bag, square_bag
@@ -116,3 +116,26 @@ def test_no_particle_leaves_a_flat_bag_that_fills():
     assert hits > 100 * len(points)
     assert len(audit(flock, enclosure(triangles, scene.positions))) == 0
     assert (winding(flock.position, triangles, scene.positions) > 0.5).all()
+
+
+@pytest.mark.parametrize("bulge", [(0.6, 0.0), (0.6, 0.7), (1.4, 0.3), (-0.3, -0.9)])
+def test_an_opening_that_bulges_through_fabric_lets_nothing_out(bulge):
+    """Two cubes side by side, the wall between them is open and hangs out through a wall of either, or both."""
+    rng = np.random.default_rng(5)
+    triangles, positions, behind, ahead = box(rooms=2)
+    middle = np.isclose(positions[:, 0], 1.0) & (abs(positions[:, 1:] - 0.5) < 0.3).all(axis=1)
+    positions[middle, :2] += bulge
+    opening = (behind == 0) & (ahead == 1)
+    group = np.zeros(2, np.int32)
+    places, speeds = rng.uniform(0.01, 0.99, (2000, 3)) * [2.0, 1.0, 1.0], rng.normal(0.0, 300.0, (2000, 3))
+    flock = flock_of(places, speeds, (places[:, 0] > 1.0).astype(np.int32))
+    surroundings = enclosure(triangles, positions, behind, ahead, group)
+    assert len(audit(flock, surroundings)) == 0  # and sets the chambers right, where the wall has moved over particles
+    scene = Scene(triangles, positions, flock, behind, ahead, opening * 1.0, group=group)
+    for _ in range(40):
+        scene.advance(1e-4)
+        assert ((flock.position > 0.0) & (flock.position < [2.0, 1.0, 1.0])).all()
+        assert (flock.chamber >= 0).all()
+    chamber = flock.chamber.copy()
+    assert len(audit(flock, surroundings)) == 0
+    assert np.array_equal(chamber, flock.chamber)

@@ -32,6 +32,7 @@ from billow.parts.gas.corpuscular.state import CorpuscularState
 from billow.parts.gas.corpuscular.wall_load import Patches, WallLoad, wall_speed
 from billow.parts.gas.corpuscular.winding_number import audit, bring_back, recheck_parked, winding_numbers
 from billow.parts.gas.gas_model import Bag, Content, GasTotals, SwitchableGas
+from billow.parts.gas.supply.passages import OPENING
 from billow.parts.part import MYLAR_VOLUME, Loads
 
 PARTICLE_LOST = NumericalStop.declare(
@@ -161,7 +162,9 @@ class Corpuscular(Setup, SwitchableGas):
         if time >= gas.next_audit:
             gas.next_audit = time + AUDIT_INTERVAL
             flock = _flock(gas.particles)
+            before = flock.chamber.copy()
             escaped = audit(flock, self._enclosure(bag.positions))
+            self._book_strays(gas, kinds, flock, before)
             gas.escaped += len(escaped)
             bring_back(flock, escaped)
         draw_air_in(self, gas, kinds, bag)
@@ -234,11 +237,25 @@ class Corpuscular(Setup, SwitchableGas):
         gas.energy_at_walls += tally.energy_to_walls
         if tally.parked:
             gas.parked += tally.parked
+            before = flock.chamber.copy()
             recheck_parked(flock, self._enclosure(bag.positions))
+            self._book_strays(gas, kinds, flock, before)
         return flock
 
+    def _book_strays(self, gas: CorpuscularState, kinds: ParticleKinds, flock: Flock, before: np.ndarray) -> None:
+        """Book particles whose chamber was corrected as gas that went through the opening between the two.
+
+        before: (particles,) int32, chambers until now."""
+        strays = np.flatnonzero(flock.chamber != before)
+        for k, row in enumerate(self.supply.passages.rows if len(strays) else ()):
+            if row.kind == OPENING:
+                mass = kinds.mass[flock.species[strays]]
+                left, entered = before[strays], flock.chamber[strays]
+                gas.passed[k] += float(mass[(left == row.behind) & (entered == row.ahead)].sum())
+                gas.passed[k] -= float(mass[(left == row.ahead) & (entered == row.behind)].sum())
+
     def _enclosure(self, positions: np.ndarray) -> Enclosure:
-        return Enclosure(self.surface.triangles, positions, self.chambers)
+        return Enclosure(self.surface.triangles, positions, self.chambers, self.group)
 
     def _collide(self, gas: CorpuscularState, kinds: ParticleKinds, span: float) -> None:
         """Collisions of the time since the last ones, as soon as it is worth the sorting."""
@@ -388,5 +405,5 @@ def _flock(particles: Particles) -> Flock:
     n = particles.count
     return Flock(
         particles.position[:n], particles.velocity[:n], particles.species[:n], particles.identity[:n],
-        particles.chamber[:n], np.full(n, NO_PASSAGE, np.int32), particles.overlap[:n],
+        particles.chamber[:n], np.full(n, NO_PASSAGE, np.int32), particles.overlap[:n], particles.group_overlap[:n],
     )  # fmt: skip

@@ -135,8 +135,9 @@ def piece_normal(nodes, orientation, t, piece, start, end):
 
 
 @scalar
-def beside_wall(t, wi, wj, wk, home, walls, positions, grid):
-    """A point in chamber `home` beside its wall t: half-way to the wall opposite, at most LARGEST_DISTANCE away.
+def beside_wall(t, wi, wj, wk, outward, walls, positions, grid):
+    """A point beside wall t, behind it if a flight `outward` met it: half-way to the wall opposite, at most
+    LARGEST_DISTANCE away.
 
     The line of sight to it is a flight past walls that stand still.
 
@@ -153,7 +154,7 @@ def beside_wall(t, wi, wj, wk, home, walls, positions, grid):
     if length == 0.0:
         return px, py, pz
     orientation = walls.orientation[t]
-    inward = (-orientation if walls.behind[t] == home else orientation) * 2.0 * LARGEST_DISTANCE / length
+    inward = (-orientation if outward else orientation) * 2.0 * LARGEST_DISTANCE / length
     nx, ny, nz = inward * nx, inward * ny, inward * nz
     when = _first_wall(px, py, pz, px + nx, py + ny, pz + nz, t, walls, positions, grid)
     half = 0.5 * max(0.0, min(when, 1.0))

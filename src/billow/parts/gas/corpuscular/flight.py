@@ -52,7 +52,8 @@ class Flock(NamedTuple):
     position: [m], (particles, 3). velocity: [m/s], (particles, 3). species: (particles,) int32. identity: (particles,)
     int64, names the particle in random numbers. chamber: (particles,) int32, OUTSIDE once it has left. exit:
     (particles,) int32, the last opening it passed, -1 if none. overlap: (particles,) int32, layers of fabric through
-    which it has come in from outside and not gone out again; UNCOUNTED after it was put beside a wall.
+    which it has come in from outside and not gone out again; UNCOUNTED after it was put beside a wall. group_overlap:
+    the same of fabric around all chambers that openings join to its own.
     """
 
     position: np.ndarray
@@ -62,6 +63,7 @@ class Flock(NamedTuple):
     chamber: np.ndarray
     exit: np.ndarray
     overlap: np.ndarray
+    group_overlap: np.ndarray
 
 
 class Motion(NamedTuple):
@@ -150,11 +152,13 @@ def fly(
 def _fly(n, flock, particle_mass, walls, swept, grid, motion, response, seed, step, born, hits, sums):
     # numba silently loses what a prange writes to an array of a group, unless the array was taken from the group
     # before, by name, and not by unpacking a tuple of more than three.
-    position, velocity, overlap = flock.position, flock.velocity, flock.overlap
+    position, velocity = flock.position, flock.velocity
+    overlap, group_overlap = flock.overlap, flock.group_overlap
     chamber, exit_out = flock.chamber, flock.exit
     species, identity = flock.species, flock.identity
     nodes, corner, orientation = walls.nodes, walls.corner, walls.orientation
-    behind, ahead = walls.behind, walls.ahead
+    behind, ahead, group = walls.behind, walls.ahead, walls.group
+    group_behind, group_ahead = walls.group_behind, walls.group_ahead
     start, end, dt = motion.start, motion.end, motion.dt
     pass_probability, passage, wall_speed = response.pass_probability, response.passage, response.speed
     first, listed = grid.first, grid.listed
@@ -197,6 +201,7 @@ def _fly(n, flock, particle_mass, walls, swept, grid, motion, response, seed, st
                 p += 1
                 continue
             struck, skip, passed, since, lap = 0, none, none, now - _TIE, overlap[p]
+            crowd, group_lap = group[home], group_overlap[p]
             while True:
                 # First crossing on the path from (px, py, pz) to (x1, y1, z1), searched in pieces that the lists of one
                 # cell cover. Written out here: a call with this many arrays costs as much as the search.
@@ -226,7 +231,12 @@ def _fly(n, flock, particle_mass, walls, swept, grid, motion, response, seed, st
                             > 0.0
                         ):
                             continue
-                        if s == skip or (behind[s] != home and ahead[s] != home):
+                        if s == skip:
+                            continue
+                        own = behind[s] == home or ahead[s] == home
+                        if not own and (
+                            group_behind[s] == group_ahead[s] or (group_behind[s] != crowd and group_ahead[s] != crowd)
+                        ):
                             continue
                         if not may_cross(swept, s, x0, y0, z0, x1, y1, z1, STANDOFF):
                             continue
@@ -235,7 +245,7 @@ def _fly(n, flock, particle_mass, walls, swept, grid, motion, response, seed, st
                         when, which, cut, a, b, c = crossing(
                             nodes, orientation, s, start, end, x0, y0, z0, x1, y1, z1, BOTH, after
                         )
-                        out = OUTWARD if behind[s] == home else INWARD
+                        out = OUTWARD if (behind[s] == home if own else group_behind[s] == crowd) else INWARD
                         if when <= now and which != out:
                             # Rounding near the last reflection: it cannot have come from the other side.
                             when, which, cut, a, b, c = crossing(
@@ -255,17 +265,21 @@ def _fly(n, flock, particle_mass, walls, swept, grid, motion, response, seed, st
                 outward = way == OUTWARD
                 if outward != (approach > 0.0):
                     approach = -approach  # a rounding error of the wrong sign
+                own = behind[t] == home or ahead[t] == home
                 if behind[t] != ahead[t]:
-                    comes_in = outward != (behind[t] == home)
-                    if comes_in or lap > 0:
-                        lap += 1 if comes_in else -1
+                    outer = group_behind[t] != group_ahead[t]
+                    comes_in = outward != (behind[t] == home if own else group_behind[t] == crowd)
+                    if comes_in or (group_lap if outer else lap) > 0:
+                        layer = 1 if comes_in else -1
+                        lap += layer if own else 0
+                        group_lap += layer if outer else 0
                         now, since, skip, passed = fraction, fraction + _LATER, none, none
                         px, py, pz = x0 + vx * (now * dt), y0 + vy * (now * dt), z0 + vz * (now * dt)
                         continue
                 if struck == MOST_HITS:
-                    x1, y1, z1 = beside_wall(t, wi, wj, wk, home, walls, end, grid)
+                    x1, y1, z1 = beside_wall(t, wi, wj, wk, outward, walls, end, grid)
                     tally_out[chunk, 2] += 1
-                    lap = UNCOUNTED
+                    lap = group_lap = UNCOUNTED
                     break
                 if len(wall_speed) > 0:
                     felt = vx * nx + vy * ny + vz * nz - wall_speed[t]
@@ -306,6 +320,7 @@ def _fly(n, flock, particle_mass, walls, swept, grid, motion, response, seed, st
                     if home < 0:
                         x1, y1, z1 = px, py, pz
                         break
+                    crowd, lap = group[home], 0
                     continue
                 left = (1.0 - now) * dt
                 leaves = vx * nx + vy * ny + vz * nz - travel * rate
@@ -316,7 +331,7 @@ def _fly(n, flock, particle_mass, walls, swept, grid, motion, response, seed, st
                 x0, y0, z0 = px - vx * (now * dt), py - vy * (now * dt), pz - vz * (now * dt)
                 x1, y1, z1 = px + vx * left, py + vy * left, pz + vz * left
             position[p, 0], position[p, 1], position[p, 2] = x1, y1, z1
-            overlap[p] = lap
+            overlap[p], group_overlap[p] = lap, group_lap
             if struck > 0:
                 velocity[p, 0], velocity[p, 1], velocity[p, 2] = vx, vy, vz
                 chamber[p] = home

@@ -21,11 +21,13 @@ INSIDE_POINTS = 0x494E5349
 
 @dataclass(frozen=True)
 class Enclosure:
-    """The surface of a bag as it stands: triangles (n, 3), positions [m] (nodes, 3), and its chambers."""
+    """The surface of a bag as it stands: triangles (n, 3), positions [m] (nodes, 3), its chambers, and the groups that
+    openings join them to, (chambers,) int32; None if there are no openings."""
 
     triangles: np.ndarray
     positions: np.ndarray
     chambers: Chambers
+    group: np.ndarray | None = None
 
 
 def points_inside(bag: Enclosure, number: np.ndarray, seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -21,6 +21,7 @@ class ParticleArrays(NamedTuple):
     chamber: np.ndarray
     identity: np.ndarray
     overlap: np.ndarray
+    group_overlap: np.ndarray
 
 
 @dataclass
@@ -30,7 +31,8 @@ class Particles:
     position [m] (capacity, 3); velocity [m/s] (capacity, 3); internal_energy [J] (capacity,); species (capacity,)
     int32; chamber (capacity,) int32; identity (capacity,) int64, never used twice: it names a particle's random
     numbers; overlap (capacity,) int32: how many times more than once its chamber's surface winds around the particle
-    (flight.py), 0 for new particles. 76 bytes a particle, and as many to reorder them.
+    (flight.py), 0 for new particles; group_overlap (capacity,) int32: the same of the surface around all chambers that
+    openings join to it. 80 bytes a particle, and as many to reorder them.
     """
 
     count: int
@@ -41,6 +43,7 @@ class Particles:
     chamber: np.ndarray
     identity: np.ndarray
     overlap: np.ndarray
+    group_overlap: np.ndarray
     next_identity: int = 0
 
     spare = None
@@ -52,6 +55,7 @@ class Particles:
         return cls(
             0, np.zeros((capacity, 3)), np.zeros((capacity, 3)), np.zeros(capacity), np.zeros(capacity, np.int32),
             np.zeros(capacity, np.int32), np.zeros(capacity, np.int64), np.zeros(capacity, np.int32),
+            np.zeros(capacity, np.int32),
         )  # fmt: skip
 
     @property
@@ -71,6 +75,7 @@ class Particles:
                 getattr(grown, name)[: self.count] = getattr(self, name)[: self.count]
                 setattr(self, name, getattr(grown, name))
         self.overlap[self.count : needed] = 0
+        self.group_overlap[self.count : needed] = 0
 
     def add(self, number: int) -> ParticleArrays:
         """New particles with new identities; returns their arrays, which the caller fills in."""
@@ -145,13 +150,16 @@ def _sum(n, particles, mass, number_out, amounts_out):
 def _reorder(n, order, particles, particles_out):
     position, velocity = particles.position, particles.velocity
     internal_energy, species = particles.internal_energy, particles.species
-    chamber, identity, overlap = particles.chamber, particles.identity, particles.overlap
+    chamber, identity = particles.chamber, particles.identity
+    overlap, group_overlap = particles.overlap, particles.group_overlap
     position_out, velocity_out = particles_out.position, particles_out.velocity
     internal_energy_out, species_out = particles_out.internal_energy, particles_out.species
-    chamber_out, identity_out, overlap_out = particles_out.chamber, particles_out.identity, particles_out.overlap
+    chamber_out, identity_out = particles_out.chamber, particles_out.identity
+    overlap_out, group_overlap_out = particles_out.overlap, particles_out.group_overlap
     for i in prange(n):
         p = order[i]
         for axis in range(3):
             position_out[i, axis], velocity_out[i, axis] = position[p, axis], velocity[p, axis]
         internal_energy_out[i], species_out[i] = internal_energy[p], species[p]
-        chamber_out[i], identity_out[i], overlap_out[i] = chamber[p], identity[p], overlap[p]
+        chamber_out[i], identity_out[i] = chamber[p], identity[p]
+        overlap_out[i], group_overlap_out[i] = overlap[p], group_overlap[p]

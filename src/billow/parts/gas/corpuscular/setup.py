@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from billow.geometry.chambers import OUTSIDE, Chambers
 from billow.geometry.flat_cut import flat_area
@@ -16,6 +18,7 @@ from billow.parts.gas.corpuscular.outlets import Outlets
 from billow.parts.gas.corpuscular.state import CorpuscularState
 from billow.parts.gas.corpuscular.wall_load import Squares
 from billow.parts.gas.corpuscular.walls import Walls
+from billow.parts.gas.supply.passages import OPENING
 from billow.parts.gas.supply.supply import Supply
 
 
@@ -49,7 +52,19 @@ class Setup:
 
     @cached_property
     def walls(self) -> Walls:
-        return Walls.build(self.surface.triangles, self.chambers.behind, self.chambers.ahead)
+        return Walls.build(self.surface.triangles, self.chambers, self.group)
+
+    @cached_property
+    def group(self) -> np.ndarray | None:
+        """(chambers,) int32, the same for chambers that openings join; None if there are no openings."""
+        ends = [
+            (row.behind, row.ahead) for row in self.supply.passages.rows if row.kind == OPENING and len(row.triangles)
+        ]
+        if not ends:
+            return None
+        one, other = np.array(ends).T
+        n = self.chambers.count
+        return connected_components(coo_array((np.ones(len(one)), (one, other)), (n, n)), directed=False)[1]
 
     @cached_property
     def outlets(self) -> Outlets:

@@ -9,6 +9,7 @@ import numpy as np
 from numba import prange
 
 from billow.base.compiled import kernel, scalar
+from billow.geometry.chambers import Chambers
 from billow.geometry.triangle import cross, sides
 
 SWEPT_NUMBERS = 25
@@ -32,7 +33,8 @@ class Walls(NamedTuple):
     nodes: (triangles, 3) uint32, each triangle's nodes in ascending order. corner: (triangles, 3) uint8, which corner
     of the triangle each of them is. orientation: (triangles,), +1 if the ascending order has the sense of the triangle,
     else -1. behind, ahead: (triangles,) int32, chamber on the inner side and on the outer side (along the normal), or
-    OUTSIDE (-1).
+    OUTSIDE (-1). group: (chambers,) int32, the same for chambers that openings join. group_behind, group_ahead:
+    (triangles,) int32, groups on both sides, or OUTSIDE.
     """
 
     nodes: np.ndarray
@@ -40,10 +42,15 @@ class Walls(NamedTuple):
     orientation: np.ndarray
     behind: np.ndarray
     ahead: np.ndarray
+    group: np.ndarray
+    group_behind: np.ndarray
+    group_ahead: np.ndarray
 
     @classmethod
-    def build(cls, triangles: np.ndarray, behind: np.ndarray, ahead: np.ndarray) -> Walls:
-        """Walls from (triangles, 3) node indices and the chambers on both sides, (triangles,) each."""
+    def build(cls, triangles: np.ndarray, chambers: Chambers, group: np.ndarray | None = None) -> Walls:
+        """Walls from (triangles, 3) node indices; without `group` no chambers are joined."""
+        group = np.arange(chambers.count, dtype=np.int32) if group is None else group
+        joined = chambers.joined(group)
         corner = np.argsort(triangles, axis=1, kind="stable")
         nodes = np.take_along_axis(triangles, corner, axis=1)
         even = (corner[:, 1] - corner[:, 0]) % 3 == 1
@@ -51,8 +58,11 @@ class Walls(NamedTuple):
             np.ascontiguousarray(nodes, dtype=np.uint32),
             corner.astype(np.uint8),
             np.where(even, 1.0, -1.0),
-            np.ascontiguousarray(behind, dtype=np.int32),
-            np.ascontiguousarray(ahead, dtype=np.int32),
+            np.ascontiguousarray(chambers.behind, dtype=np.int32),
+            np.ascontiguousarray(chambers.ahead, dtype=np.int32),
+            np.ascontiguousarray(group, dtype=np.int32),
+            np.ascontiguousarray(joined.behind, dtype=np.int32),
+            np.ascontiguousarray(joined.ahead, dtype=np.int32),
         )
 
 

@@ -17,12 +17,25 @@ from billow.parts.gas.corpuscular.inside_points import Enclosure, meet, thin_axi
 
 
 def audit(flock: Flock, bag: Enclosure, some: np.ndarray | None = None) -> np.ndarray:
-    """Recount `flock.overlap`, of all or some particles (n,) int64; returns the indices (n,) int64 of those that are
-    not in their chamber. bag: where the particles' step ended."""
+    """Recount both overlaps of all or some particles (n,) int64; returns the indices (n,) int64 of those that are in no
+    chamber of their group. Those that are in another one than their own belong to that one from now on.
+
+    bag: where the particles' step ended."""
     some = np.arange(len(flock.chamber)) if some is None else some
-    winding = winding_numbers(flock.position[some], flock.chamber[some], bag)
-    flock.overlap[some] = np.maximum(winding, 1) - 1
-    return some[(winding < 1) & (flock.chamber[some] >= 0)]
+    some = some[flock.chamber[some] >= 0]
+    winding = around = winding_numbers(flock.position[some], flock.chamber[some], bag)
+    if bag.group is not None:
+        group = bag.group[flock.chamber[some]]
+        joined = Enclosure(bag.triangles, bag.positions, bag.chambers.joined(bag.group))
+        around = winding_numbers(flock.position[some], group, joined)
+        astray = (winding < 1) & (around > 0)
+        for chamber in range(bag.chambers.count):
+            there = np.flatnonzero(astray & (group == bag.group[chamber]))
+            number = winding_numbers(flock.position[some[there]], np.full(len(there), chamber), bag)
+            there, number = there[number > 0], number[number > 0]
+            winding[there], flock.chamber[some[there]], astray[there] = number, chamber, False
+    flock.overlap[some], flock.group_overlap[some] = np.maximum(winding, 1) - 1, np.maximum(around, 1) - 1
+    return some[around < 1]
 
 
 def recheck_parked(flock: Flock, bag: Enclosure) -> None:
@@ -43,6 +56,7 @@ def bring_back(flock: Flock, escaped: np.ndarray) -> None:
         if len(others):
             nearest = others[cKDTree(flock.position[others]).query(flock.position[lost])[1]]
             flock.position[lost], flock.overlap[lost] = flock.position[nearest], flock.overlap[nearest]
+            flock.group_overlap[lost] = flock.group_overlap[nearest]
 
 
 def winding_numbers(points: np.ndarray, chamber: np.ndarray, bag: Enclosure) -> np.ndarray:
