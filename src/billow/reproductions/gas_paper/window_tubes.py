@@ -21,6 +21,8 @@ SHOWN = (2e-3, 5e-3, 10e-3, 20e-3)
 """Times [s] of the sections; the paper's Figure 12 is at 10 ms."""
 HALF_WAY = -0.06
 """Place of the section along y [m]: half way between the lower edge of the tubes and their gallery."""
+WIDTH = 4.2
+"""Width of the column of a gas in the figure [inch]."""
 COLUMNS = {
     "simulated_ms": "simulated [ms]",
     "highest_pressure_kPa": "highest pressure [kPa]",
@@ -92,8 +94,10 @@ def sections(results: Mapping[str, Result]) -> Figure:
         frames = [int(np.abs(result.times - time).argmin()) for time in SHOWN if time <= result.times[-1] + 5e-4]
         shapes[name] = [(result.times[k], result.reference + result.displacement[k]) for k in frames]
     window = window_of(plane, [points for rows in shapes.values() for _, points in rows])
-    figure = Figure((5.5 * len(results), 1.5 * len(SHOWN)), layout="constrained", dpi=150)
-    grid = figure.subplots(len(SHOWN), len(results), squeeze=False)
+    (left, right), (bottom, top) = window
+    height = WIDTH * (top - bottom) / (right - left) + 0.35  # [inch] of a row with its title
+    figure = Figure((WIDTH * len(results), height * len(SHOWN) + 0.3), layout="constrained", dpi=150)
+    grid = figure.subplots(len(SHOWN), len(results), squeeze=False, sharex=True, sharey=True)
     for column, (name, rows) in zip(grid.T, shapes.items(), strict=True):
         for axes in column[len(rows) :]:
             axes.set_axis_off()
@@ -101,6 +105,7 @@ def sections(results: Mapping[str, Result]) -> Figure:
             draw_bag(axes, plane, points, results[name].triangles, colors="#0072b2", linewidths=0.7)
             axes.set(xlim=window[0], ylim=window[1], aspect="equal", title=f"{name}, {1e3 * time:.0f} ms")
             axes.tick_params(labelsize=7)
+    figure.supxlabel("mm", fontsize=8)
     return figure
 
 
