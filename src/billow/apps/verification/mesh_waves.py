@@ -215,11 +215,48 @@ def sound() -> Iterator[Measurement]:
     yield Measurement("amplitude lost in a period [absolute]", 1.0 - (last / first) ** 0.5, 0.0, 3e-2)
 
 
+def wave_between_moving_walls(cells: int, periods: float = 0.8, drift: float = 30.0) -> tuple[float, float]:
+    """Sound along a tube of 1 m that moves through the lattice [m/s], so that its ends pass from cell to cell: mean
+    errors of pressure and velocity together, relative to the amplitude, a tenth of a metre away from the ends and in
+    all cells."""
+    gas, bag = tube(cells, VAN_LEER)
+    state, amplitude = gas.start(bag), 1e-5
+    mean = amplitude * np.sinc(0.5 / cells)  # over a cell
+    rho, end = ATMOSPHERE / (GAS_CONSTANT * WARM), periods * 2.0 / SOUND
+
+    def profile(z):
+        wave = mean * np.cos(math.pi * z)
+        return rho * (1.0 + wave / GAMMA), drift + 0.0 * z, ATMOSPHERE * (1.0 + wave)
+
+    set_gas(gas, state, profile)
+    places = bag.positions[gas.surface.triangles][:, :, 2]
+    ends = np.ptp(places, axis=1) == 0.0  # what the first step books as work begins with the force there
+    state.sheets[0].force[ends] *= 1.0 + amplitude * np.cos(math.pi * places[ends, :1, None])
+    for _ in moved(gas, state, lambda time: bag.positions + [0.0, 0.0, drift * time], end, 0.9):
+        pass
+    z, volume, _, velocity, pressure = along(gas, state)
+    z, turn = z - drift * end, 2.0 * math.pi * periods
+    error = np.abs(pressure / ATMOSPHERE - 1.0 - mean * math.cos(turn) * np.cos(math.pi * z))
+    error += np.abs(GAMMA * (velocity - drift) / SOUND - mean * math.sin(turn) * np.sin(math.pi * z))
+    inner = np.abs(z - 0.5) < 0.4
+    return (
+        float(np.average(error[inner], weights=volume[inner])) / amplitude,
+        float(np.average(error, weights=volume)) / amplitude,
+    )
+
+
 def order() -> Iterator[Measurement]:
-    """M5: the same wave after 0.8 periods, 20 to 80 cells with cut ends: second order, at least 1.5."""
+    """M5: the same wave after 0.8 periods, 20 to 80 cells with cut ends, and between walls that move through the
+    lattice, 80 and 160 cells: second order, at least 1.5 with the cut cells.
+
+    Away from the ends 2 +- 0.15 is asked for. Coarser tubes show more, 2.5: there the limiter at the largest velocity,
+    whose error falls faster, is the larger part (docs/mesh_gas.md, Checks)."""
     errors = [standing_wave(cells, 0.8, 1e-5)[2] for cells in (20, 40, 80)]
     found = [math.log2(a / b) for a, b in pairwise(errors)]
     yield Measurement("order of a sound wave", found[-1], 2.0, 0.25)
+    inner, whole = np.log2(np.divide(*(wave_between_moving_walls(cells) for cells in (80, 160))))
+    yield Measurement("order between moving walls, away from them [absolute]", inner, 2.0, 0.15)
+    yield Measurement("order between moving walls in all cells, at most 1.5", min(whole, 1.5), 1.5, 1e-9)
 
 
 def vortex_in_a_box(cells: int, radius: float = 0.1) -> tuple[float, float]:

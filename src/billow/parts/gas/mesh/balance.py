@@ -12,7 +12,7 @@ import math
 import numpy as np
 from numba import prange
 
-from billow.base.compiled import kernel, scalar
+from billow.base.compiled import inlined, kernel, scalar
 from billow.parts.gas.mesh.slopes import forget
 from billow.parts.gas.mesh.thermodynamics import (
     CAPACITY,
@@ -31,6 +31,9 @@ from billow.parts.gas.mesh.thermodynamics import (
     put_state,
     temperatures,
 )
+
+LARGEST_SHARE = 0.02
+"""Of the thermal energy of a cluster, at most, that motion of its cells against each other holds."""
 
 
 @kernel
@@ -160,20 +163,81 @@ def add_fluxes(
                 bad_out[whose[k]] = mass != 0.0
 
 
+@inlined
+def _differ(d, c, place, slope, a, b, new_volume, old_centroid, new_centroid):
+    """How much faster [m/s] gas is along axis d at the centroid of a cell than that of its cluster c, by the slopes. a,
+    b: number of the cell before and after the step, or -1; centroids as in `geometry`."""
+    faster, is_new = 0.0, b >= 0 and (new_volume[b] != 0.0 or a < 0)
+    for k in range(3 if is_new or a >= 0 else 0):
+        at = new_centroid[b, k] if is_new else old_centroid[a, k]
+        faster += slope[c, k, U + d] * (at - place[c, k])
+    return faster
+
+
 @kernel
-def share_out(n, start, members, after, weight, held, temperature, sound):
-    """Share what the first cells of n clusters hold among their cells, by volume at the end; room for gas or not,
-    nothing is lost."""
-    for c in prange(n):
-        if start[c + 1] - start[c] == 1:
-            continue
-        first = members[start[c]]
-        for m in range(start[c + 1] - 1, start[c] - 1, -1):  # the first one last
-            i = members[m]
-            share = weight[i] / after[c] if after[c] > 0.0 else 1.0 / (start[c + 1] - start[c])
-            for k in range(held.shape[1]):
-                held[i, k] = share * held[first, k]
-            temperature[i], sound[i] = temperature[first], sound[first]
+def share_out(
+    n, start, members, in_old, in_new, new_volume, old_centroid, new_centroid, place, slope, after, weight, table, held,
+    temperature, sound,
+):  # fmt: skip
+    """Share what the first cells of n clusters hold among their cells, by volume at the end; momentum by the slopes of
+    the velocity too. Room for gas or not, nothing is lost.
+
+    A cell that has grown leaves its cluster with the velocity at its own place. With that of the cluster, the scheme
+    would be of first order where walls move from cell to cell: each of these cells would send out a wave. The energy of
+    what cells differ in is taken from their heat, LARGEST_SHARE of it at most; slopes are followed less far than
+    that. in_old, in_new: as in `blend`; place, slope: of the clusters; after, weight: volumes [cells] of clusters and
+    cells at the end.
+    """
+    species = len(table)
+    for team in prange((n + LANES - 1) // LANES):
+        whose, rows, guess = np.empty(LANES, np.int64), np.empty(LANES, np.int64), np.empty(LANES)
+        found, faster, wanted = np.empty((4, LANES)), np.empty(3), np.int64(0)
+        for c in range(team * LANES, min(n, (team + 1) * LANES)):
+            begin, end = start[c], start[c + 1]
+            if end - begin == 1:
+                continue
+            first = members[begin]
+            mass, _, thermal = contents(table, held, first, species)
+            follows = thermal > 0.0 and after[c] > 0.0
+            for m in range(begin, end):
+                follows = follows and weight[members[m]] >= 0.0
+            apart, largest = 0.0, first
+            for m in range(begin, end if follows else begin):
+                i = members[m]
+                largest = i if weight[i] > weight[largest] else largest
+                for d in range(3):
+                    change = _differ(
+                        d, c, place, slope, in_old[i], in_new[i], new_volume, old_centroid, new_centroid
+                    )  # fmt: skip
+                    apart += 0.5 * mass * weight[i] / after[c] * change * change
+            far = math.sqrt(min(1.0, LARGEST_SHARE * thermal / apart)) if apart > 0.0 else 0.0
+            heat = thermal - far * far * apart
+            for m in range(end - 1, begin - 1, -1):  # the first one last
+                i = members[m]
+                share = weight[i] / after[c] if after[c] > 0.0 else 1.0 / (end - begin)
+                for d in range(3 if far > 0.0 else 0):
+                    faster[d] = far * _differ(
+                        d, c, place, slope, in_old[i], in_new[i], new_volume, old_centroid, new_centroid
+                    )  # fmt: skip
+                for k in range(species + 4):
+                    held[i, k] = share * held[first, k]
+                if far > 0.0:
+                    flow = 0.0
+                    for d in range(3):
+                        held[i, species + d] += share * mass * faster[d]
+                        flow += held[i, species + d] ** 2
+                    held[i, species + 3] = share * heat + (0.5 * flow / (share * mass) if share > 0.0 else 0.0)
+                temperature[i], sound[i] = temperature[first], sound[first]
+            if far > 0.0:
+                whose[wanted], rows[wanted], guess[wanted] = c, largest, temperature[first]
+                wanted += 1
+        # All cells of a cluster have one temperature still, that of the largest one, which holds gas.
+        temperatures(wanted, table, held, rows, guess, found)
+        for k in range(wanted):
+            t, cp, gas_constant, mass = found[FOUND, k], found[CAPACITY, k], found[GAS, k], found[MASS, k]
+            for m in range(start[whose[k]], start[whose[k] + 1]):
+                temperature[members[m]] = t
+                sound[members[m]] = math.sqrt(cp / (cp - gas_constant) * gas_constant * t / mass)
 
 
 @scalar

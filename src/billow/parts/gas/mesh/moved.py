@@ -185,7 +185,10 @@ class Moved:
             if hopeless == bad.sum():
                 raise self._negative(held[members[start[first]]], first, time)
             self.donors += int(bad.sum()) - hopeless
-        share_out(count, start, members, clusters.after, self.volume[1], held, temperature, sound)
+        share_out(
+            count, start, members, self.in_old, self.in_new, self.new.volume, self.old.centroid, self.new.centroid,
+            self.place, slope, clusters.after, self.volume[1], self.table, held, temperature, sound,
+        )  # fmt: skip
         self.held, self.temperature, self.sound, self.state = held, temperature, sound, state
 
     def _brake(self, owed: np.ndarray, dt: float) -> None:
