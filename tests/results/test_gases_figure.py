@@ -8,6 +8,8 @@ import pytest
 from typer.testing import CliRunner
 
 from billow.cli.main import app
+from billow.injury.filters import channel_filter
+from billow.reproductions.gas_paper.gases import write_gases
 from billow.results.result import Result
 from billow.run.simulate import simulate
 
@@ -40,3 +42,20 @@ def test_a_column_for_each_run(runs, tmp_path):
     page = (tmp_path / "out" / "gases.md").read_text()
     assert page.count("\n| ") >= 4
     assert (tmp_path / "out" / "gases.png").stat().st_size > 10_000
+
+
+def test_what_the_bag_strikes_has_its_curves_and_times_stand_beside_the_papers(runs, tmp_path):
+    """A free obstacle adds its highest acceleration and last velocity; a case of the paper adds what the paper took."""
+    results = [Result.open(run) for run in runs[:2]]
+    for result in results:
+        result.case_toml["title"] = "Flat driver bag"
+        assert result.free_obstacles
+    write_gases(tmp_path, results)
+    for result, row in zip(results, json.loads((tmp_path / "gases.json").read_text()).values(), strict=True):
+        name, h = result.free_obstacles[0], result.histories
+        assert row["velocity_m_s"] == pytest.approx(h[f"{name}_velocity_z [m/s]"][-1])
+        filtered = channel_filter(h["time [s]"], h[f"{name}_acceleration_z [m/s^2]"], 60)
+        assert row["acceleration_m_s2"] == pytest.approx(filtered.max())
+    page = (tmp_path / "gases.md").read_text()
+    assert "2,546 |" in page
+    assert "110,050 |" in page

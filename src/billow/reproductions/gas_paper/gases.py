@@ -1,5 +1,5 @@
-"""Examples 5.1 and 5.2 of the LS-DYNA paper by several gases, a column for each; or one example on meshes of several
-cell sizes. From runs of examples/paper/square_*.toml, or of any other case."""
+"""Examples 5.1, 5.2 and 6.1 of the LS-DYNA paper by several gases, a column for each; or one example on meshes of
+several cell sizes. From runs of examples/paper/square_*.toml and flat_driver_*.toml, or of any other case."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from billow.base.plot_style import styled
+from billow.injury.filters import channel_filter
 from billow.pictures.scene import Plane
 from billow.pictures.section_figure import draw_bag, window_of
 from billow.results.result import Result
@@ -26,6 +27,16 @@ CURVES = (
     ("volume [m^3]", "volume [l]", 1e3, 0.0),
 )
 """Column, label, scale, and how many times the ambient pressure is taken off."""
+CFC = 60
+"""Channel class of the acceleration, as the paper's curves look."""
+PUBLISHED = {
+    "Square bag, two stages": (21, 2010, 161),
+    "Square bag with a vent": (21, 3148, 372),
+    "Flat driver": (2546, 110050, 13584),
+}
+"""Computing times [s] that the paper gives for 5.1, 5.2 and 6.1 (SMP, AMD 2.8 GHz), by the beginning of the title of
+our case: uniform pressure, ALE, particles."""
+METHODS = {"uniform-pressure": 0, "mesh": 1, "corpuscular": 2}
 COLUMNS = {
     "pressure_kPa": "pressure above ambient at the end [kPa]",
     "highest_kPa": "highest [kPa]",
@@ -33,6 +44,8 @@ COLUMNS = {
     "outgoing_g": "outgoing mass [g]",
     "energy_kJ": "internal energy at the end [kJ]",
     "apart_percent": "pressure, rms difference from the first in the second half [%]",
+    "acceleration_m_s2": f"highest acceleration of what it strikes, CFC {CFC} [m/s²]",
+    "velocity_m_s": "its velocity at the end [m/s]",
 }
 
 
@@ -43,6 +56,13 @@ def label(result: Result) -> str:
         scheme = ", donor" if gas["advection"] == "donor" else ""
         return f"mesh, {1e3 * gas['cell']:g} mm{scheme}"
     return f"{gas['particles']:,} particles" if gas["model"] == "corpuscular" else gas["model"].replace("-", " ")
+
+
+def motion(result: Result) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Times [s], and of the first obstacle that is free, along z, acceleration [m/s^2], filtered, and velocity [m/s]."""
+    h, name = result.histories, result.free_obstacles[0]
+    acceleration = channel_filter(h["time [s]"], h[f"{name}_acceleration_z [m/s^2]"], CFC)
+    return h["time [s]"], acceleration, h[f"{name}_velocity_z [m/s]"]
 
 
 def summary(results: Sequence[Result]) -> list[dict[str, float]]:
@@ -65,6 +85,12 @@ def summary(results: Sequence[Result]) -> list[dict[str, float]]:
                 "apart_percent": 100.0 * float(apart),
             }
         )
+        if result.free_obstacles:
+            times, acceleration, velocity = motion(result)
+            table[-1] |= {
+                "acceleration_m_s2": float(acceleration[times <= end].max()),
+                "velocity_m_s": float(np.interp(end, times, velocity)),
+            }
     return table
 
 
@@ -90,13 +116,36 @@ def figure_of(results: Mapping[str, Result]) -> Figure:
             title = f"{1e3 * results[name].times[k]:.1f} ms"
             title = f"{name}\n{title}" if axes is column[0] else title
             axes.set(xlim=window[0], ylim=window[1], aspect="equal", title=title, xticks=[], yticks=[])
-    for axes, (name, text, scale, off) in zip(below.subplots(1, len(CURVES)), CURVES, strict=True):
+    moves = all(result.free_obstacles for result in results.values())
+    row = below.subplots(1, len(CURVES) + 2 * moves)
+    for axes, (name, text, scale, off) in zip(row, CURVES, strict=False):
         for run, result in results.items():
             h = result.histories
             axes.plot(1e3 * h["time [s]"], scale * (h[name] - off * result.case_toml["ambient"]["pressure"]), label=run)
         axes.set(xlabel="time [ms]", ylabel=text)
+    for run, result in results.items() if moves else ():
+        times, *both = motion(result)
+        for axes, curve in zip(row[-2:], both, strict=True):
+            axes.plot(1e3 * times, curve, label=run)
+    for axes, text in zip(row[-2:] if moves else (), ("acceleration [m/s²]", "velocity [m/s]"), strict=False):
+        axes.set(xlabel="time [ms]", ylabel=text)
     below.axes[0].legend(fontsize=7)
     return figure
+
+
+def times_taken(results: Mapping[str, Result]) -> list[str]:
+    """Lines of a table of computing times, ours and the paper's if it gives any."""
+    title = next(iter(results.values())).case_toml["title"]
+    published = next((times for start, times in PUBLISHED.items() if title.startswith(start)), None)
+    lines = ["| | simulated [ms] | clock [s] | threads | the paper, SMP, AMD 2.8 GHz [s] |", "|---|---|---|---|---|"]
+    for name, result in results.items():
+        record, method = result.record, METHODS.get(result.case_toml["gas"]["model"])
+        theirs = "" if published is None or method is None else f"{published[method]:,}"
+        lines.append(
+            f"| {name} | {1e3 * record['simulated_time']:.3g} | {record['wall_seconds']:.0f} | {record['threads']} | "
+            f"{theirs} |"
+        )
+    return lines
 
 
 def write_gases(folder: Path, runs: Sequence[Result]) -> Path:
@@ -107,11 +156,13 @@ def write_gases(folder: Path, runs: Sequence[Result]) -> Path:
     (folder / "gases.json").write_text(json.dumps(table, indent=1) + "\n")
     with styled():
         figure_of(dict(zip(names, runs, strict=True))).savefig(folder / "gases.png")
+    shown = {key: text for key, text in COLUMNS.items() if all(key in row for row in table.values())}
     lines = [
         f"# {runs[0].case_toml['title'] or 'One case'} by several gases", "",
         "Numbers at the end of the shortest run.", "",
-        f"| | {' | '.join(COLUMNS.values())} |", f"|---|{'---|' * len(COLUMNS)}",
-        *(f"| {name} | {' | '.join(f'{row[key]:.4g}' for key in COLUMNS)} |" for name, row in table.items()), "",
+        f"| | {' | '.join(shown.values())} |", f"|---|{'---|' * len(shown)}",
+        *(f"| {name} | {' | '.join(f'{row[key]:.4g}' for key in shown)} |" for name, row in table.items()), "",
+        *times_taken(dict(zip(names, runs, strict=True))), "",
         "![sections and curves](gases.png)",
     ]  # fmt: skip
     page = folder / "gases.md"
