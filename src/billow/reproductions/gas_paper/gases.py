@@ -59,7 +59,7 @@ def label(result: Result) -> str:
 
 
 def motion(result: Result) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Times [s], and of the first obstacle that is free, along z, acceleration [m/s^2], filtered, and velocity [m/s]."""
+    """Times [s]; of the first free obstacle, along z, acceleration [m/s^2], filtered, and velocity [m/s]."""
     h, name = result.histories, result.free_obstacles[0]
     acceleration = channel_filter(h["time [s]"], h[f"{name}_acceleration_z [m/s^2]"], CFC)
     return h["time [s]"], acceleration, h[f"{name}_velocity_z [m/s]"]
