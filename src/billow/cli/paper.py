@@ -44,7 +44,7 @@ def paper(
     ] = None,
     gas: Annotated[
         list[Path] | None,
-        typer.Option(metavar="RUN", help="LS-DYNA paper, 5.1 or 5.2: a run by one gas or on one mesh; for each again."),
+        typer.Option(metavar="RUN", help="LS-DYNA paper, 5.1, 5.2, 6.1: a run by one gas or mesh; for each again."),
     ] = None,
     kept: Annotated[Path | None, typer.Option(help="Folder for finished fits (default: OUT/kept).")] = None,
     memory: Memory = 4.0,
@@ -55,7 +55,7 @@ def paper(
     every fit is kept, and the paper's networks are saved every 30 s.
 
     --tubes writes section 5.3 of the LS-DYNA paper from two runs of examples/paper/window_tubes_*.toml; --gas, once for
-    each run, section 5.1 or 5.2 from runs of one case by several gases, or with several values of gas.cell.
+    each run, section 5.1, 5.2 or 6.1 from runs of one case by several gases, or with several values of gas.cell.
     """
     from billow.reproductions.gas_paper.gases import write_gases
     from billow.reproductions.gas_paper.window_tubes import write_tubes
