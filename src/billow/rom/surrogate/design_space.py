@@ -107,12 +107,11 @@ def design_rows(design, parameters: tuple[Parameter, ...]) -> tuple[np.ndarray, 
             raise ValueError(f"values of shape {rows.shape} were given for {len(names)} parameters")
         if not rows.size:
             raise ValueError("no design was given")
-        if not np.isfinite(rows).all():
-            raise ValueError("a value is not a finite number")
         if not np.abs(rows).max() < LARGEST:
-            raise ValueError(f"a value lies beyond {LARGEST:.0e}")
-        for parameter, column in zip(parameters, rows.T, strict=True):
-            if parameter.levels and np.abs(column - np.round(column)).max() > SAME_LEVEL:
+            finite = np.isfinite(rows).all()
+            raise ValueError(f"a value lies beyond {LARGEST:.0e}" if finite else "a value is not a finite number")
+        for k, parameter in enumerate(parameters):
+            if parameter.levels and np.abs(rows[..., k] - np.round(rows[..., k])).max() > SAME_LEVEL:
                 levels = ", ".join(f"{name} ({k})" for k, name in enumerate(parameter.levels))
                 raise ValueError(f"a value of {parameter.name} lies between its levels, {levels}")
     except (TypeError, ValueError) as error:
@@ -129,12 +128,14 @@ def _numbers(values, parameter: Parameter) -> np.ndarray:
 
 def check_design(rows: np.ndarray, parameters: tuple[Parameter, ...]) -> None:
     """InputError E-ROM-002 if a value lies outside the range its parameter was trained on."""
-    low, high = bounds(parameters)
-    slack = BOUND_TOLERANCE * (high - low)
-    outside = (rows < low - slack) | (rows > high + slack)
-    if outside.any():
-        row, column = np.argwhere(outside)[0]
-        p, value = parameters[column], rows[row, column]
+    for p, column, least, most in zip(
+        parameters, rows.T, rows.min(axis=0).tolist(), rows.max(axis=0).tolist(), strict=True
+    ):
+        slack = BOUND_TOLERANCE * (p.high - p.low)
+        if p.low - slack <= least and most <= p.high + slack:
+            continue
+        row = int(np.argmax((column < p.low - slack) | (column > p.high + slack)))
+        value = column[row]
         raise OUTSIDE_RANGE(name=p.name, value=value, unit=p.unit, row=row, label=p.label, low=p.low, high=p.high)
 
 

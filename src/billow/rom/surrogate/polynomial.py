@@ -15,11 +15,12 @@ def count(parameters: int, quadratic: bool) -> int:
 def terms(centred: np.ndarray, quadratic: bool) -> np.ndarray:
     """Constant, linear, and with `quadratic` squares and products, (runs, terms). centred: (runs, parameters), every
     range from -1 to 1."""
-    parts = [np.ones((len(centred), 1)), centred]
-    if quadratic:
-        one, other = _pairs(centred.shape[1])
-        parts.append(centred.take(one, axis=1) * centred.take(other, axis=1))
-    return np.concatenate(parts, axis=1)
+    whole = np.ones((len(centred), centred.shape[1] + 1))
+    whole[:, 1:] = centred
+    if not quadratic:
+        return whole
+    one, other = _pairs(whole.shape[1])  # with the constant first, a product of two is every term
+    return whole.take(one, axis=1) * whole.take(other, axis=1)
 
 
 _pairs = functools.cache(np.triu_indices)

@@ -74,8 +74,12 @@ class InputScaling:
         unit = ((times - self.start) / (self.end - self.start))[..., None]
         if self.recipe == "paper":
             return unit
-        angle = np.pi * unit * np.array(self.frequencies)
+        angle = unit * self._rates
         return np.concatenate([unit, np.sin(angle), np.cos(angle)], axis=-1)
+
+    @cached_property
+    def _rates(self) -> np.ndarray:
+        return np.pi * np.array(self.frequencies)
 
     def __call__(self, design: np.ndarray, times: np.ndarray, further: np.ndarray | None = None) -> np.ndarray:
         """Every design at every time: (runs, parameters), (times,) or (runs, times) -> (runs * times, width)
@@ -139,12 +143,11 @@ class OutputScaling:
         if np.array_equal(times, self.times):
             return self.mean, self.deviation
         both, rise = self._both
-        before = np.minimum(np.maximum(np.searchsorted(self.times, times) - 1, 0), len(rise) - 1)
-        start, stop = self.times[before], self.times[before + 1]
-        part = np.minimum(np.maximum((times - start) / (stop - start), 0.0), 1.0).astype(np.float32)[..., None]
-        found = rise[before]
-        found *= part
-        found += both[before]
+        place = np.interp(times, self.times, self._count)
+        before = np.minimum(place.astype(int), len(rise) - 1)
+        found = rise.take(before, axis=0)
+        found *= (place - before).astype(np.float32)[..., None]
+        found += both.take(before, axis=0)
         return found[..., : self.mean.shape[1]], found[..., self.mean.shape[1] :]
 
     @cached_property
@@ -153,17 +156,24 @@ class OutputScaling:
         both = np.concatenate([self.mean, self.deviation], axis=1)
         return both, np.diff(both, axis=0)
 
+    @cached_property
+    def _count(self) -> np.ndarray:
+        """0, 1, 2, ... of `times`."""
+        return np.arange(len(self.times), dtype=float)
 
-def silu(x: np.ndarray) -> np.ndarray:
-    """-y / (1 + exp(-y)) of x = -y, in place: what is mirrored throughout needs no negative for the exponential."""
-    gate = np.exp(x)  # exp(-y) = inf gives the right limit, 0; whoever calls ignores the overflow
+
+def silu(half: np.ndarray) -> np.ndarray:
+    """y / (1 + exp(-y)) of half = y / 2, in place, as half (1 + tanh half): one function and no overflow."""
+    gate = np.tanh(half)
     gate += 1.0
-    x /= gate
-    return x
+    half *= gate
+    return half
 
 
 ACTIVATIONS = {"shared": silu, "paper": lambda x: np.tanh(x, out=x)}
-"""Recipes and their activation functions, mirrored: from -y to minus the answer for y; they work in place."""
+"""Recipes and their activation functions; they work in place."""
+PART = {"shared": 0.5, "paper": 1.0}
+"""Of a layer's sum, that its activation function is given."""
 
 
 @dataclass(frozen=True)
@@ -194,75 +204,84 @@ class Regression:
         if self.recipe == "paper":
             return self.by_member(design, times, further)[0]
         with np.errstate(over="ignore", invalid="ignore"):  # an overflow stays one to the end and is raised below
-            at = self.common(design, times)
-            hidden = self._hidden(design, at, further)
+            centred = self.inputs.design(design)
+            at = self._common(centred, times)
             # The last layer is linear: the mean over members is one product with all their last layers.
             weight, bias = self._mean_layer
-            answer = hidden.transpose(1, 0, 2).reshape(hidden.shape[1], -1) @ weight
+            answer = self._hidden(centred, at, further) @ weight
             answer += bias
             return _finite(self.outputs.back(answer.reshape(len(design), len(times), -1), at))
 
     def by_member(self, design: np.ndarray, times: np.ndarray, further: np.ndarray | None = None) -> np.ndarray:
         """Coefficients by each member: [m], (members, runs, times, outputs) float32."""
         with np.errstate(over="ignore", invalid="ignore"):
-            at = self.common(design, times)
-            answer = self._hidden(design, at, further) @ -self.weights[-1] + self.biases[-1]
+            centred = self.inputs.design(design)
+            at = self._common(centred, times)
+            answer = self._side_by_side(self._hidden(centred, at, further)) @ self.weights[-1] + self.biases[-1]
             if self.recipe == "paper":
                 answer = answer.transpose(2, 1, 0)
             return _finite(self.outputs.back(answer.reshape(self.members, len(design), len(times), -1), at))
 
     def common(self, design: np.ndarray, times: np.ndarray) -> np.ndarray:
         """The times by which scalings go: [s], (times,) as they are, or (runs, times) by the clock of each design."""
-        return times if self.clock is None else self.clock(self.inputs.design(design), times)
+        return self._common(self.inputs.design(design), times)
+
+    def _common(self, centred, times):
+        return times if self.clock is None else self.clock(centred, times)
 
     @cached_property
     def _mean_layer(self):
-        weight = (-self.weights[-1] / self.members).reshape(-1, self.weights[-1].shape[2])
+        weight = (self.weights[-1] / self.members).reshape(-1, self.weights[-1].shape[2])
         return weight, self.biases[-1].mean(axis=0)
 
-    def _hidden(self, design, times, further):
-        """Last hidden layer, mirrored as all are (`ACTIVATIONS`): (networks, runs * times, neurons)."""
+    def _hidden(self, centred, times, further):
+        """Last hidden layer: (runs * times, networks * neurons). The networks' neurons stand side by side, so that all
+        of them are one array to activation functions and to the last layer."""
         activation = ACTIVATIONS[self.recipe]
-        hidden = activation(self._first(design, times, further))
-        for weight, bias in zip(self.weights[1:-1], self.biases[1:-1], strict=True):
-            hidden = hidden @ weight  # one small product per network
-            hidden -= bias
-            hidden = activation(hidden)
+        hidden = activation(self._first(centred, times, further))
+        for weight, bias in self._inner:
+            after = np.empty((len(hidden), bias.size), np.float32)
+            np.matmul(self._side_by_side(hidden), weight, out=self._side_by_side(after))  # a small product per network
+            after += bias
+            hidden = activation(after)
         return hidden
 
-    def _first(self, design, times, further):
-        """First layer before its activation, mirrored: (networks, runs * times, neurons).
+    def _side_by_side(self, layer):
+        """A view of a layer (rows, networks * neurons) as (networks, rows, neurons)."""
+        return layer.reshape(len(layer), len(self.weights[0]), -1).transpose(1, 0, 2)
+
+    def _first(self, centred, times, further):
+        """First layer before its activation, times `PART`: (runs * times, networks * neurons).
 
         It is linear, so that the shares of designs, times and further inputs are found apart and added: a product for
         every design instead of one for every design and time, and, without a clock, that of the trained times once for
         all.
         """
-        of_design = self.inputs.design(design).astype(np.float32) @ self._mirrored[0]
+        of_design = centred.astype(np.float32) @ self._outer[0]
+        of_design += self._outer[3]
         if times.ndim > 1:
-            of_time = self._of_times(times.ravel()).reshape(len(of_design), *times.shape, -1)
+            first = self._of_times(times.ravel()).reshape(*times.shape, -1)
+            first += of_design[:, None]
         else:
             trained = np.array_equal(times, self.outputs.times)
-            of_time = (self._mirrored_trained if trained else self._of_times(times))[:, None]
-        first = of_design[:, :, None] + of_time  # (networks, runs, times, neurons)
+            first = of_design[:, None] + (self._of_trained if trained else self._of_times(times))
         if further is not None:
             flat = np.asarray(further, np.float32).reshape(-1, self.inputs.further)
-            first += (flat @ self._mirrored[2]).reshape(first.shape)
-        return first.reshape(len(first), -1, first.shape[-1])
+            first += (flat @ self._outer[2]).reshape(first.shape)
+        return first.reshape(-1, first.shape[-1])
 
     def _of_times(self, times):
-        """Share of some times and the bias in the first layer, mirrored: (networks, times, neurons)."""
-        answer = self.inputs.time(times).astype(np.float32) @ self._mirrored[1]
-        answer -= self.biases[0]
-        return answer
+        """Share of some times in the first layer, times `PART`: (times, networks * neurons)."""
+        return self.inputs.time(times).astype(np.float32) @ self._outer[1]
+
+    @cached_property
+    def _of_trained(self) -> np.ndarray:
+        return self._of_times(self.outputs.times)
 
     @cached_property
     def of_trained_times(self) -> np.ndarray:
         """Share of the trained times and the bias in the first layer: (networks, times, neurons)."""
-        return -self._mirrored_trained
-
-    @cached_property
-    def _mirrored_trained(self) -> np.ndarray:
-        return self._of_times(self.outputs.times)
+        return self.inputs.time(self.outputs.times).astype(np.float32) @ self.first_weights[1] + self.biases[0]
 
     @cached_property
     def first_weights(self) -> list[np.ndarray]:
@@ -270,5 +289,17 @@ class Regression:
         return np.split(self.weights[0], (len(self.inputs.low), self.inputs.width - self.inputs.further), axis=1)
 
     @cached_property
-    def _mirrored(self) -> list[np.ndarray]:
-        return [-weights for weights in self.first_weights]
+    def _outer(self) -> list[np.ndarray]:
+        """`first_weights` and the bias, times `PART`, of all networks: each (inputs, networks * neurons)."""
+        part, networks = np.float32(PART[self.recipe]), len(self.weights[0])
+        return [
+            np.ascontiguousarray(part * values.transpose(1, 0, 2).reshape(values.shape[1], networks * values.shape[2]))
+            for values in (*self.first_weights, self.biases[0])
+        ]
+
+    @cached_property
+    def _inner(self) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Weights (networks, inputs, neurons) and biases (networks * neurons,) of the layers between, times `PART`."""
+        part = np.float32(PART[self.recipe])
+        layers = zip(self.weights[1:-1], self.biases[1:-1], strict=True)
+        return [(part * weight, part * bias.ravel()) for weight, bias in layers]
