@@ -4,15 +4,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.stats import norm, qmc
+from scipy.stats import binomtest, norm, qmc
 
-from billow.base.errors import InputError
+from billow.base.errors import InputError, IntegrityError
 from billow.design.gaussian_process import Axes, GaussianProcess
 from billow.design.optimum import Goal, optimise
 from billow.design.robust import read_values, robustness, scattered
 from billow.design.sensitivity import correlations, indices, main_effects
-from billow.design.surface import learn
+from billow.design.surface import _quantile, learn
 from billow.design.surfaces import ResponseSurfaces
+from billow.results.tensor_file import read_tensors, write_tensors
 from trust.small_surfaces import small_surfaces, small_table, truth
 
 
@@ -86,6 +87,54 @@ def test_intervals_do_not_shrink_where_a_process_is_sure_of_itself():
         assert ((found[:, 1] <= values[48:]) & (values[48:] <= found[:, 2])).mean() > 0.75
         width = np.ptp(surface.interval(np.array([np.full(6, 0.5), np.ones(6)]))[:, 1:], axis=1)
         assert width[1] > width[0]
+
+
+def test_intervals_are_as_much_wider_as_surfaces_that_miss_a_fold_lie_apart():
+    random = np.random.default_rng(0)
+    points = random.random((32, 2))
+    values = np.sin(3 * points[:, 0]) * (1.0 + points[:, 1]) + 0.02 * random.standard_normal(32)
+    surface = learn(Axes((0, 0)), points, values, [[k] for k in range(32)], "identity")
+    asked = random.random((50, 2))
+    _, whole = surface.distribution(asked)
+    _, alone = replace(surface, folds=surface.folds[:1]).distribution(asked)
+    means = np.stack([process.predict(asked)[0] for process in surface.folds])
+    assert whole**2 - alone**2 == pytest.approx(means.var(axis=0), abs=1e-12)
+    assert np.ptp(surface.interval(asked)[:, 1:], axis=1) == pytest.approx(2 * 1.6448536 * whole)
+    assert surface.value(asked) == pytest.approx(surface.interval(asked)[:, 0], abs=1e-12)
+
+
+def test_a_further_value_lies_below_a_quantile_as_often_as_it_says():
+    """The k-th of n values of a kind has k / (n + 1) of all further ones below it."""
+    assert _quantile(np.arange(48.0, 0.0, -1.0), 0.9) == pytest.approx(0.9 * 49)
+    assert _quantile(np.arange(1.0, 6.0), 0.95) == 5.0
+
+
+def test_a_verdict_says_how_many_runs_lay_in_intervals_and_doubts_intervals_that_miss():
+    random = np.random.default_rng(2)
+    points = random.random((60, 2))
+    values = np.sin(3 * points[:, 0]) + points[:, 1] + 0.02 * random.standard_normal(60)
+    rows = [[k] for k in range(40)]
+    for away, word in ((0.0, "usable"), (1.0, "indicative")):
+        unseen = points[40:], np.append(values[40:59] + away, np.nan)
+        verdict = learn(Axes((0, 0)), points[:40], values[:40], rows, "identity", unseen).verdict
+        assert verdict.word == word
+        assert verdict.asked == 59
+        assert (verdict.held > 48) == (word == "usable")
+        ends = binomtest(verdict.held, 59).proportion_ci(0.95)
+        assert verdict.coverage == pytest.approx((ends.low, ends.high))
+        assert f"90 % intervals held {verdict.held} of 59 runs" in str(verdict)
+    assert "intervals miss more than they say" in str(verdict)
+
+
+def test_a_file_of_another_version_is_refused_with_the_reason(surfaces, tmp_path):
+    path = surfaces.save(tmp_path / "r.safetensors")
+    tensors, record = read_tensors(path, ValueError)
+    del record["sha256"]
+    write_tensors(path, tensors, record | {"format": 2})
+    with pytest.raises(IntegrityError) as caught:
+        ResponseSurfaces.load(path)
+    assert caught.value.code == "E-DES-012"
+    assert "version 2" in str(caught.value)
 
 
 def ishigami(unit):

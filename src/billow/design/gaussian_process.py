@@ -23,8 +23,8 @@ JITTER = 1e-8
 """Added to the nugget: correlations of near points are singular to rounding."""
 LEAST_VARIANCE = 1e-18
 """Of a process, of standardised values: those of a straight line have none but rounding."""
-AT_ONCE = 2_000
-"""Designs that are answered at once, to fit into memory."""
+AT_ONCE = 40_000
+"""Correlations of designs with runs that are found at once, to fit into the cache."""
 
 
 @dataclass(frozen=True)
@@ -111,15 +111,29 @@ class GaussianProcess:
 
         The deviation holds the uncertainty of the mean function, and the noise of a run.
         """
-        blocks = [self._block(block) for block in np.split(points, range(AT_ONCE, len(points), AT_ONCE))]
+        blocks = [self._block(block) for block in self._split(points)]
         mean, deviation = (np.concatenate(parts) for parts in zip(*blocks, strict=True))
         return mean, deviation
 
-    def _block(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    @one_blas_thread()
+    def mean(self, points: np.ndarray) -> np.ndarray:
+        """Mean alone of `predict`, (designs,)."""
+        return np.concatenate([self._back(self._between(block)[0]) for block in self._split(points)])
+
+    def _split(self, points: np.ndarray) -> list[np.ndarray]:
+        size = max(AT_ONCE // len(self.values), 1)
+        return np.split(points, range(size, len(points), size))
+
+    def _between(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Mean of the standardised values (designs,), correlation with the runs, and functions of the mean."""
         known, columns = self._known, self.axes.columns(points)
         between = matern(_squares(columns * np.exp(-self.log_lengths)[self.axes.owner], known.scaled))
         trend = self.axes.trend(columns)
-        mean = trend @ known.weights + between @ known.residual
+        return trend @ known.weights + between @ known.residual, between, trend
+
+    def _block(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        known = self._known
+        mean, between, trend = self._between(points)
         inner = known.whitener @ between.T
         away = trend - inner.T @ known.whitened_trend
         lost = known.trend_whitener @ away.T
@@ -173,8 +187,13 @@ def _squares(one: np.ndarray, other: np.ndarray) -> np.ndarray:
 
 def matern(squares: np.ndarray) -> np.ndarray:
     """Matern 5/2 correlation at squared distances over lengths (Rasmussen and Williams, equation 4.17)."""
+    third = (5.0 / 3.0) * squares
     r = np.sqrt(5.0 * squares)
-    return (1.0 + r + r * r / 3.0) * np.exp(-r)
+    decay = np.exp(-r)
+    r += third
+    r += 1.0
+    r *= decay
+    return r
 
 
 def _objective(logs: np.ndarray, squares: np.ndarray, trend: np.ndarray, standard: np.ndarray):

@@ -49,7 +49,8 @@ DAMAGED = IntegrityError.declare(
     cause="a copy that was cut short, a file of another kind, or of another version",
     remedy="make it again: billow design train STUDY --out responses.safetensors",
 )
-FILE_FORMAT = 2
+FILE_FORMAT = 3
+"""3: with the processes that miss a fold, and what intervals held."""
 UNREADABLE = InputError.declare(
     "E-DES-013",
     "the file of response surfaces cannot be read",
@@ -105,9 +106,10 @@ class ResponseSurfaces:
                 raise NO_RANGE(name=parameter.name)
         axes = Axes(tuple(len(parameter.levels) for parameter in table.parameters))
         unit, groups = to_unit(designs, table.parameters), distinct(designs, table.parameters)
+        others = to_unit(table.designs[train:], table.parameters)
         surfaces = tuple(
-            learn(axes, unit, column, groups, response.scale)
-            for response, column in zip(table.responses, values.T, strict=True)
+            learn(axes, unit, column[:train], groups, response.scale, (others, column[train:]))
+            for response, column in zip(table.responses, table.values.T, strict=True)
         )
         unseen = np.column_stack([table.designs[train:], table.values[train:]])
         return cls(table.title, table.parameters, table.responses, table.units, surfaces, designs, values, unseen,
@@ -192,8 +194,9 @@ class ResponseSurfaces:
             tensors |= {f"{k}.factors": surface.factors, f"{k}.held_out": surface.held_out}
             if surface.process is not None:
                 process = surface.process
+                every = [np.append(one.log_lengths, one.log_nugget) for one in (process, *surface.folds)]
                 tensors |= {f"{k}.points": process.points, f"{k}.values": process.values,
-                            f"{k}.logs": np.append(process.log_lengths, process.log_nugget)}  # fmt: skip
+                            f"{k}.logs": np.array(every), f"{k}.fold": surface.fold.astype(float)}  # fmt: skip
         record = {
             "format": FILE_FORMAT, "kind": "response surfaces", "title": self.title, "digest": self.digest,
             "runs": list(self.runs), "parameters": [asdict(p) for p in self.parameters], "units": list(self.units),
@@ -210,8 +213,10 @@ class ResponseSurfaces:
         except OSError as error:
             raise UNREADABLE(path=path, why=error) from error
         try:
-            if record["kind"] != "response surfaces" or record["format"] != FILE_FORMAT:
-                raise ValueError("it is of another kind or version")
+            if record["kind"] != "response surfaces":
+                raise ValueError("it is of another kind")
+            if record["format"] != FILE_FORMAT:
+                raise ValueError(f"it is of version {record['format']}, and this Billow reads {FILE_FORMAT}")
             parameters = tuple(map(parameter_of, record["parameters"]))
             axes = Axes(tuple(len(parameter.levels) for parameter in parameters))
             surfaces = tuple(_surface(axes, tensors, k, told) for k, told in enumerate(record["surfaces"]))
@@ -250,14 +255,24 @@ class ResponseSurfaces:
 
 def _surface(axes: Axes, tensors: dict[str, np.ndarray], k: int, told: dict) -> Surface:
     verdict = Verdict(**{key: float("nan") if value is None else value for key, value in told["verdict"].items()})
-    process = None
+    if not (type(verdict.held) is type(verdict.asked) is int and 0 <= verdict.held <= verdict.asked):
+        raise ValueError("its verdict cannot be read")
+    process, fold, folds = None, np.empty(0, int), ()
     if f"{k}.points" in tensors:
-        logs, points, values = (tensors[f"{k}.{name}"] for name in ("logs", "points", "values"))
-        if points.shape != (len(values), len(axes.levels)) or logs.shape != (len(axes.levels) + 1,):
+        logs, points, values, fold = (tensors[f"{k}.{name}"] for name in ("logs", "points", "values", "fold"))
+        if points.shape != (len(values), len(axes.levels)) or logs.shape[1:] != (len(axes.levels) + 1,):
             raise ValueError("its parts do not fit together")
-        if not all(np.isfinite(array).all() for array in (logs, points, values)) or not np.ptp(values) > 0.0:
+        if fold.shape != values.shape or sorted(set(fold.tolist())) != list(range(len(logs) - 1)):
+            raise ValueError("its folds do not fit its runs")
+        if not all(np.isfinite(array).all() for array in (logs, points, values)):
             raise ValueError("a number is not finite")
-        process = GaussianProcess(axes, points, values, logs[:-1], float(logs[-1]))
+        kept = [np.full(len(values), True), *(fold != number for number in range(len(logs) - 1))]
+        if not all(rows.any() and np.ptp(values[rows]) > 0.0 for rows in kept):
+            raise ValueError("its values are all the same")
+        process, *folds = (
+            GaussianProcess(axes, points[rows], values[rows], one[:-1], float(one[-1]))
+            for rows, one in zip(kept, logs, strict=True)
+        )
     elif verdict.usable:
         raise ValueError("a surface is missing")
     if told["scale"] not in ("identity", "log", "root") or tensors[f"{k}.factors"].shape != (len(LEVELS),):
@@ -265,4 +280,5 @@ def _surface(axes: Axes, tensors: dict[str, np.ndarray], k: int, told: dict) -> 
     common = float(told["common"])
     if not 0.0 <= common < float("inf"):
         raise ValueError("its intervals cannot be read")
-    return Surface(process, told["scale"], tensors[f"{k}.factors"], verdict, tensors[f"{k}.held_out"], common)
+    return Surface(process, told["scale"], tensors[f"{k}.factors"], verdict, tensors[f"{k}.held_out"], common,
+                   fold.astype(int), tuple(folds))  # fmt: skip
