@@ -12,6 +12,7 @@ from numba import prange
 from billow.base.compiled import CHUNK, inlined, kernel, scalar
 from billow.base.quality import Criterion, criterion
 from billow.geometry.near_pairs import near_pairs
+from billow.geometry.neighbours import by_halves
 from billow.geometry.surface import Surface
 from billow.geometry.triangle import cross, double_area_vector, sides
 from billow.parts.part import FRICTION, STORED, Account, Booking, Loads, Moment, Part
@@ -59,10 +60,9 @@ class Pairs:
     start: (nodes + 1,) int64, the pairs of each node. triangle: (pairs,) int64. side: (pairs,), +1 or -1, or 0 while
     the node is not over the triangle. gap and near, the compression of the spring: [m], (pairs,). push: force on each
     node along s n [N], the area coordinates of the triangle's second and third corner, and the height of the node
-    [m], (pairs, 4). drag: the part of that force which is damping [N], and s n, (pairs, 4). by_triangle: pairs in the
-    order of their triangles, (pairs,) int64; struck_start: (triangles + 1,) int64, those of each triangle. rest: motion
-    of its node and its triangle together [m] up to which a pair need not be looked at, (pairs,); first_rest: the least
-    of each node, (nodes,), inf where there is none. searched_at: node positions when they were found [m], (nodes, 3).
+    [m], (pairs, 4). drag: the part of that force which is damping [N], and s n, (pairs, 4). rest: motion of its node
+    and its triangle together [m] up to which a pair need not be looked at, (pairs,); first_rest: the least of each
+    node, (nodes,), inf where there is none. searched_at: node positions when they were found [m], (nodes, 3).
     """
 
     start: np.ndarray
@@ -72,19 +72,16 @@ class Pairs:
     near: np.ndarray
     push: np.ndarray
     drag: np.ndarray
-    by_triangle: np.ndarray
-    struck_start: np.ndarray
     rest: np.ndarray
     first_rest: np.ndarray
     searched_at: np.ndarray
 
     @classmethod
-    def none(cls, nodes: int, triangles: int) -> Pairs:
+    def none(cls, nodes: int) -> Pairs:
         """No pairs yet; the first use looks for them."""
         return cls(
             np.zeros(nodes + 1, np.int64), np.zeros(0, np.int64), np.zeros(0), np.zeros(0), np.zeros(0),
-            np.zeros((0, 4)), np.zeros((0, 4)), np.zeros(0, np.int64), np.zeros(triangles + 1, np.int64),
-            np.zeros(0), np.full(nodes, np.inf), np.full((nodes, 3), np.inf),
+            np.zeros((0, 4)), np.zeros((0, 4)), np.zeros(0), np.full(nodes, np.inf), np.full((nodes, 3), np.inf),
         )  # fmt: skip
 
 
@@ -92,7 +89,8 @@ class Pairs:
 class SelfContact(Part):
     """What never changes.
 
-    triangles: all of the surface, (triangles, 3) uint32. solid: indices of those that can be touched, (solid,) int64.
+    triangles: all of the surface, (triangles, 3) uint32. solid: indices of those that can be touched, (solid,) int64,
+    neighbours beside each other, for the search.
     touchable: (n,) int64, nodes of solid triangles. stiffness [N/m], damping [N s/m]: (nodes,). gap: [m].
     """
 
@@ -113,12 +111,15 @@ class SelfContact(Part):
         gap = GAP_IN_EDGES * float(edges.mean())
         touchable = np.unique(surface.triangles[solid]).astype(np.int64)
         stiffness = STIFFNESS * mass / crossing_time**2
+        turned = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        turned *= np.ptp(start) / np.maximum(np.linalg.norm(turned, axis=1, keepdims=True), 1e-300)
+        solid = solid[by_halves(np.hstack([corners.mean(axis=1), turned]))]  # layers that lie on each other stay apart
         return cls(surface.triangles, solid, touchable, stiffness, 2.0 * DAMPING * np.sqrt(stiffness * mass), gap)
 
     accounts = (SELF_CONTACT, FRICTION)
 
     def start(self, bag) -> Pairs:
-        return Pairs.none(len(self.stiffness), len(self.triangles))
+        return Pairs.none(len(self.stiffness))
 
     def add_forces(
         self, pairs: Pairs, positions: np.ndarray, velocities: np.ndarray, dt: float, loads: Loads
@@ -130,27 +131,25 @@ class SelfContact(Part):
         """
         n = len(positions)
         moved = np.empty(n)
-        largest = _measure_motion(n, pairs.searched_at, positions, moved)
+        largest, awake = _measure_motion(n, pairs.searched_at, positions, pairs.first_rest, moved)
         if not largest <= MOTION_IN_GAPS * self.gap:
             if not np.abs(positions).max() < FARTHEST:
                 return [Booking(SELF_CONTACT, math.nan)]  # the guards say what became of the bag
             self.search(pairs, positions)
-            moved[...], largest = 0.0, 0.0
-        if not len(pairs.triangle):
+            moved[...], largest, awake = 0.0, 0.0, bool(pairs.first_rest.min() <= 0.0)
+        if not awake:
             return []
-        struck = np.zeros(len(self.triangles), np.bool_)
-        carried, back = np.empty(len(self.triangles)), np.empty((len(self.triangles), 3, 3))
+        carried, pushing = np.empty(len(self.triangles)), np.empty(len(pairs.triangle), np.int64)
         _measure_carried(len(carried), self.triangles, moved, carried)
-        stored, heat = _push(
+        stored, heat, pushes = _push(
             n, moved, carried, largest, pairs.first_rest, pairs.rest, pairs.start, pairs.triangle, pairs.side,
             pairs.gap, pairs.near, self.triangles, self.gap, self.stiffness, self.damping, positions, velocities, dt,
-            loads.node_force, pairs.push, pairs.drag, struck,
+            loads.node_force, pairs.push, pairs.drag, pushing,
         )  # fmt: skip
-        _push_back(
-            len(self.triangles), struck, pairs.struck_start, pairs.by_triangle, pairs.side, pairs.push, self.triangles,
-            positions, back,
-        )  # fmt: skip
-        _add_struck(struck, back, self.triangles, loads.node_force)
+        if pushes:
+            _push_back(
+                pushing[:pushes], pairs.triangle, pairs.side, pairs.push, self.triangles, positions, loads.node_force
+            )
         return [Booking(SELF_CONTACT, stored), Booking(FRICTION, heat)]
 
     def books(self, pairs: Pairs, moment: Moment, history) -> dict[str, float]:
@@ -168,27 +167,27 @@ class SelfContact(Part):
         """Pairs within reach; those whose nodes are over their triangles go on."""
         outward, altitude = np.empty_like(positions), np.empty(len(self.triangles))
         _outward(self.triangles, positions, outward, altitude)
-        kept = _in_touch(pairs.start, pairs.triangle, pairs.side)
+        node, old = _in_touch(pairs.start, pairs.side)
+        over = pairs.triangle[old]
         reach = (AWAKE + 2.0 * MOTION_IN_GAPS) * self.gap
-        found = near_pairs(positions, self.touchable, self.triangles, self.solid, reach, outward, *kept)
+        found = near_pairs(positions, self.touchable, self.triangles, self.solid, reach, outward, node, over)
         count = len(found.triangle)
         side, gap, near = np.zeros(count), np.zeros(count), np.zeros(count)
         push, drag = np.zeros((count, 4)), np.zeros((count, 4))
         rest, first_rest = np.empty(count), np.empty_like(pairs.first_rest)
         _carry_on(
-            pairs.start, pairs.triangle, pairs.side, pairs.gap, pairs.near, pairs.push, pairs.drag,
+            node, over, old, pairs.side, pairs.gap, pairs.near, pairs.push, pairs.drag,
             found.start, found.triangle, side, gap, near, push, drag,
         )  # fmt: skip
         find_rest(AWAKE * self.gap, found.start, found.triangle, found.apart, altitude, rest, first_rest)
         pairs.start, pairs.triangle, pairs.rest, pairs.first_rest = found.start, found.triangle, rest, first_rest
-        pairs.by_triangle, pairs.struck_start = found.by_triangle, found.struck_start
         pairs.side, pairs.gap, pairs.near, pairs.push, pairs.drag = side, gap, near, push, drag
         pairs.searched_at = positions.copy()
 
 
 @kernel
-def _measure_motion(n, before, after, moved_out):
-    """Motion of each node [m], (nodes,); returns the largest."""
+def _measure_motion(n, before, after, first_rest, moved_out):
+    """Motion of each node [m], (nodes,); returns the largest, and whether a pair of some node may be awake."""
     largest_of = np.empty((n + CHUNK - 1) // CHUNK)
     for chunk in prange(len(largest_of)):
         largest = 0.0
@@ -200,7 +199,10 @@ def _measure_motion(n, before, after, moved_out):
     largest = 0.0
     for chunk in range(len(largest_of)):
         largest = max(largest, largest_of[chunk])
-    return largest
+    awake = 0
+    for p in range(n):
+        awake += first_rest[p] <= moved_out[p] + largest
+    return largest, awake > 0
 
 
 @kernel
@@ -229,37 +231,36 @@ def _outward(triangles, positions, outward, altitude):
 
 
 @scalar
-def _in_touch(start, triangle, side):
-    """Nodes and triangles, (k,) int64 each, of pairs whose node is over its triangle."""
+def _in_touch(start, side):
+    """Pairs whose node is over its triangle, (k,) int64, after their nodes."""
     count = 0
     for k in range(len(side)):
         count += side[k] != 0.0
-    node, over = np.empty(count, np.int64), np.empty(count, np.int64)
+    node, pair = np.empty(count, np.int64), np.empty(count, np.int64)
     count = 0
     for p in range(len(start) - 1):
         for k in range(start[p], start[p + 1]):
             if side[k] != 0.0:
-                node[count], over[count] = p, triangle[k]
+                node[count], pair[count] = p, k
                 count += 1
-    return node, over
+    return node, pair
 
 
 @scalar
 def _carry_on(
-    old_start, old_triangle, old_side, old_gap, old_near, old_push, old_drag,
+    node, over, old, old_side, old_gap, old_near, old_push, old_drag,
     start, triangle, side, gap, near, push, drag,
 ):  # fmt: skip
-    """Springs of old pairs go on in new ones, of both in the order of the triangles of each node."""
-    for p in range(len(start) - 1):
-        j, last = old_start[p], old_start[p + 1]
-        for k in range(start[p], start[p + 1]):
-            while j < last and old_triangle[j] < triangle[k]:
-                j += 1
-            if j < last and old_triangle[j] == triangle[k]:
+    """Springs of old pairs go on in new ones; node, over: their nodes and triangles."""
+    for m in range(len(old)):
+        j = old[m]
+        for k in range(start[node[m]], start[node[m] + 1]):
+            if triangle[k] == over[m]:
                 side[k], gap[k], near[k] = old_side[j], old_gap[j], old_near[j]
                 push[k, 1], push[k, 2] = old_push[j, 1], old_push[j, 2]  # where the drag acted
                 for i in range(4):
                     drag[k, i] = old_drag[j, i]
+                break
 
 
 @scalar
@@ -270,15 +271,17 @@ def find_rest(awake, start, triangle, apart, altitude, rest, first_rest):
     higher than that, only if they move by its distance from all places there: these move with the corners, and more,
     where the triangle turns, by their height over its altitude, four times at most.
     """
+    for k in range(len(triangle)):
+        distance, lateral, across = math.sqrt(apart[k, 0]), math.sqrt(apart[k, 1]), altitude[triangle[k]]
+        away, height_squared = max(0.0, lateral - BESIDE * across), apart[k, 0] - apart[k, 1]
+        if height_squared > awake * awake:
+            away = math.sqrt(away * away + (math.sqrt(height_squared) - awake) ** 2)
+        rest[k] = max(distance - awake, away * across / (across + 4.0 * awake))
     for p in range(len(start) - 1):
-        first_rest[p] = math.inf
+        least = math.inf
         for k in range(start[p], start[p + 1]):
-            distance, lateral = apart[k, 0], apart[k, 1]
-            beside = max(0.0, lateral - BESIDE * altitude[triangle[k]])
-            higher = max(0.0, math.sqrt(max(0.0, distance * distance - lateral * lateral)) - awake)
-            turning = 1.0 + 4.0 * awake / altitude[triangle[k]]
-            rest[k] = max(distance - awake, math.sqrt(beside * beside + higher * higher) / turning)
-            first_rest[p] = min(first_rest[p], rest[k])
+            least = min(least, rest[k])
+        first_rest[p] = least
 
 
 @inlined
@@ -313,10 +316,10 @@ def _adjacent(triangles, one, other):
 
 
 @scalar
-def _come_over(k, first, last, triangle, side, near, push, triangles):
+def _come_over(k, looked_at, triangle, side, near, push, triangles):
     """A node comes over the triangle of pair k: (side, compression) of the spring it takes along from a neighbour it
-    leaves, (0, 0) if there is none."""
-    for j in range(first, last):
+    leaves, (0, 0) if there is none. looked_at: pairs of the node."""
+    for j in looked_at:
         if side[j] != 0.0 and push[j, 0] == 0.0 and _adjacent(triangles, triangle[j], triangle[k]):
             taken = near[j]
             near[j] = 0.0
@@ -339,28 +342,34 @@ def _closing(velocities, p, triangles, t, push, drag, k):
 @kernel
 def _push(
     n, moved, carried, largest, first_rest, rest, start, triangle, side, gap, near, triangles, full_gap, stiffness,
-    damping, positions, velocities, dt, node_force, push, drag, struck,
+    damping, positions, velocities, dt, node_force, push, drag, pushing_out,
 ):  # fmt: skip
-    """Returns the energy in the springs, and what was turned to heat in this step [J]."""
-    sums = np.empty(((n + CHUNK - 1) // CHUNK, 2))
-    for chunk in prange((n + CHUNK - 1) // CHUNK):
-        stored, heat = 0.0, 0.0
+    """Returns the energy in the springs, what was turned to heat in this step [J], and how many pairs push; these are
+    put first into pushing_out, (pairs,), in their order."""
+    chunks, most = (n + CHUNK - 1) // CHUNK, 0
+    for p in range(n):
+        most = max(most, start[p + 1] - start[p])
+    sums, pushes = np.empty((chunks, 2)), np.zeros(chunks, np.int64)
+    for chunk in prange(chunks):
+        stored, heat, pushed = 0.0, 0.0, start[chunk * CHUNK]
+        looked_at = np.empty(most + 1, np.int64)
         for p in range(chunk * CHUNK, min(n, (chunk + 1) * CHUNK)):
             if first_rest[p] > moved[p] + largest:
                 continue
-            first, last = start[p], start[p + 1]
+            count = 0
+            for k in range(start[p], start[p + 1]):  # without branches, which could not be foretold
+                looked_at[count] = k
+                count += (rest[k] <= moved[p] + carried[triangle[k]]) | (side[k] != 0.0)
             fx, fy, fz = 0.0, 0.0, 0.0
             changes = False
-            for k in range(first, last):
+            for k in looked_at[:count]:
                 t = triangle[k]
                 if drag[k, 0] != 0.0:
                     heat += 0.5 * dt * drag[k, 0] * _closing(velocities, p, triangles, t, push, drag, k)
                     drag[k, 0] = 0.0
-                if rest[k] > moved[p] + carried[t]:
-                    if side[k] != 0.0 and near[k] == 0.0:
-                        side[k], push[k, 0] = 0.0, 0.0
-                    if side[k] == 0.0:  # so is its push
-                        continue
+                if rest[k] > moved[p] + carried[t] and near[k] == 0.0:
+                    side[k], push[k, 0] = 0.0, 0.0
+                    continue
                 d, wb, wc, square, _, _, _ = _above(positions, p, triangles[t, 0], triangles[t, 1], triangles[t, 2])
                 over = square > 0.0 and min(wb, wc, square - wb - wc) >= ON_EDGE * square
                 if side[k] == 0.0 and not over:
@@ -371,18 +380,18 @@ def _push(
                     push[k, 1], push[k, 2] = wb / square, wc / square
                 changes = changes or over != (side[k] != 0.0)
             if changes:
-                for k in range(first, last):
+                for k in looked_at[:count]:
                     if side[k] == 0.0 and push[k, 0] > 0.0:
                         d = push[k, 3]
-                        kept, taken = _come_over(k, first, last, triangle, side, near, push, triangles)
+                        kept, taken = _come_over(k, looked_at[:count], triangle, side, near, push, triangles)
                         side[k] = kept if kept != 0.0 else (1.0 if d >= 0.0 else -1.0)
                         gap[k] = min(full_gap, side[k] * d + taken)
                         heat += 0.5 * stiffness[p] * (taken * taken - max(0.0, gap[k] - side[k] * d) ** 2)
-                for k in range(first, last):
+                for k in looked_at[:count]:
                     if side[k] != 0.0 and push[k, 0] == 0.0:
                         heat += 0.5 * stiffness[p] * near[k] * near[k]
                         side[k], near[k] = 0.0, 0.0
-            for k in range(first, last):
+            for k in looked_at[:count]:
                 if side[k] == 0.0:
                     continue
                 clear = side[k] * push[k, 3]
@@ -406,43 +415,39 @@ def _push(
                 drag[k, 0] = force - spring
                 heat += 0.5 * dt * drag[k, 0] * closing
                 fx, fy, fz = fx + side[k] * force * nx, fy + side[k] * force * ny, fz + side[k] * force * nz
-                push[k, 0], struck[t] = force, True  # whoever else sets it sets the same
+                push[k, 0], pushing_out[pushed] = force, k
+                pushed += 1
             node_force[p, 0] += fx
             node_force[p, 1] += fy
             node_force[p, 2] += fz
-        sums[chunk, 0], sums[chunk, 1] = stored, heat
-    stored, heat = 0.0, 0.0
-    for chunk in range(len(sums)):
+        sums[chunk, 0], sums[chunk, 1], pushes[chunk] = stored, heat, pushed - start[chunk * CHUNK]
+    stored, heat, all_pushes = 0.0, 0.0, 0
+    for chunk in range(chunks):
         stored, heat = stored + sums[chunk, 0], heat + sums[chunk, 1]
-    return stored, heat
-
-
-@kernel
-def _push_back(n, struck, struck_start, by_triangle, side, push, triangles, positions, back_out):
-    """Forces [N] on the corners of the triangles that are struck, (triangles, 3, 3)."""
-    for t in prange(n):
-        if not struck[t]:
-            continue
-        sa, sb, sc = 0.0, 0.0, 0.0
-        for i in range(struck_start[t], struck_start[t + 1]):
-            k = by_triangle[i]
-            if push[k, 0] > 0.0:
-                force = side[k] * push[k, 0]
-                sa += (1.0 - push[k, 1] - push[k, 2]) * force
-                sb += push[k, 1] * force
-                sc += push[k, 2] * force
-        nx, ny, nz = _unit_normal(positions, triangles[t, 0], triangles[t, 1], triangles[t, 2])
-        for corner, share in enumerate((sa, sb, sc)):
-            back_out[t, corner, 0], back_out[t, corner, 1] = -share * nx, -share * ny
-            back_out[t, corner, 2] = -share * nz
+        for i in range(start[chunk * CHUNK], start[chunk * CHUNK] + pushes[chunk]):
+            pushing_out[all_pushes] = pushing_out[i]
+            all_pushes += 1
+    return stored, heat, all_pushes
 
 
 @scalar
-def _add_struck(struck, back, triangles, node_force):
-    """One after the other, as triangles share nodes: few of them are struck."""
-    for t in range(len(struck)):
+def _push_back(pushing, triangle, side, push, triangles, positions, node_force):
+    """Add what pairs push their triangles with to the corners [N]. One after the other, as triangles share nodes: few
+    of them are struck."""
+    struck, shares = np.zeros(len(triangles), np.bool_), np.empty((len(triangles), 3))
+    for k in pushing:
+        t = triangle[k]
+        if not struck[t]:
+            struck[t], shares[t, 0], shares[t, 1], shares[t, 2] = True, 0.0, 0.0, 0.0
+        force = side[k] * push[k, 0]
+        shares[t, 0] += (1.0 - push[k, 1] - push[k, 2]) * force
+        shares[t, 1] += push[k, 1] * force
+        shares[t, 2] += push[k, 2] * force
+    for t in range(len(triangles)):
         if struck[t]:
+            nx, ny, nz = _unit_normal(positions, triangles[t, 0], triangles[t, 1], triangles[t, 2])
             for corner in range(3):
-                p = triangles[t, corner]
-                for k in range(3):
-                    node_force[p, k] += back[t, corner, k]
+                p, share = triangles[t, corner], -shares[t, corner]
+                node_force[p, 0] += share * nx
+                node_force[p, 1] += share * ny
+                node_force[p, 2] += share * nz

@@ -10,10 +10,8 @@ from __future__ import annotations
 import numpy as np
 
 from billow.base.compiled import kernel, scalar
+from billow.geometry.neighbours import GROUP
 from billow.parts.layers.rings import Rings
-
-GROUP = 8
-"""Items of a group."""
 
 LANDMARKS = 6
 
@@ -56,26 +54,6 @@ def _spread(begin, neighbours, first, mark, mark_out, hops_out):
                 open_ends[last] = other
                 last += 1
         i += 1
-
-
-def by_halves(coordinates: np.ndarray) -> np.ndarray:
-    """Order of items (n, dimensions) in which eight successive ones are neighbours, and eight times eight."""
-    n = len(coordinates)
-    size = GROUP
-    while size < n:
-        size *= 2
-    order = np.full(size, n)
-    order[:n] = np.arange(n)
-    padded = np.vstack([coordinates, np.full(coordinates.shape[1], np.inf)])
-    while size > GROUP:
-        places = padded[order].reshape(-1, size, coordinates.shape[1])
-        low = places.min(axis=1)
-        high = np.where(np.isfinite(places), places, -np.inf).max(axis=1)
-        along = np.argmax(np.where(np.isfinite(low), high - low, 0.0), axis=1)
-        keys = np.take_along_axis(places, along[:, None, None], axis=2)[:, :, 0]
-        order = np.take_along_axis(order.reshape(-1, size), np.argsort(keys, axis=1, kind="stable"), axis=1).ravel()
-        size //= 2
-    return order[:n]
 
 
 def level_starts(items: int) -> np.ndarray:

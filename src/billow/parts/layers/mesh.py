@@ -7,8 +7,9 @@ from typing import NamedTuple
 import numpy as np
 
 from billow.geometry.crossings import edges_of
+from billow.geometry.neighbours import by_halves
 from billow.geometry.surface import Surface
-from billow.parts.layers.groups import by_halves, landmark_hops
+from billow.parts.layers.groups import landmark_hops
 from billow.parts.layers.rings import Rings
 
 

@@ -21,8 +21,9 @@ from numba import prange
 
 from billow.base.compiled import inlined, kernel, scalar
 from billow.geometry.closest_blocks import BLOCK, ROWS, SQUARE, X, Y, Z, fill, nodes_on_triangles, segments_on_segments
+from billow.geometry.neighbours import GROUP
 from billow.parts.layers.distance import between
-from billow.parts.layers.groups import GROUP, OUTWARD, boxes_of_groups, level_starts
+from billow.parts.layers.groups import OUTWARD, boxes_of_groups, level_starts
 from billow.parts.layers.mesh import TouchMesh
 from billow.parts.layers.pairs import EDGES, FIRST, LEVELS, Room
 from billow.parts.layers.rings import Shapes, open_rings
