@@ -12,7 +12,7 @@ from synthetic import SyntheticDataset
 
 from billow.base.errors import InputError
 from billow.results.dataset_files import Parameter
-from billow.rom.judge.errors import Summary, accuracy, snapshot_rmse
+from billow.rom.judge.errors import Summary, accuracy, project, snapshot_rmse
 from billow.rom.judge.evaluate import baselines, evaluate
 from billow.rom.judge.report import metrics as metrics_of
 from billow.rom.judge.timing import Inference, Timing
@@ -75,6 +75,17 @@ def test_cut_model_of_the_sweep_agrees_with_direct_evaluation(evaluation, datase
         assert summary.mean == pytest.approx(np.mean(rmse), rel=1e-4)
         assert summary.maximum == pytest.approx(np.max(rmse), rel=1e-4)
     assert (np.diff(evaluation.sweep[0].errors.truncation[..., 2].mean(axis=(1, 2))) < 0).all()
+
+
+def test_models_of_the_learning_curve_trained_side_by_side_are_those_trained_alone(dataset):
+    recipe = Recipe(modes=4, epochs=2, calibrate=False, clock=False)
+    found = evaluate(dataset, train(dataset, recipe), sizes=(10, 15, 20), modes=(4,)).sweep
+    assert [model.runs for model in found] == [10, 15, 20]
+    designs, truth = dataset.design(dataset.test), dataset.snapshots("displacement", dataset.test)
+    for model in found:
+        alone = train(dataset, recipe, runs=dataset.train[: model.runs])
+        expected = project(truth, alone.bases).regression(alone.coefficients(designs), 4)
+        assert np.array_equal(model.errors.regression[0], expected)
 
 
 def test_baselines_reproduce_what_they_know(dataset, surrogate):

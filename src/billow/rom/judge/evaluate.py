@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
+from billow.base.blas_threads import one_blas_thread
 from billow.base.errors import InputError
 from billow.results.dataset_files import fingerprint, same_times
 from billow.results.floor_file import Floor
@@ -16,7 +18,8 @@ from billow.rom.judge.unseen import UnseenRuns, unseen_runs
 from billow.rom.learn.dataset import Dataset, read_run
 from billow.rom.learn.left_out import LeftOut, left_out
 from billow.rom.learn.progress import Announcement, Announcer
-from billow.rom.learn.reduction import DEFAULT_MEMORY
+from billow.rom.learn.reduction import DEFAULT_MEMORY, reduce_runs
+from billow.rom.learn.side_by_side import side_by_side
 from billow.rom.learn.simple_answers import (
     BASELINES,
     MEAN_TRAJECTORY,
@@ -26,7 +29,7 @@ from billow.rom.learn.simple_answers import (
     nearest,
     radial_basis,
 )
-from billow.rom.learn.train import Recipe, import_network, same_training, train, unvaried
+from billow.rom.learn.train import Recipe, import_network, same_training, train_networks, unvaried
 from billow.rom.surrogate.basis import Basis, Z
 from billow.rom.surrogate.design_space import distinct, neighbour_distances, to_unit
 from billow.rom.surrogate.judgement import UNSEEN, Judgement
@@ -175,10 +178,7 @@ def evaluate(
     rmse = _errors(dataset, surrogate, test)
     spread = surrogate.spread(unseen) if surrogate.regression.members > 1 else None
     intervals = errors.check_intervals(surrogate, dataset, test)
-    sweep = []
-    for size in sizes:
-        announce(f"training on {size} runs")
-        sweep.append(_sweep(dataset, surrogate, surrogate.runs[:size], test, modes, memory))
+    sweep = _sweep(dataset, surrogate, sizes, test, modes, memory, announce)
     announce("measuring times")
     return Evaluation(
         surrogate=surrogate,
@@ -237,15 +237,38 @@ def _errors(dataset, surrogate, test) -> dict[str, np.ndarray]:
     return {name: np.array(values) for name, values in rmse.items()} | parts
 
 
-def _sweep(dataset, surrogate, runs, test, modes, memory) -> SweepModel:
-    possible = min(surrogate.nodes, len(runs) * len(surrogate.times))
-    counts = tuple(count for count in modes if count <= possible)
-    recipe = Recipe(surrogate.recipe, max(counts), calibrate=False, memory=memory, **same_training(surrogate))
-    model = train(dataset, recipe, runs=runs)
-    unseen = errors.project((read_run(dataset, run) for run in test), model.bases)
-    found = errors.ErrorsByModes.of(counts, unseen, model.coefficients(dataset.design(test)))
-    generation, training = float(np.sum(dataset.wall_seconds(runs))), sum(training_seconds(model).values())
-    return SweepModel(len(runs), generation, training, found)
+def _sweep(dataset, surrogate, sizes, test, modes, memory, announce: Announcer) -> list[SweepModel]:
+    """Models of the first so many runs, trained side by side."""
+    found, reductions, seed = [], [], same_training(surrogate)["seed"]
+
+    def trainings():
+        for size in reversed(sizes):  # what takes longest begins first
+            announce(f"training on {size} runs")
+            runs = surrogate.runs[:size]
+            most = max(_possible(modes, surrogate, runs))
+            with one_blas_thread():  # bits must not depend on who trains meanwhile
+                reductions.append(reduce_runs(dataset, runs, most, seed, memory))
+            recipe = Recipe(surrogate.recipe, most, calibrate=False, memory=memory, **same_training(surrogate))
+            yield partial(train_networks, dataset, reductions[-1], recipe, None)
+
+    if not sizes:
+        return []
+    with import_network().one_thread():
+        models = list(side_by_side(trainings(), 0, len(sizes), None))
+    for size, model in zip(sizes, reversed(models), strict=True):
+        runs = surrogate.runs[:size]
+        unseen = errors.project((read_run(dataset, run) for run in test), model.bases)
+        by_modes = errors.ErrorsByModes.of(
+            _possible(modes, surrogate, runs), unseen, model.coefficients(dataset.design(test))
+        )
+        generation, training = float(np.sum(dataset.wall_seconds(runs))), sum(training_seconds(model).values())
+        found.append(SweepModel(size, generation, training, by_modes))
+    return found
+
+
+def _possible(modes, surrogate, runs) -> tuple[int, ...]:
+    """Numbers of modes that some runs can have."""
+    return tuple(count for count in modes if count <= min(surrogate.nodes, len(runs) * len(surrogate.times)))
 
 
 def _coverage(parameters, seen: np.ndarray, unseen: np.ndarray) -> Coverage:

@@ -12,13 +12,14 @@ from numbers import Integral
 import numpy as np
 
 from billow import __version__
+from billow.base.blas_threads import one_blas_thread
 from billow.base.errors import InputError, ResourceError, shown
 from billow.results.dataset_files import Parameter, fingerprint
 from billow.rom.learn.clock import clock_helps, learn_clock
 from billow.rom.learn.dataset import TOO_FEW_RUNS, Dataset, ReadOnce, read_run, snapshot_bytes
 from billow.rom.learn.force_modes import learn_force_inputs
 from billow.rom.learn.left_out import left_out
-from billow.rom.learn.progress import Progress, stages
+from billow.rom.learn.progress import Progress
 from billow.rom.learn.reduction import DEFAULT_MEMORY, Reduction, reduce_runs
 from billow.rom.learn.shrinkage import Agreement, disbelieved, shrunk
 from billow.rom.learn.shrinkage import factors as believed
@@ -168,19 +169,19 @@ def train(
     folds = held_out(groups)
     if client is None and snapshot_bytes(dataset, runs) <= recipe.memory:
         dataset = ReadOnce(dataset)
-    first = next(stages(progress, 1 + len(folds)))
-    surrogate, whole = _learn(dataset, runs, recipe, first, client)
+    reduction = reduce_runs(dataset, runs, recipe.modes, recipe.seed, recipe.memory, client)
     begun = time.perf_counter()
-    for_folds = replace(recipe, **same_training(surrogate))
+    recipe = _of_all(dataset, reduction, recipe)
     with import_network().one_thread():
-        factors, judgement, agreements = _calibrate(dataset, runs, folds, for_folds, progress, client)
+        surrogate, factors, judgement, agreements = _calibrate(dataset, reduction, folds, recipe, progress, client)
     part = believed(agreements)
-    lost = whole.lost_by_time + disbelieved(agreements, part)
+    lost = reduction.lost_by_time + disbelieved(agreements, part)
+    beside = time.perf_counter() - begun - surrogate.training["network_seconds"]
     return replace(
         shrunk(surrogate, part),
         judgement=judgement,
-        training=surrogate.training | {"calibration_seconds": time.perf_counter() - begun},
-        intervals=Intervals(np.array(LEVELS), factors, lost, whole.lost_by_node),
+        training=surrogate.training | {"calibration_seconds": beside},
+        intervals=Intervals(np.array(LEVELS), factors, lost, reduction.lost_by_node),
     )
 
 
@@ -271,6 +272,14 @@ def _has_clock(dataset: Dataset, reduction: Reduction, recipe: Recipe, centred: 
     return clock_helps(reduction.design, dataset.parameters, centred, reduction.times, reduction.coefficients)
 
 
+def _of_all(dataset: Dataset, reduction: Reduction, recipe: Recipe) -> Recipe:
+    """The recipe with the epochs and the clock of all runs, which trainings without some of them share."""
+    centred = _input_scaling(dataset, recipe.networks).design(reduction.design)
+    samples = len(reduction.runs) * len(reduction.times)
+    epochs = recipe.epochs or import_network().epochs_for(samples)
+    return replace(recipe, epochs=epochs, clock=_has_clock(dataset, reduction, recipe, centred))
+
+
 def _without_order(dataset: Dataset) -> list[Parameter]:
     """Factors of more than two levels: a polynomial of their numbers would give them an order."""
     return [parameter for parameter in dataset.parameters if len(parameter.levels) > 2]
@@ -294,18 +303,20 @@ def held_out(groups: Sequence[tuple[str, ...]]) -> list[tuple[str, ...]]:
     return folds[:enough]
 
 
-def _calibrate(dataset: Dataset, runs, folds, recipe: Recipe, progress, client):
-    """From surrogates that each learn without one fold: factors for `LEVELS`, [-], (levels, 3); the judgement; and the
-    agreement of each run. Each is judged with what the others say of the part to believe."""
+def _calibrate(dataset: Dataset, whole: Reduction, folds, recipe: Recipe, progress, client):
+    """The surrogate of all runs, and from others that each learn without one fold: factors for `LEVELS`, [-], (levels,
+    3); the judgement; and the agreement of each run. Each is judged with what the others say of the part to believe."""
     counts, errors, reductions = np.zeros((3, BINS)), [], []
 
     def trainings():
+        yield partial(train_networks, dataset, whole, recipe, None)  # takes longest, so it begins first
         for fold in folds:
-            others = tuple(run for run in runs if run not in fold)
-            reductions.append(reduce_runs(dataset, others, recipe.modes, recipe.seed, recipe.memory, client))
+            others = tuple(run for run in whole.runs if run not in fold)
+            with one_blas_thread():  # bits must not depend on who trains meanwhile
+                reductions.append(reduce_runs(dataset, others, recipe.modes, recipe.seed, recipe.memory, client))
             yield partial(train_networks, dataset, reductions[-1], recipe, None)
 
-    surrogates = list(side_by_side(trainings(), 1, 1 + len(folds), progress))
+    of_all, *surrogates = side_by_side(trainings(), 0, 1 + len(folds), progress)
     agreements = {}
     for fold, surrogate in zip(folds, surrogates, strict=True):
         for run in fold:
@@ -327,7 +338,7 @@ def _calibrate(dataset: Dataset, runs, folds, recipe: Recipe, progress, client):
             errors.append(_distances(whole, surrogate.bases, [own, *(answer(design) for answer in simple.values())]))
     own, *others = np.mean(errors, axis=0).tolist()
     judgement = Judgement(HELD_OUT, len(errors), comparisons(own, dict(zip(BASELINES, others, strict=True))))
-    return quantiles(counts / len(errors)), judgement, list(agreements.values())
+    return of_all, quantiles(counts / len(errors)), judgement, list(agreements.values())
 
 
 def _distances(truth: np.ndarray, bases: tuple[Basis, ...], answers: list[np.ndarray]) -> list[float]:
