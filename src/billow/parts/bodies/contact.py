@@ -131,25 +131,29 @@ def kick_touch_drift(
 
 @inlined
 def _kick(block, first, count, dt, nodes):
-    """Half a kick of `count` nodes from `first` on: fill the rows PX to VZ, and keep where they are."""
+    """Half a kick of `count` nodes from `first` on, kept in the rows PX to VZ too; and where they are before."""
     inverse_mass, nodal_force, positions, velocities, before = nodes
     for j in range(count):
         i = np.uint64(first + j)
         half = 0.5 * dt * inverse_mass[i]
         x, y, z = positions[i, 0], positions[i, 1], positions[i, 2]
-        if len(before) > 0:
-            before[i, 0], before[i, 1], before[i, 2] = x, y, z
+        vx = velocities[i, 0] + half * nodal_force[i, 0]
+        vy = velocities[i, 1] + half * nodal_force[i, 1]
+        vz = velocities[i, 2] + half * nodal_force[i, 2]
         block[PX + j], block[PY + j], block[PZ + j] = x, y, z
-        block[VX + j] = velocities[i, 0] + half * nodal_force[i, 0]
-        block[VY + j] = velocities[i, 1] + half * nodal_force[i, 1]
-        block[VZ + j] = velocities[i, 2] + half * nodal_force[i, 2]
+        block[VX + j], block[VY + j], block[VZ + j] = vx, vy, vz
+        velocities[i, 0], velocities[i, 1], velocities[i, 2] = vx, vy, vz
+    if len(before) > 0:
+        for j in range(count):
+            i = np.uint64(first + j)
+            before[i, 0], before[i, 1], before[i, 2] = block[PX + j], block[PY + j], block[PZ + j]
 
 
 @inlined
 def _ask(block, first, count, dt, bound, motion, touching):
     """Fill the row CLOSE: above zero for nodes that touch a shape, and for all that may come into the sphere around
-    one, or below a plane, if they go on as they are. Most do not, so these are loops without branches, in which ways
-    are bounded and not measured."""
+    one, or below a plane, if they go on as they are; returns whether there is any. Most do not, so these are loops
+    without branches, in which ways are bounded and not measured."""
     body, centre, pose, _ = motion
     for j in range(BLOCK):
         block[CLOSE + j] = 0.0
@@ -178,7 +182,11 @@ def _ask(block, first, count, dt, bound, motion, touching):
                 close = farther - (z + way if way < 0.0 else z)
                 block[CLOSE + j] = close if close > block[CLOSE + j] else block[CLOSE + j]
         for j in range(count):
-            block[CLOSE + j] = 1.0 if touching[o, first + j] else block[CLOSE + j]
+            block[CLOSE + j] = 1.0 if touching[o, np.uint64(first + j)] else block[CLOSE + j]
+    closest = 0.0
+    for j in range(count):
+        closest = block[CLOSE + j] if block[CLOSE + j] > closest else closest
+    return closest > 0.0
 
 
 @kernel
@@ -190,6 +198,7 @@ def _kick_touch_drift(
     inverse_mass, _, positions, velocities, _ = nodes
     body, centre, pose, met = motion
     kind, numbers, bound, law = table
+    places, speeds = positions.reshape(-1), velocities.reshape(-1)  # whose coordinates are next to each other
     chunks, shapes = (n + CHUNK - 1) // CHUNK, len(kind)
     partial = np.empty((chunks, shapes, 9))  # reaction, stored, dissipated, deepest
     for chunk in prange(chunks):
@@ -202,15 +211,15 @@ def _kick_touch_drift(
         for first in range(chunk * CHUNK, end, BLOCK):
             count = min(BLOCK, end - first)
             _kick(block, first, count, dt, nodes)
-            _ask(block, first, count, dt, bound, motion, touching)
+            any_close = _ask(block, first, count, dt, bound, motion, touching)
+            for k in range(3 * first, 3 * (first + count)):
+                places[np.uint64(k)] += dt * speeds[np.uint64(k)]
+            if not any_close:
+                continue
             for j in range(count):
-                at = np.uint64(first + j)
-                px, py, pz = block[PX + j], block[PY + j], block[PZ + j]
-                vx, vy, vz = block[VX + j], block[VY + j], block[VZ + j]
-                velocities[at, 0], velocities[at, 1], velocities[at, 2] = vx, vy, vz
                 if block[CLOSE + j] == 0.0:
-                    positions[at, 0], positions[at, 1], positions[at, 2] = px + dt * vx, py + dt * vy, pz + dt * vz
                     continue
+                px, py, pz = block[PX + j], block[PY + j], block[PZ + j]
                 i = first + j
                 half, pushers = 0.5 * dt * inverse_mass[i], 0
                 for o in range(shapes):
@@ -248,8 +257,6 @@ def _kick_touch_drift(
                             force[o, i, k] = 0.0
                             offset[o, i, k] = 0.0
                 if pushers == 0:
-                    for k in range(3):
-                        positions[i, k] += dt * velocities[i, k]
                     continue
                 for _ in range(SWEEPS if pushers > 1 else 1):
                     change, size = 0.0, 0.0
@@ -295,8 +302,9 @@ def _kick_touch_drift(
                     partial[chunk, o, 6] += answer[o, 6]
                     partial[chunk, o, 7] += answer[o, 7]
                     partial[chunk, o, 8] = max(partial[chunk, o, 8], answer[o, 8])
-                for k in range(3):
-                    positions[i, k] += dt * velocities[i, k]
+                positions[i, 0] = px + dt * velocities[i, 0]
+                positions[i, 1] = py + dt * velocities[i, 1]
+                positions[i, 2] = pz + dt * velocities[i, 2]
     stored_out[:], dissipated_out[:], deepest_out[:], reaction_out[:] = 0.0, 0.0, 0.0, 0.0
     for chunk in range(chunks):
         for o in range(shapes):
