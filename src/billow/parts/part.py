@@ -41,7 +41,8 @@ class Account(NamedTuple):
 
 
 class Booking(NamedTuple):
-    """An energy [J] for an account."""
+    """An energy [J] for an account. What is booked in every step may be a plain pair instead, which is made in a fifth
+    of the time."""
 
     account: Account
     energy: float

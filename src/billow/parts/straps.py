@@ -73,7 +73,7 @@ class Straps(Part):
         if not len(bar):
             return []
         energy, power, lost = add_strap_forces(self, positions, velocities, loads.node_force, bar)
-        return [Booking(STRAP, energy), Booking(DAMPING, power * dt), Booking(HYSTERESIS, lost)]
+        return [(STRAP, energy), (DAMPING, power * dt), (HYSTERESIS, lost)]
 
     def squared_rate(self, inverse_mass: np.ndarray) -> float:
         """1 / dt^2 [1/s^2] of the largest stable step; zero without straps. inverse_mass: [1/kg], (nodes,).

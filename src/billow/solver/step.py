@@ -72,7 +72,7 @@ def evaluate_forces(model: Model, state: State, dt: float) -> None:
         contact.touching, contact.force, 0.5 * dt, velocities, state.nodal_force,
     )  # fmt: skip
     loads.taken()
-    ledger.book([Booking(KINETIC, 0.5 * twice)])
+    ledger.book([(KINETIC, 0.5 * twice)])
 
 
 def first_forces(model: Model, state: State) -> None:

@@ -3,7 +3,7 @@ one order. Meshes need arrays, which would be counted at each call: `Mesh.look` 
 
 from __future__ import annotations
 
-from billow.base.compiled import scalar
+from billow.base.compiled import inlined, scalar
 from billow.geometry.shapes.box import MEETS_AS, Box, near_box
 from billow.geometry.shapes.cylinder import Cylinder, farthest_of_cylinder, near_cylinder
 from billow.geometry.shapes.half_space import HalfSpace, near_half_space
@@ -25,7 +25,7 @@ def from_description(described: dict) -> Shape:
     return {cls.kind: cls for cls in SHAPES}[described["kind"]].from_description(described)
 
 
-@scalar
+@inlined
 def near_shape(number, numbers, pose, rx, ry, rz, tx, ty, tz):
     """Whether and how a point touches a shape of kind `number`, as `Shape` says."""
     if number == 0:

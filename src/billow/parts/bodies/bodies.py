@@ -203,10 +203,10 @@ class Bodies(Part):
             return []
         if len(self.owner) > len(self.bodies):
             reaction = np.add.reduceat(reaction, self._first_shape)
-        for motion, force, torque in zip(state.motion, reaction[:, :3], reaction[:, 3:], strict=True):
-            motion.force, motion.torque = force, torque
+        for motion, row in zip(state.motion, reaction, strict=True):
+            motion.force, motion.torque = row[:3], row[3:]
         stored, lost = sum(contact.stored.tolist()), sum(contact.dissipated.tolist())
-        return [Booking(CONTACT, stored), Booking(FRICTION, lost)]
+        return [(CONTACT, stored), (FRICTION, lost)]
 
     def meet(self, state: BodiesState, dt: float) -> list[Booking]:
         """Contact of bodies with each other over the coming step of dt [s], after that with fabric."""

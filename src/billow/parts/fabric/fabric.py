@@ -153,8 +153,8 @@ class Fabric(Part):
             sums, self._bare, positions, chambers.behind, chambers.ahead, *of_holes, loads.entries, loads.volumes
         )  # fmt: skip
         state.largest_stretch = math.sqrt(largest)
-        damping = Booking(DAMPING, damping_heat(power, late, turned, dt))
-        return [*bookings, damping, Booking(STRAIN, strain), Booking(HEAT_OF_HYSTERESIS, heat)]
+        damping = DAMPING, damping_heat(power, late, turned, dt)
+        return [*bookings, damping, (STRAIN, strain), (HEAT_OF_HYSTERESIS, heat)]
 
     @cached_property
     def _chunks(self) -> list[int]:

@@ -118,7 +118,7 @@ class GasPart(Part):
         """From `time` to `time + dt` [s]; adds the gas' forces to the loads."""
         self.model.advance(gas.content, bag, time, dt, loads)
         gas.vitals = self.model.vitals(gas.content)
-        return [Booking(GAS_WORK, gas.vitals.work_on_fabric)]
+        return [(GAS_WORK, gas.vitals.work_on_fabric)]
 
     def totals(self, gas: GasState) -> GasTotals:
         return self.model.totals(gas.content)
