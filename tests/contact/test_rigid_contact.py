@@ -131,6 +131,30 @@ def test_force_follows_from_depth_slope_and_area():
     assert contact.stored[0] == pytest.approx(0.5 * 1e5 * (1e-6 + 3.0 * 4e-6), rel=1e-6)
 
 
+def test_a_node_goes_the_same_way_whoever_is_in_its_block():
+    """Blocks of nodes that nothing is close to, blocks of which some nodes are, and nodes one by one."""
+    positions, velocities, area, inverse_mass = crowd(3)
+    positions[70:] += 5.0
+    table = ShapeTable.build([SHAPES[1]], [SurfaceLaw(1e5, 0.3, 0.1)])
+    motion, dt, force = ShapeMotion.room(1), 2e-6, np.random.default_rng(4).normal(size=(NODES, 3))
+    motion.pose[0] = np.eye(3).ravel()
+
+    def step(which):
+        nodes = Nodes(inverse_mass[which], force[which], positions[which], velocities[which], positions[which])
+        kick_touch_drift(table, motion, area[which], nodes, dt, ContactState.none(1, len(which)))
+        np.testing.assert_array_equal(nodes.before, positions[which])
+        return nodes.positions, nodes.velocities
+
+    moved, kicked = step(np.arange(NODES))
+    for node in range(NODES):
+        alone = step(np.array([node]))
+        np.testing.assert_array_equal((moved[node], kicked[node]), (alone[0][0], alone[1][0]))
+    far = slice(70, None)
+    expected = velocities[far] + (0.5 * dt * inverse_mass[far])[:, None] * force[far]
+    np.testing.assert_array_equal(kicked[far], expected)
+    np.testing.assert_array_equal(moved[far], positions[far] + dt * expected)
+
+
 def test_nodes_without_fabric_are_not_touched():
     positions, velocities, area, inverse_mass = crowd(1)
     area[::2] = 0.0
