@@ -189,6 +189,16 @@ def _ask(block, first, count, dt, bound, motion, touching):
     return closest > 0.0
 
 
+@inlined
+def _drift(block, first, count, dt, positions):
+    """Move `count` nodes from `first` on as if nothing touched them."""
+    for j in range(count):
+        i = np.uint64(first + j)
+        positions[i, 0] = block[PX + j] + dt * block[VX + j]
+        positions[i, 1] = block[PY + j] + dt * block[VY + j]
+        positions[i, 2] = block[PZ + j] + dt * block[VZ + j]
+
+
 @kernel
 def _kick_touch_drift(
     n, table, motion, area, nodes, dt, force, offset, touching, stored_out, dissipated_out, deepest_out, reaction_out
@@ -198,7 +208,6 @@ def _kick_touch_drift(
     inverse_mass, _, positions, velocities, _ = nodes
     body, centre, pose, met = motion
     kind, numbers, bound, law = table
-    places, speeds = positions.reshape(-1), velocities.reshape(-1)  # whose coordinates are next to each other
     chunks, shapes = (n + CHUNK - 1) // CHUNK, len(kind)
     partial = np.empty((chunks, shapes, 9))  # reaction, stored, dissipated, deepest
     for chunk in prange(chunks):
@@ -212,8 +221,7 @@ def _kick_touch_drift(
             count = min(BLOCK, end - first)
             _kick(block, first, count, dt, nodes)
             any_close = _ask(block, first, count, dt, bound, motion, touching)
-            for k in range(3 * first, 3 * (first + count)):
-                places[np.uint64(k)] += dt * speeds[np.uint64(k)]
+            _drift(block, first, count, dt, positions)
             if not any_close:
                 continue
             for j in range(count):
