@@ -90,7 +90,7 @@ TRIGGERS: dict[str, Callable[[Here], object]] = {
     "E-CASE-213": case(nodes=[{"name": "rim", "between": ["front", "back"], "velocity": [0, 0, 1]}]),
     "E-CASE-214": case(nodes=[THROWN, {**THROWN, "name": "again", "parts": ["rear"]}]),
     "E-CASE-215": case(nodes=[CARRIED]),
-    "E-CASE-216": case(nodes=[CARRIED], inflator__jets__count=0, fabric__self_contact="layers"),
+    "E-CASE-216": case(nodes=[RAIL], fabric__self_contact="layers"),
     "E-CASE-006": lambda here: Case.from_dict(SOUND).vary({"obstacles.sphere.degree": 3.0}),
     "E-CLI-001": lambda here: command("check", str(here.bench.place / "case.toml"), "--set", "permeability"),
     "E-CLI-002": demo_over_another,

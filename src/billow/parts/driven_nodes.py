@@ -81,8 +81,8 @@ class DrivenNodes(Part):
         """Work that moved the nodes over the step: against the fabric and against bodies, and for their kinetic energy;
         and the second half of the kick where they yield.
 
-        force: at the end of the step [N], contact: of bodies over the step [N], both (nodes, 3); gravity: [m/s^2],
-        (3,).
+        force: at the end of the step [N], contact: of bodies and layers over the step [N], both (nodes, 3); gravity:
+        [m/s^2], (3,).
         """
         moved, pull = velocities[self.nodes], force[self.nodes]
         along = self._along(moved)

@@ -41,6 +41,8 @@ def advance(model: Model, state: State, dt: float) -> None:
 
     if model.driven is not None:
         pushes = state.bodies.contact.force.sum(axis=0)
+        if model.layers is not None:
+            pushes += state.layers.push / dt
         ledger.book(model.driven.work(state.driven, velocities, state.nodal_force, pushes, model.gravity, dt))
     state.time += dt
     state.step += 1

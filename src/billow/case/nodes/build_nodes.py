@@ -43,11 +43,11 @@ MOUTH_MOVES = InputError.declare(
 )
 NOT_BETWEEN_LAYERS = InputError.declare(
     "E-CASE-216",
-    "{name} moves nodes, or holds them in some directions only, beside contact of layers",
+    "{name} gives nodes their places in some directions only, beside contact of layers",
     where="nodes.{name}, fabric.self_contact",
-    why="impulses between layers know nodes that are free and nodes that stand still; what moves others would do work "
-    "that is not booked",
-    remedy="set fabric.self_contact to true or false, or fix the nodes in all directions",
+    why="impulses between layers know nodes that yield in all directions and nodes that yield in none",
+    remedy='set fabric.self_contact to true or false, hold the nodes across their way (motion.across = "held"), or fix '
+    "them in all directions",
 )
 
 
@@ -157,7 +157,8 @@ def require_possible_groups(groups: tuple[NodeGroup, ...], shape: BagShape, has_
         moves = group.motion.kind in ("travel", "speed")
         if moves and has_jets and np.isin(members_of(group, shape), mouth).any():
             raise MOUTH_MOVES(name=group.name)
-        if has_layers and (moves or (group.motion.kind == "fixed" and len(group.motion.directions) < 3)):
+        yields = group.motion.kind == "fixed" and len(group.motion.directions) < 3
+        if has_layers and (yields or (moves and group.motion.across == "free")):
             raise NOT_BETWEEN_LAYERS(name=group.name)
 
 

@@ -65,3 +65,18 @@ def move_together(n, parent, inverse_mass, before, velocities):
         if inverse_mass[i] > 0.0:
             for k in range(3):
                 velocities[i, k] = before[held[r], k] if held[r] >= 0 else momentum[r, k] / mass[r]
+
+
+@kernel
+def push_held(n, parent, inverse_mass, before, velocities, push_out):
+    """What the nodes of a cluster that moves with a held one push on that [N s], added to push_out, (nodes, 3);
+    before: velocities [m/s] before they were joined, (nodes, 3)."""
+    held = np.full(n, -1, np.int64)
+    for i in range(n):
+        if inverse_mass[i] <= 0.0:
+            held[_root(parent, i)] = i
+    for i in range(n):
+        j = held[_root(parent, i)]
+        if j >= 0 and inverse_mass[i] > 0.0:
+            for k in range(3):
+                push_out[j, k] -= (velocities[i, k] - before[i, k]) / inverse_mass[i]

@@ -21,9 +21,10 @@ SWEEPS = 4
 @kernel
 def rub(
     n, awake, edges_from, nodes, weight, normal, distance, gap, near, impulse, friction, mass, inverse_mass,
-    spring, dt, velocities,
+    spring, dt, velocities, push_out,
 ):  # fmt: skip
-    """Change velocities [m/s] (nodes, 3) by friction; returns the number of pairs that press. friction: coefficient."""
+    """Change velocities [m/s] (nodes, 3) by friction; returns the number of pairs that press. friction: coefficient.
+    push_out: nodes that do not yield get what pushes on them [N s], (nodes, 3)."""
     pressed, cone, per = np.empty(n, np.int64), np.empty(n), np.empty(n)
     m = 0
     for i in range(n):
@@ -62,4 +63,8 @@ def rub(
                 velocities[j, 0] += change * dx
                 velocities[j, 1] += change * dy
                 velocities[j, 2] += change * dz
+                if inverse_mass[j] <= 0.0:
+                    push_out[j, 0] += weight[k, i] * dx
+                    push_out[j, 1] += weight[k, i] * dy
+                    push_out[j, 2] += weight[k, i] * dz
     return m

@@ -158,16 +158,17 @@ class Layers(Part):
         pairs.moment += 1
         if not len(pairs.awake):
             return []
-        heat = self._heat(rows.before_others(), velocities, rows.pull(), dt)
+        heat = self._heat(rows.before_others(), velocities, rows.pull(), pairs.push, dt)
         if parting.rubbed is None:
             return [Booking(LAYER_IMPACT, heat)]
-        rubbed = self._heat(before, parting.rubbed, pull, dt)
+        rubbed = self._heat(before, parting.rubbed, pull, parting.rubbed_push, dt)
         return [Booking(LAYER_IMPACT, heat - rubbed), Booking(FRICTION, rubbed)]
 
-    def _heat(self, before: np.ndarray, after: np.ndarray, pull: np.ndarray, dt: float) -> float:
-        """Of the impulses that changed velocities [m/s] (nodes, 3) from `before` to `after` [J]."""
+    def _heat(self, before: np.ndarray, after: np.ndarray, pull: np.ndarray, push: np.ndarray, dt: float) -> float:
+        """Of the impulses that changed velocities [m/s] (nodes, 3) from `before` to `after`, and pushed on nodes that
+        do not yield [N s] (nodes, 3), which someone moves [J]."""
         heat = np.empty(-(-len(before) // CHUNK))
-        _heat(len(before), self.inverse_mass, before, after, pull, dt, heat)
+        _heat(len(before), self.inverse_mass, before, after, pull, push, dt, heat)
         return float(heat.sum())
 
     def add_forces(
@@ -294,13 +295,15 @@ def _way_used(n, positions, velocities, path_start, path_velocity, skin, age, ah
 
 
 @kernel
-def _heat(n, inverse_mass, before, after, pull, dt, heat_out):
+def _heat(n, inverse_mass, before, after, pull, push, dt, heat_out):
     """Heat of impulses, by chunks [J]: impulse times the mean of the velocities of two successive half steps, without
     which layers at rest under pressure would seem to burn energy."""
     for chunk in prange((n + CHUNK - 1) // CHUNK):
         total = 0.0
         for i in range(chunk * CHUNK, min(n, (chunk + 1) * CHUNK)):
             if inverse_mass[i] <= 0.0:
+                for k in range(3):
+                    total -= push[i, k] * after[i, k]
                 continue
             done = 0.0
             for k in range(3):

@@ -83,7 +83,8 @@ class Pairs:
     pairs that can matter in a step, ascending. weight: of their nodes, (pairs, 4); distance: [m], (pairs,); measured:
     number of the moment at which, (pairs,) int64; moment: number of the present positions. slot: number of the
     constraint that a pair is in a step, -1 if none, (pairs,) int32. touched: nodes within the thickness
-    of another layer when the step began, (nodes,) bool. touching: number of nodes
+    of another layer when the step began, (nodes,) bool. push: impulses of the step on nodes that do not yield [N s],
+    (nodes, 3). touching: number of nodes
     that have pairs. room: for searches.
     """
 
@@ -108,6 +109,7 @@ class Pairs:
     measured: np.ndarray = field(metadata={"constant": True})
     slot: np.ndarray = field(metadata={"constant": True})
     touched: np.ndarray = field(metadata={"constant": True})
+    push: np.ndarray = field(metadata={"constant": True})
     touching: int = field(metadata={"constant": True})
     moment: int = field(default=0, metadata={"constant": True})
     room: Room = field(default_factory=Room, metadata={"constant": True})
@@ -121,7 +123,7 @@ class Pairs:
             np.zeros((nodes, 3)), np.zeros(nodes),
             0.0, -1.0, width, 0, 0,
             np.zeros(0, np.int64), np.zeros((0, 4)), np.zeros(0), np.zeros(0, np.int64), np.zeros(0, np.int32),
-            np.zeros(nodes, np.bool_), touching,
+            np.zeros(nodes, np.bool_), np.zeros((nodes, 3)), touching,
         )  # fmt: skip
 
     def __len__(self) -> int:

@@ -7,7 +7,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from billow.base.compiled import CHUNK
-from billow.parts.layers.clusters import join_short, move_together
+from billow.parts.layers.clusters import join_short, move_together, push_held
 from billow.parts.layers.distance import (
     gather,
     gather_marked,
@@ -85,7 +85,7 @@ class Rows(Protocol):
 
 class Parting:
     """A try to part layers with the list at hand, of whose skins nodes have used a share, 0 to 1. rubbed: velocities
-    after friction [m/s], (nodes, 3), None without."""
+    after friction [m/s], and rubbed_push: what it pushed on nodes that do not yield [N s], (nodes, 3); None without."""
 
     def __init__(self, pairs: Pairs, step: Step, rows: Rows, limits: Limits, used: float):
         self.pairs, self.step, self.rows, self.limits = pairs, step, rows, limits
@@ -116,12 +116,12 @@ class Parting:
         counts = gather_marked.serial(len(mark) // 8, mark, mark.view(np.uint64), awake, able)
         pairs.awake, self.able = awake[: counts[0]], able[: counts[1]]
         self.struck, self.is_found = np.zeros(n, np.bool_), None
-        self.rubbed = None
+        self.rubbed = self.rubbed_push = None
 
     def run(self) -> bool:
         """Whether the list is wide enough for what the impulses did; if it is not, nothing of the pairs has changed."""
         pairs, step, limits = self.pairs, self.step, self.limits
-        pairs.touched[:] = False
+        pairs.touched[:], pairs.push[:] = False, 0.0
         if not len(pairs.awake):
             return True
         self.changed, self.seen = np.empty(len(pairs.touched), np.bool_), np.full_like(step.velocities, np.nan)
@@ -134,9 +134,9 @@ class Parting:
             rub.serial(
                 len(pairs.awake), pairs.awake, pairs.edges_from, pairs.nodes, pairs.weight, pairs.normal,
                 pairs.distance, pairs.gap, limits.near, pairs.impulse, limits.friction, step.mass, step.inverse_mass,
-                limits.spring, step.dt, step.velocities,
+                limits.spring, step.dt, step.velocities, pairs.push,
             )  # fmt: skip
-            self.rubbed = step.velocities.copy()
+            self.rubbed, self.rubbed_push = step.velocities.copy(), pairs.push.copy()
         slot = pairs.slot
         index = pairs.room.array("index", len(pairs), 0, np.int64)
         aim, per, total = (pairs.room.array(name, len(pairs)) for name in ("aim", "per", "total"))
@@ -166,7 +166,10 @@ class Parting:
             self._sweep(Constraints(m, *constraints, pairs, limits, step))
         if not self._allow() or (short and not self._join()):
             return False
-        note.serial(len(pairs.awake), pairs.awake, m, index, total, pairs.impulse, slot)
+        note.serial(
+            len(pairs.awake), pairs.awake, m, index, total, pairs.nodes, pairs.weight, pairs.normal, step.inverse_mass,
+            pairs.impulse, slot, pairs.push,
+        )  # fmt: skip
         return True
 
     def _sweep(self, constraints: Constraints) -> None:
@@ -233,6 +236,7 @@ class Parting:
             move_together.serial(len(step.positions), parent, step.inverse_mass, before, step.velocities)
             if not self._allow():
                 return False
+        push_held.serial(len(parent), parent, step.inverse_mass, before, step.velocities, pairs.push)
         return True
 
     def _gathered(self, all_counts: np.ndarray) -> list[np.ndarray]:

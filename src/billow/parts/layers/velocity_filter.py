@@ -149,13 +149,19 @@ def admit(n, awake, goal, chunks, nodes, weight, inverse_mass, m, slot_out, inde
 
 
 @kernel
-def note(n, awake, m, index, total, impulse_out, slot_out):
-    """Keep the impulses of m constraints for the next step; of other pairs awake there are none."""
+def note(n, awake, m, index, total, nodes, weight, normal, inverse_mass, impulse_out, slot_out, push_out):
+    """Keep the impulses of m constraints for the next step; of other pairs awake there are none. push_out: nodes that
+    do not yield get what pushes on them [N s], (nodes, 3)."""
     for i in range(n):
         impulse_out[awake[i]] = 0.0
     for q in range(m):
-        impulse_out[index[q]] = total[q]
-        slot_out[index[q]] = -1
+        k = index[q]
+        impulse_out[k], slot_out[k] = total[q], -1
+        for i in range(4):
+            j = nodes[k, i]
+            if inverse_mass[j] <= 0.0:
+                for axis in range(3):
+                    push_out[j, axis] += total[q] * weight[k, i] * normal[k, axis]
 
 
 @kernel
