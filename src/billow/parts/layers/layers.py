@@ -47,9 +47,9 @@ SKIN, MOST_SKIN, WIDER = 0.5, 0.2, 1.4
 """How far a node may stray from its path before the list is spent: in gaps at least, in mean edges at most; and the
 factor by which it changes from list to list. More where impulses throw nodes off."""
 
-WORK_OF_PAIR, WORK_IN_STEP = 1.0, 0.15
+WORK_OF_PAIR, WORK_IN_STEP = 1.0, 0.5
 """Of each pair in a search and in a step, in looks at two triangles whose boxes meet. The skin is widened as long as
-pairs are the smaller part of the work."""
+pairs are the smaller part of the work. In a step all pairs are looked at three or four times where impulses fly."""
 
 USUAL, UNUSUAL = 1.5, 4.0
 """Stray of a node, in means of all, from which on its skin is wider, and the most times by which it is."""
