@@ -8,7 +8,15 @@ from numba import prange
 from scipy import stats
 
 from billow.base.compiled import kernel
-from billow.parts.gas.corpuscular.random_numbers import gamma, next_gamma, next_uniform, normal, stream, uniform
+from billow.parts.gas.corpuscular.random_numbers import (
+    gamma,
+    next_gamma,
+    next_normal,
+    next_uniform,
+    normal,
+    stream,
+    uniform,
+)
 
 N = 200_000
 # Fixed names give fixed numbers: a test of level 1e-3 cannot fail by chance from one day to the next.
@@ -27,7 +35,12 @@ def _draw(n, kind, shape, seed, step, event, out):
             out[i] = gamma(key, event, shape)
         else:
             for _ in range(event + 1):
-                out[i], key = next_uniform(key) if kind == 3 else next_gamma(key, shape)
+                if kind == 3:
+                    out[i], key = next_uniform(key)
+                elif kind == 4:
+                    out[i], key = next_gamma(key, shape)
+                else:
+                    out[i], key = next_normal(key)
 
 
 def draw(kind, shape=1.0, seed=7, step=3, event=0, n=N):
@@ -44,8 +57,19 @@ def test_uniform_is_uniform_and_open(kind):
     assert u.max() < 1.0
 
 
-def test_normal_is_normal():
-    assert stats.kstest(draw(1), "norm").pvalue > LEVEL
+@pytest.mark.parametrize("kind", [1, 5])
+def test_normal_is_normal(kind):
+    assert stats.kstest(draw(kind), "norm").pvalue > LEVEL
+
+
+@pytest.mark.parametrize("kind", [1, 5])
+def test_normal_has_its_tails(kind):
+    """The numbers beyond 3.4 and 3.5 on each side, where the layers of the ziggurat end at 3.44: binomial."""
+    x = draw(kind, n=20 * N)
+    for beyond in (2.5, 3.4, 3.5, 4.0):
+        share = stats.norm.sf(beyond)
+        for count in ((x > beyond).sum(), (x < -beyond).sum()):
+            assert abs(count - share * len(x)) < 4.5 * np.sqrt(share * len(x)), beyond
 
 
 @pytest.mark.parametrize("shape", [0.3, 1.0, 1.001, 1.1, 1.5, 2.7, 8.0])
@@ -74,10 +98,11 @@ def test_neighbouring_particles_are_independent():
         assert abs(np.corrcoef(u[:-lag], u[lag:])[0, 1]) < 4.0 / np.sqrt(N)
 
 
-@pytest.mark.parametrize("kind", [0, 3])
+@pytest.mark.parametrize("kind", [0, 3, 5])
 def test_events_of_one_particle_fill_the_cube(kind):
     """Triples of successive events fall evenly into 20^3 boxes (chi-square)."""
-    triple = np.stack([(20 * draw(kind, event=e)).astype(int) for e in range(3)])
+    evenly = stats.norm.cdf if kind == 5 else np.asarray
+    triple = np.stack([(20 * evenly(draw(kind, event=e))).astype(int) for e in range(3)])
     counts = np.bincount(np.ravel_multi_index(tuple(triple), (20, 20, 20)), minlength=8000)
     assert stats.chisquare(counts).pvalue > LEVEL
 
