@@ -242,10 +242,11 @@ def test_same_bits_for_any_number_of_threads(threads):
 
 
 def test_newborn_particles_fly_the_rest_of_the_step():
-    flock = flock_of([[0.5, 0.5, 0.5]] * 2, [[900.0, 0.0, 0.0]] * 2)
+    """They are the last ones; those before them fly all of it."""
+    flock = flock_of([[0.5, 0.5, 0.5]] * 3, [[900.0, 0.0, 0.0]] * 3)
     scene = Scene(*CUBE[:2], flock)
     scene.advance(1e-3, born=np.array([0.25, 0.75]))
-    assert flock.position[:, 0] == pytest.approx(folded(0.5 + 900.0 * np.array([0.75e-3, 0.25e-3])), abs=1e-8)
+    assert flock.position[:, 0] == pytest.approx(folded(0.5 + 900.0 * np.array([1e-3, 0.75e-3, 0.25e-3])), abs=1e-8)
 
 
 def test_a_particle_without_a_finite_position_is_reported():

@@ -19,6 +19,14 @@ from billow.parts.gas.corpuscular.crossing import BOTH, INWARD, NEVER, OUTWARD, 
 from billow.parts.gas.corpuscular.impact_bank import HITS_PER_CHUNK, Hits, ImpactBank
 from billow.parts.gas.corpuscular.random_numbers import stream, uniform
 from billow.parts.gas.corpuscular.walls import SWEPT_NUMBERS, Walls, may_cross, stays_away, sweep
+from billow.parts.gas.corpuscular.whole_steps import (
+    SET_BITS,
+    from_the_end,
+    pack_boxes,
+    packed,
+    step_of,
+    steps_per_metre,
+)
 
 STANDOFF = 1e-9
 """Distance [m] from a wall at which a reflected particle starts again."""
@@ -122,13 +130,16 @@ def fly(
     """Fly all particles through a gas step; changes flock and bank.
 
     particle_mass: [kg] of one particle of each species, (species,). grid: must have followed this motion. hits: room
-    for this many particles. seed, step: name the random numbers. born: fraction of the step at which each particle
-    starts from its position, (particles,); the start of the step if not given.
+    for this many particles. seed, step: name the random numbers. born: fraction of the step at which each of the last
+    particles starts from its position, (newborns,); the others, at the start of the step.
     """
     n = len(flock.position)
     chunks = -(-n // CHUNK)
-    swept = np.empty((len(walls.nodes), SWEPT_NUMBERS))
-    sweep(len(walls.nodes), walls.nodes, walls.orientation, motion.start, motion.end, swept)
+    triangles = len(walls.nodes)
+    swept, boxes = np.empty((triangles, SWEPT_NUMBERS)), np.empty((triangles, 2), np.uint64)
+    sweep(triangles, walls.nodes, walls.orientation, motion.start, motion.end, swept)
+    per_metre = steps_per_metre(grid)
+    pack_boxes(triangles, walls.nodes, motion.start, motion.end, grid.origin, per_metre, boxes)
     sums = _Sums(
         np.arange(0, n, CHUNK, dtype=np.int64), np.zeros(chunks), np.zeros((chunks, 4), dtype=np.int64),
         np.zeros((chunks, 1 + max(0, int(response.passage.max(initial=0))))),
@@ -136,7 +147,10 @@ def fly(
     sums.counts[:, 3] = n
     born = np.empty(0) if born is None else born
     while True:
-        _fly(n, flock, particle_mass, walls, swept, grid, motion, response, seed + PASSING, step, born, hits, sums)
+        _fly(
+            n, flock, particle_mass, walls, swept, boxes, per_metre, grid, motion, response, seed + PASSING, step, born,
+            hits, sums,
+        )  # fmt: skip
         bank.collect(hits)
         if (sums.next_particle >= np.minimum(np.arange(1, chunks + 1) * CHUNK, n)).all():
             break
@@ -149,7 +163,9 @@ def fly(
 
 
 @kernel
-def _fly(n, flock, particle_mass, walls, swept, grid, motion, response, seed, step, born, hits, sums):
+def _fly(
+    n, flock, particle_mass, walls, swept, boxes, per_metre, grid, motion, response, seed, step, born, hits, sums
+):  # fmt: skip
     # numba silently loses what a prange writes to an array of a group, unless the array was taken from the group
     # before, by name, and not by unpacking a tuple of more than three.
     position, velocity = flock.position, flock.velocity
@@ -171,7 +187,7 @@ def _fly(n, flock, particle_mass, walls, swept, grid, motion, response, seed, st
     ox, oy, oz, per_cell = grid.origin[0], grid.origin[1], grid.origin[2], 1.0 / grid.cell
     nx_cells, ny_cells, nz_cells = counts[0], counts[1], counts[2]
     looks_per_metre, cell, margin = 0.5 / grid.reach, grid.cell, grid.reach - grid.cell
-    none = np.uint32(len(nodes))
+    none, first_born = np.uint32(len(nodes)), n - len(born)
     for chunk in prange(chunks):
         recorded, energy = 0, 0.0
         p = next_particle[chunk]
@@ -185,8 +201,8 @@ def _fly(n, flock, particle_mass, walls, swept, grid, motion, response, seed, st
             px, py, pz = position[p, 0], position[p, 1], position[p, 2]
             vx, vy, vz = velocity[p, 0], velocity[p, 1], velocity[p, 2]
             x0, y0, z0, now, left = px, py, pz, 0.0, dt
-            if len(born) > 0:
-                now = born[p]
+            if p >= first_born:
+                now = born[p - first_born]
                 left = (1.0 - now) * dt
                 x0, y0, z0 = px - vx * (now * dt), py - vy * (now * dt), pz - vz * (now * dt)
             x1, y1, z1 = px + vx * left, py + vy * left, pz + vz * left
@@ -211,25 +227,27 @@ def _fly(n, flock, particle_mass, walls, swept, grid, motion, response, seed, st
                 looks = int(extent) + 1 if extent < MOST_LOOKS else MOST_LOOKS
                 part = 1.0 / looks
                 dx, dy, dz = part * way_x, part * way_y, part * way_z
-                room_x, room_y, room_z = abs(dx) + 2.0 * STANDOFF, abs(dy) + 2.0 * STANDOFF, abs(dz) + 2.0 * STANDOFF
+                half_x, half_y, half_z = 0.5 * abs(dx) + STANDOFF, 0.5 * abs(dy) + STANDOFF, 0.5 * abs(dz) + STANDOFF
                 for look in range(looks):
                     mx, my, mz = px + (look + 0.5) * dx, py + (look + 0.5) * dy, pz + (look + 0.5) * dz
                     cell_x = clipped_cell(mx, ox, per_cell, nx_cells)
                     cell_y = clipped_cell(my, oy, per_cell, ny_cells)
                     cell_z = clipped_cell(mz, oz, per_cell, nz_cells)
                     place = np.uint64((cell_x * ny_cells + cell_y) * nz_cells + cell_z)
-                    for entry in range(first[place], first[place + np.uint64(1)]):
-                        s = listed[np.uint64(entry)]
-                        # The piece's box against that of the triangle, both doubled. One maximum: three conditions
-                        # joined by "or" compile to branches that no processor predicts, a third of the flight.
-                        if (
-                            max(
-                                abs(2.0 * mx - swept[s, 0]) - swept[s, 3] - room_x,
-                                abs(2.0 * my - swept[s, 1]) - swept[s, 4] - room_y,
-                                abs(2.0 * mz - swept[s, 2]) - swept[s, 5] - room_z,
-                            )
-                            > 0.0
-                        ):
+                    begin, finish = np.uint64(first[place]), np.uint64(first[place + np.uint64(1)])
+                    if begin == finish:
+                        continue
+                    near = packed(
+                        step_of(mx - half_x, ox, per_metre), step_of(my - half_y, oy, per_metre),
+                        step_of(mz - half_z, oz, per_metre),
+                    )  # fmt: skip
+                    far = from_the_end(
+                        step_of(mx + half_x, ox, per_metre), step_of(my + half_y, oy, per_metre),
+                        step_of(mz + half_z, oz, per_metre),
+                    )  # fmt: skip
+                    for entry in range(begin, finish):
+                        s = listed[entry]
+                        if (boxes[s, 0] - near) & (boxes[s, 1] - far) & SET_BITS != SET_BITS:
                             continue
                         if s == skip:
                             continue

@@ -46,7 +46,7 @@ def pending(setup: Setup, gas: CorpuscularState, kinds: ParticleKinds, time: flo
 
 
 def blow(setup: Setup, gas: CorpuscularState, kinds: ParticleKinds, bag: Bag, span: float) -> np.ndarray | None:
-    """Add new particles from the inflators; returns at which fraction of the step each particle starts to fly."""
+    """Add new particles from the inflators; returns at which fraction of the step they start to fly, (newborns,)."""
     first = gas.particles.count
     ready = injectors(setup, kinds, gas.positions)
     for source, injector, delivery in zip(setup.supply.sources, ready, gas.deliveries, strict=True):
@@ -63,7 +63,7 @@ def blow(setup: Setup, gas: CorpuscularState, kinds: ParticleKinds, bag: Bag, sp
         gas.particles.position[one : gas.particles.count] += when[:, None] * (end - start)
     if gas.particles.count == first:
         return None
-    return np.concatenate([np.zeros(first), _birth_times(gas, first, setup.seed)])
+    return _birth_times(gas, first, setup.seed)
 
 
 def injectors(setup: Setup, kinds: ParticleKinds, positions: np.ndarray) -> list[Injector]:

@@ -12,7 +12,7 @@ from billow.base.compiled import kernel, scalar
 from billow.geometry.chambers import Chambers
 from billow.geometry.triangle import cross, sides
 
-SWEPT_NUMBERS = 25
+SWEPT_NUMBERS = 19
 """Numbers per triangle that `sweep` fills in."""
 
 FLATTEST = 1e-6
@@ -68,17 +68,12 @@ class Walls(NamedTuple):
 
 @kernel
 def sweep(n, nodes, orientation, start, end, swept_out):
-    """Per triangle, what `may_cross` and `stays_away` need: low + high and high - low of the box of its motion (x y z
-    each); unit normal at the start, height of its plane, lowest and highest end of a corner above that plane; gradient
-    and offset of the weights of its first two nodes at the start, lowest value of the three weights at the end of any
-    corner; by how much the pieces of its motion differ in way along the normal [m], and in slope."""
+    """Per triangle, what `may_cross` and `stays_away` need: unit normal at the start, height of its plane, lowest and
+    highest end of a corner above that plane; gradient and offset of the weights of its first two nodes at the start,
+    lowest value of the three weights at the end of any corner; by how much the pieces of its motion differ in way along
+    the normal [m], and in slope."""
     for t in prange(n):
         i, j, k = nodes[t, 0], nodes[t, 1], nodes[t, 2]
-        for axis in range(3):
-            a, b, c = start[i, axis], start[j, axis], start[k, axis]
-            d, e, f = end[i, axis], end[j, axis], end[k, axis]
-            low, high = min(a, b, c, d, e, f), max(a, b, c, d, e, f)
-            swept_out[t, axis], swept_out[t, 3 + axis] = low + high, high - low
         ux, uy, uz, wx, wy, wz = sides(start, i, j, k)
         nx, ny, nz = cross(ux, uy, uz, wx, wy, wz)
         length = math.sqrt(nx * nx + ny * ny + nz * nz)
@@ -88,8 +83,8 @@ def sweep(n, nodes, orientation, start, end, swept_out):
         a = nx * end[i, 0] + ny * end[i, 1] + nz * end[i, 2]
         b = nx * end[j, 0] + ny * end[j, 1] + nz * end[j, 2]
         c = nx * end[k, 0] + ny * end[k, 1] + nz * end[k, 2]
-        swept_out[t, 6], swept_out[t, 7], swept_out[t, 8], swept_out[t, 9] = nx, ny, nz, height
-        swept_out[t, 10], swept_out[t, 11] = min(a, b, c), max(a, b, c)
+        swept_out[t, 0], swept_out[t, 1], swept_out[t, 2], swept_out[t, 3] = nx, ny, nz, height
+        swept_out[t, 4], swept_out[t, 5] = min(a, b, c), max(a, b, c)
         # Gradients of the weights of j, k and i: the opposite edge, turned by a right angle in the plane.
         longest = max(ux * ux + uy * uy + uz * uz, wx * wx + wy * wy + wz * wz)
         turn = orientation[t] / length if length > FLATTEST * longest else 0.0
@@ -103,17 +98,17 @@ def sweep(n, nodes, orientation, start, end, swept_out):
             x, y, z = end[corner, 0], end[corner, 1], end[corner, 2]
             at_i, at_j = ix * x + iy * y + iz * z + of_i, jx * x + jy * y + jz * z + of_j
             low_i, low_j, low_k = min(low_i, at_i), min(low_j, at_j), min(low_k, 1.0 - at_i - at_j)
-        swept_out[t, 12], swept_out[t, 13], swept_out[t, 14], swept_out[t, 15] = ix, iy, iz, of_i
-        swept_out[t, 16], swept_out[t, 17], swept_out[t, 18], swept_out[t, 19] = jx, jy, jz, of_j
-        swept_out[t, 20], swept_out[t, 21], swept_out[t, 22] = low_i, low_j, low_k
+        swept_out[t, 6], swept_out[t, 7], swept_out[t, 8], swept_out[t, 9] = ix, iy, iz, of_i
+        swept_out[t, 10], swept_out[t, 11], swept_out[t, 12], swept_out[t, 13] = jx, jy, jz, of_j
+        swept_out[t, 14], swept_out[t, 15], swept_out[t, 16] = low_i, low_j, low_k
         # The pieces (`piece_normal`) as graphs over the plane at the start: normals of unit height.
         dux, duy, duz, dwx, dwy, dwz = sides(end, i, j, k)
         way_i, slope_i = _graph(nx, ny, nz, dux, duy, duz, dwx, dwy, dwz, orientation[t], start, end, i)
         dwx, dwy, dwz = dwx - dux, dwy - duy, dwz - duz
         way_j, slope_j = _graph(nx, ny, nz, ux, uy, uz, dwx, dwy, dwz, orientation[t], start, end, j)
         way_k = c - (nx * start[k, 0] + ny * start[k, 1] + nz * start[k, 2])
-        swept_out[t, 23] = max(way_i, way_j, way_k) - min(way_i, way_j, way_k)
-        swept_out[t, 24] = 2.0 * max(slope_i, slope_j)
+        swept_out[t, 17] = max(way_i, way_j, way_k) - min(way_i, way_j, way_k)
+        swept_out[t, 18] = 2.0 * max(slope_i, slope_j)
 
 
 @scalar
@@ -140,7 +135,7 @@ def stays_away(swept, t, leaves, way):
     the particle's path in a whole step [m]. Over any other piece they part by as much, but for what the pieces differ
     in way and slope: where that is less, the distance along the normal at the start only grows.
     """
-    return leaves > swept[t, 23] + swept[t, 24] * way + LEAST_DEPARTURE
+    return leaves > swept[t, 17] + swept[t, 18] * way + LEAST_DEPARTURE
 
 
 @scalar
@@ -152,10 +147,10 @@ def may_cross(swept, t, x0, y0, z0, x1, y1, z1, standoff):
     [m] in height, WEIGHT_SLACK in weights. First comes the time between the planes of the lowest and of the highest
     corner, then the three edges at both ends of that time.
     """
-    nx, ny, nz, height = swept[t, 6], swept[t, 7], swept[t, 8], swept[t, 9]
+    nx, ny, nz, height = swept[t, 0], swept[t, 1], swept[t, 2], swept[t, 3]
     before = nx * x0 + ny * y0 + nz * z0 - height
     later = nx * x1 + ny * y1 + nz * z1
-    above_low, above_high = later - swept[t, 10], later - swept[t, 11]
+    above_low, above_high = later - swept[t, 4], later - swept[t, 5]
     early, late = 0.0, 1.0
     if before < -standoff:
         if above_low < -standoff:
@@ -169,13 +164,13 @@ def may_cross(swept, t, x0, y0, z0, x1, y1, z1, standoff):
         early = (before - standoff) / (before - above_high)
     elif above_high > standoff:
         late = min(late, (standoff - before) / (above_high - before))
-    ax, ay, az, a = swept[t, 12], swept[t, 13], swept[t, 14], swept[t, 15]
-    bx, by, bz, b = swept[t, 16], swept[t, 17], swept[t, 18], swept[t, 19]
+    ax, ay, az, a = swept[t, 6], swept[t, 7], swept[t, 8], swept[t, 9]
+    bx, by, bz, b = swept[t, 10], swept[t, 11], swept[t, 12], swept[t, 13]
     a0, a1 = ax * x0 + ay * y0 + az * z0 + a, ax * x1 + ay * y1 + az * z1 + a
     b0, b1 = bx * x0 + by * y0 + bz * z0 + b, bx * x1 + by * y1 + bz * z1 + b
     c0, c1 = 1.0 - a0 - b0, 1.0 - a1 - b1
     # Growth of each weight in the step relative to that of the lowest corner, whose weight is zero at the start.
-    a1, b1, c1 = a1 - swept[t, 20] - a0, b1 - swept[t, 21] - b0, c1 - swept[t, 22] - c0
+    a1, b1, c1 = a1 - swept[t, 14] - a0, b1 - swept[t, 15] - b0, c1 - swept[t, 16] - c0
     return (
         min(
             max(a0 + early * a1, a0 + late * a1),
