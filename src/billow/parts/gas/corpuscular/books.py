@@ -63,7 +63,8 @@ def close_books(setup: Setup, gas: CorpuscularState, kinds: ParticleKinds) -> No
     booked = gas.start_energy + gas.enthalpy_in - gas.enthalpy_out - gas.load.work - gas.heat_lost
     scale = gas.start_energy + gas.enthalpy_in
     gas.energy_error = max(gas.energy_error, abs(_energy(gas) - booked) / scale)
-    momentum = gas.sums.momentum.sum(axis=0) + gas.remainder.momentum + gas.load.held.sum(axis=0) + gas.load.given
+    held = np.ascontiguousarray(gas.load.held.T).sum(axis=1)  # sums down rows of three take ten times as long
+    momentum = gas.sums.momentum.sum(axis=0) + gas.remainder.momentum + held + gas.load.given
     gap = momentum - gas.start_momentum - gas.impulse
     scale = math.sqrt(2.0 * gas.sums.flight_energy.sum() * gas.masses.sum())
     gas.momentum_error = max(gas.momentum_error, float(np.abs(gap).max() / scale))

@@ -280,7 +280,7 @@ class Corpuscular(Setup, SwitchableGas):
     def _press(self, gas: CorpuscularState, bag: Bag, span: float) -> None:
         """Hand the impulses of this step to the fabric, and set the outlets for the next one."""
         normals = area_vectors(bag.surface.triangles, bag.positions)
-        area = np.linalg.norm(normals, axis=1)
+        area = np.sqrt(normals[:, 0] ** 2 + normals[:, 1] ** 2 + normals[:, 2] ** 2)
         gas.load.renew(self._patches(gas, area), gas.bank.held, normals, span)
         gas.bank.smooth(area, span, SMOOTHING)
         self._regulate(gas, bag, area, span)

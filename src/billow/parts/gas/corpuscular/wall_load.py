@@ -30,8 +30,8 @@ class Patches:
 
     @classmethod
     def of(cls, patch: np.ndarray) -> Patches:
-        """From the patch of each triangle, any integers (triangles,)."""
-        _, patch = np.unique(patch, return_inverse=True)
+        """From the patch of each triangle, integers from 0 on (triangles,)."""
+        patch = (np.cumsum(np.bincount(patch) > 0) - 1)[patch]
         members = np.argsort(patch, kind="stable")
         start = np.concatenate([[0], np.cumsum(np.bincount(patch))])
         return cls(start.astype(np.int64), members.astype(np.int64))

@@ -67,7 +67,8 @@ def winding_numbers(points: np.ndarray, chamber: np.ndarray, bag: Enclosure) -> 
     """
     turned, order, low = thin_axis_last(bag.positions)
     width, depth, _ = box_around(turned)[1]  # its lowest corner is the origin
-    field = math.sqrt(max(width * depth, 1e-300) / len(bag.triangles))
+    # As many fields as there are triangles, or points, if those are few: lists for a single point are not worth it.
+    field = math.sqrt(max(width * depth, 1e-300) / max(min(len(bag.triangles), len(points)), 1))
     shape = np.array([int(width / field) + 1, int(depth / field) + 1])
     triangles, spans = bag.triangles, np.empty((len(bag.triangles), 6), np.int32)
     _find_fields(len(triangles), triangles, turned, field, spans)
