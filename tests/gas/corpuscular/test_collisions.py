@@ -129,15 +129,16 @@ def test_compression_with_variable_heat_capacity():
     assert np.trapezoid(slope, temperatures) / constant == pytest.approx(np.log(2.0), rel=0.02)
 
 
-def test_rate_is_one_free_path():
-    """In a short time each particle collides dt/tau times, tau = 0.75 cells over the mean thermal speed."""
+@pytest.mark.parametrize("times", [0.2, 1.5])
+def test_rate_is_one_free_path(times):
+    """Each particle collides dt/tau times, tau = 0.75 cells over the mean thermal speed, also more than once."""
     box = Box(["N2"], [30000], [600.0])
     box.collide(0.0)
     tau = collision_time(box.cells, box.kinds, np.ones(1), box.temperature())
     assert tau == pytest.approx(0.75 * box.cells.size[0] / np.sqrt(8.0 / np.pi * 296.8 * box.temperature()), rel=1e-3)
     size = box.cells.size[0]
-    collided = 2.0 * box.collide(0.2 * tau)
-    expected = 0.2 * 30000 * size / box.cells.size[0]
+    collided = 2.0 * box.collide(times * tau)
+    expected = times * 30000 * size / box.cells.size[0]
     # Cells of a single particle have no partner for it; the mean of sqrt(T) lies below sqrt of the mean.
     assert 0.97 * expected < collided < 1.01 * expected
 

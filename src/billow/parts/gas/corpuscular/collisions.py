@@ -17,6 +17,9 @@ from billow.parts.gas.supply.mixture import mixture_gas_constant
 FREE_PATH = 0.75
 """Mean free path in cell edges."""
 
+MOST_COLLISIONS = 2
+"""Of a particle in one call, at most, on average: for those that fly further than a free path between two calls."""
+
 EXCHANGE = 0.5
 """Share of collisions that exchange internal energy."""
 
@@ -62,18 +65,19 @@ def _collide(n, cells, first, start, order, size, particles, table, mass, heat, 
             temperature = found  # a good guess for the next cell
             constant = mixture_gas_constant(table, masses) / masses.sum()
             speed = math.sqrt(8.0 / math.pi * constant * temperature)
-            probability = min(1.0, dt * speed / (FREE_PATH * size[chamber]))
+            each = min(float(MOST_COLLISIONS), dt * speed / (FREE_PATH * size[chamber]))
             u, state = next_uniform(stream(seed + COLLISIONS, step, cell))
-            pairs = int(0.5 * (end - begin) * probability + u)
-            pairs = min(pairs, (end - begin) // 2)
+            half = (end - begin) // 2
+            pairs = min(int(0.5 * (end - begin) * each + u), MOST_COLLISIONS * half)
             if pairs == 0:
                 continue
             cell_degrees_of_freedom(table, masses, heat, thermal, temperature, dof)
             for pair in range(pairs):
+                at = begin + 2 * (pair % half)  # once all have met, they are drawn anew
                 u, state = next_uniform(state)
-                i = _draw(order, begin + 2 * pair, end, u)
+                i = _draw(order, at, end, u)
                 u, state = next_uniform(state)
-                j = _draw(order, begin + 2 * pair + 1, end, u)
+                j = _draw(order, at + 1, end, u)
                 state = _scatter(velocity, internal_energy, species, mass, dof, i, j, state)
             collided_out[chunk] += pairs
 
@@ -149,8 +153,8 @@ def _scatter(velocity, internal_energy, species, mass, dof, i, j, state):
 def collision_time(cells: Cells, kinds: ParticleKinds, mass_fractions: np.ndarray, temperature: float) -> float:
     """Shortest time [s] in which particles of any chamber fly their mean free path, at a mean temperature [K].
 
-    This is the longest interval between calls of `collide`: over a longer one, pairs would have to collide more than
-    once. mass_fractions: (species,). Infinite before the first sort.
+    Calls of `collide` further apart than MOST_COLLISIONS times this leave collisions out. mass_fractions: (species,).
+    Infinite before the first sort.
     """
     constant = mixture_gas_constant(kinds.table, mass_fractions)
     size = cells.size[cells.size > 0.0].min(initial=np.inf)

@@ -59,9 +59,10 @@ FREE_TIMES = 0.7
 SORT_EVERY = 2
 """Sorts by cell for each of which the particles themselves are moved: neighbours in space are neighbours in memory."""
 
-CELLS_PER_STEP, EDGES_PER_STEP, GAPS_PER_STEP = 1.0, 3.0, 0.3
+CELLS_PER_STEP, EDGES_PER_STEP, GAPS_PER_STEP = 1.3, 3.0, 0.3
 """Way of a particle in a gas step, at most about: in collision cells, in mean edges of the mesh, and in mean distances
-between opposite walls. The last keeps a flat bag's gas from answering its walls too late."""
+between opposite walls. The last keeps a flat bag's gas from answering its walls too late. The first is why particles
+may collide more than once between two steps (docs/theory.md, Gas step, has what it was measured to change)."""
 
 FLAT_IN_EDGES, FULL_IN_EDGES = 1.0, 4.0
 """Mean distance between opposite walls, in edges of the mesh, below which the search for walls is fine, because
