@@ -155,9 +155,11 @@ def breathed(gas_name):
 
 @pytest.fixture(scope="module")
 def rested(gas_name):
-    """The same in a sealed bag that nothing moves, until 4 ms after the inflator's end."""
+    """The same in a sealed bag that nothing moves, until 4 ms after the inflator's end, or 16 ms where particles go
+    from room to room: after 4 ms the first room still has 8 % more pressure than the mean (3 to 13 % over 12 seeds)."""
     gas, shape = scene(gas_name, vented=False, permeability=0.0)
-    return gas, shape, drive(gas, shape, still)
+    slow = of_particles_to_the_end(gas_name) and gas.supply.chambers.count > 1
+    return gas, shape, drive(gas, shape, still, end=0.024 if slow else 0.012)
 
 
 def numbers(totals, prefix="") -> dict:
