@@ -19,6 +19,7 @@ from billow.case.build import build_model
 from billow.case.fabric.build_fabric import build_fabric
 from billow.case.schema import Case
 from billow.cli.demo import CASE
+from billow.geometry.assembly import COLUMNS
 from billow.parts.fabric.membrane import Membrane
 from billow.solver.model import Model
 from billow.solver.run import Schedule, begin
@@ -45,15 +46,14 @@ def deployment() -> tuple[Model, list[tuple[np.ndarray, np.ndarray]]]:
 def fabric_laws() -> dict[str, str]:
     """Nanoseconds per triangle and evaluation of each law, and their ratio to the linear one."""
     model, states = deployment()
-    elements, triangles = model.fabric.membranes[0].elements, model.surface.triangles
+    elements, corners = model.fabric.membranes[0].elements, model.fabric.assembly.corners[0]
     flat = _flat_corners(model.fabric.membranes[0])
 
     def use(law: str):
         membrane = Membrane.build(build_fabric(Case.from_dict({"fabric": {"law": law}}).fabric), elements, flat)
         history, sums = membrane.fresh_history(), membrane.sums()
-        loads = np.zeros((len(triangles), 3, 3)), np.zeros((len(triangles), 3))
-        fabric = membrane.fabric
-        return lambda x, v: fabric.add_forces(membrane, triangles, x, v, history, loads, sums)
+        loads, fabric = np.zeros((len(model.fabric.assembly.entry), COLUMNS)), membrane.fabric
+        return lambda x, v: fabric.add_forces(membrane, corners, x, v, history, loads, sums)
 
     calls = [use(law) for law in LAWS]
     times = np.empty((ROUNDS, STATES, len(calls)))

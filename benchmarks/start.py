@@ -18,14 +18,14 @@ import numpy as np
 ROUNDS = 9
 HELP = "from billow.cli.main import main; main()"
 RUN = """
-import sys, time
+import contextlib, sys, time
 import billow.cli.main as command
 
 def stamp(progress):
     if progress.time >= progress.end:
         print(time.process_time(), flush=True)
 
-command._show = stamp
+command.watched = lambda quiet: contextlib.nullcontext(stamp)
 command.main()
 """
 """The command, which prints how long it has worked at the end of its one step."""
@@ -45,7 +45,7 @@ histories_per_frame = 1
 
 
 def seconds(program: str, *arguments: object, cache: Path) -> tuple[float, float]:
-    """Processor time [s] of a process, and of what it did until the end of its first step, 0 without one."""
+    """Processor time [s] of a process, and of what it did until the end of its first step, NaN without one."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     done = subprocess.run(
         [sys.executable, "-c", program, *map(str, arguments)],
@@ -54,7 +54,7 @@ def seconds(program: str, *arguments: object, cache: Path) -> tuple[float, float
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     spent = after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime
     stamps = [line for line in done.stdout.splitlines() if line.replace(".", "", 1).isdigit()]
-    return spent, float(stamps[0]) if stamps else 0.0
+    return spent, float(stamps[0]) if stamps else np.nan
 
 
 def start() -> dict[str, str]:
