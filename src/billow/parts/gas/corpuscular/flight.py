@@ -34,8 +34,9 @@ STANDOFF = 1e-9
 MOST_HITS = 32
 """Hits per particle and step after which it is put beside a wall; a fold of angle a takes up to pi/a."""
 
-UNCOUNTED = -1
-"""Overlap of a particle that was put beside a wall: fabric may have moved over that place."""
+UNCOUNTED = -(2**30)
+"""Overlap of a particle that was put beside a wall: fabric may have moved over that place. No count reaches it; -1 is
+one, of a particle that fabric has brought into the space of a chamber that openings join to its own."""
 
 MOST_LOOKS = 100_000
 """Most pieces into which the search cuts a path; only meaningless velocities need so many."""
