@@ -23,7 +23,8 @@ from billow.geometry.assembly import COLUMNS
 from billow.parts.fabric.membrane import Membrane
 from billow.solver.model import Model
 from billow.solver.run import Schedule, begin
-from billow.solver.step import advance, stable_dt
+from billow.solver.step import advance
+from billow.solver.step_size import stable_dt
 
 ELEMENT_SIZE = 0.0085  # m; 20,000 triangles of a driver bag 0.70 m across
 FROM, UNTIL = 0.020, 0.021  # s

@@ -33,7 +33,8 @@ from billow.run.recorder import environment
 from billow.solver import nodes
 from billow.solver.model import start_state
 from billow.solver.run import run
-from billow.solver.step import advance, first_forces, stable_dt
+from billow.solver.step import advance, first_forces
+from billow.solver.step_size import stable_dt
 
 REPEATS = 200
 DEMO_SIZE = 0.020  # m; 3,536 triangles

@@ -16,7 +16,8 @@ from billow.parts.bodies.contact import Nodes, SurfaceLaw
 from billow.parts.bodies.rigid_body import RigidBody, RigidState
 from billow.solver.checkpoint import flatten
 from billow.solver.model import start_state
-from billow.solver.step import advance, first_forces, stable_dt
+from billow.solver.step import advance, first_forces
+from billow.solver.step_size import stable_dt
 
 X, Y = np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0])
 

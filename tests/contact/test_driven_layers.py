@@ -11,7 +11,8 @@ from billow.geometry.crossings import CrossingCount
 from billow.parts.driven_nodes import DrivenNodes
 from billow.parts.layers import parting
 from billow.solver.model import start_state
-from billow.solver.step import advance, first_forces, stable_dt
+from billow.solver.step import advance, first_forces
+from billow.solver.step_size import stable_dt
 
 UP_AND_ASIDE = np.array([0.2, 0.0, 1.0])
 

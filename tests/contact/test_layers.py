@@ -23,7 +23,8 @@ from billow.run.simulate import simulate
 from billow.solver.checkpoint import flatten, restore
 from billow.solver.model import start_state
 from billow.solver.run import begin
-from billow.solver.step import advance, first_forces, stable_dt
+from billow.solver.step import advance, first_forces
+from billow.solver.step_size import stable_dt
 
 
 def thrown(kind, speed, **options):

@@ -5,7 +5,8 @@ from thrown_sheets import EDGE, model_of, sheet
 
 from billow.geometry.crossings import CrossingCount
 from billow.solver.model import start_state
-from billow.solver.step import advance, first_forces, stable_dt
+from billow.solver.step import advance, first_forces
+from billow.solver.step_size import stable_dt
 
 
 def test_layers_a_micron_apart_are_pressed_and_part_without_the_last_resort():

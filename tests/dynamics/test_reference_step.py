@@ -14,7 +14,8 @@ from billow.parts.bodies.contact import Nodes
 from billow.parts.gas.gas_model import Bag
 from billow.parts.part import Loads
 from billow.solver.run import begin
-from billow.solver.step import advance, stable_dt
+from billow.solver.step import advance
+from billow.solver.step_size import stable_dt
 
 BAG = {"element_size": 0.05}
 OBSTACLES = [

@@ -10,7 +10,8 @@ from billow.case.schema import Case
 from billow.parts.fabric.fabric import Fabric
 from billow.parts.part import DAMPING
 from billow.solver.run import begin
-from billow.solver.step import advance, stable_dt
+from billow.solver.step import advance
+from billow.solver.step_size import stable_dt
 
 CASES = {
     "linear": {"bag": {"element_size": 0.06}},

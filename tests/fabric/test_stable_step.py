@@ -15,7 +15,8 @@ from billow.parts.part import GRAVITY_WORK, Booking
 from billow.parts.straps import Straps
 from billow.solver.model import Model, State, start_state
 from billow.solver.run import Schedule, begin, run
-from billow.solver.step import advance, stable_dt
+from billow.solver.step import advance
+from billow.solver.step_size import stable_dt
 
 YOUNG, POISSON, DENSITY, THICKNESS = 4e8, 0.3, 800.0, 3e-4
 

@@ -178,7 +178,7 @@ class Rubber:
         return iter(())
 
     def squared_rate(self, membrane):
-        return (1.5 * self.wave_speed / membrane.altitude) ** 2
+        return (1.5 * self.wave_speed / membrane.altitude) ** 2 * membrane.lightness.max(axis=1)
 
     def add_forces(self, membrane, corners, positions, velocities, history, loads, partial):
         node, d = corners.node, membrane.reference_inverse.T.reshape(-1, 2, 2)

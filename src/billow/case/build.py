@@ -25,6 +25,7 @@ from billow.geometry.surface import check_closed, encloses, nodal_share
 from billow.parts.bodies.bodies import TOUCHES, Bodies
 from billow.parts.fabric.birth import Birth
 from billow.parts.fabric.fabric import Fabric
+from billow.parts.fabric.mass_shares import share_mass
 from billow.parts.fabric.membrane import FabricLaw, Membrane
 from billow.parts.layers.layers import Layers
 from billow.parts.self_contact import SelfContact
@@ -150,10 +151,11 @@ def build_membranes(case: schema.Case, shape: BagShape, law: FabricLaw) -> tuple
     for part, table in parts.items():
         own = cloth[surface.part[cloth] == surface.part_names.index(part)]
         laws.append((build_fabric(table, f"fabric.parts.{part}"), own))
-    return tuple(
+    membranes = [
         Membrane.build(one, own, shape.reference[own], one.thickness * shape.layers[own], surface.chambers)
         for one, own in laws
-    )
+    ]
+    return share_mass(membranes, surface.triangles)
 
 
 def keep_apart(model: Model, friction: float = 0.0) -> Layers:

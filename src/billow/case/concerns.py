@@ -18,6 +18,7 @@ from billow.case.schema import Case
 from billow.geometry.crossings import CrossingCount
 from billow.geometry.reference_check import NOTICED, Panel, panels, place
 from billow.parts.fabric.fabric import STEP_FACTOR
+from billow.parts.fabric.mass_shares import fastest, share_mass
 from billow.solver.model import Model
 
 START_STRAIN = 0.05  # of fabric or straps at the start: from here on it cannot be meant
@@ -163,18 +164,24 @@ def _size(case: Case, model: Model) -> Iterator[Concern]:
 
 
 def _slivers(case: Case, model: Model) -> Iterator[Concern]:
-    for membrane in model.fabric.membranes:
-        order = np.argsort(-membrane.squared_rate)
-        steps = STEP_FACTOR / np.sqrt(membrane.squared_rate[order])
+    membranes, triangles = model.fabric.membranes, model.surface.triangles
+    now = STEP_FACTOR * fastest(membranes) ** -0.5
+    for k, membrane in enumerate(membranes):
+        order = np.argsort(-membrane.alone.squared_rate)
+        steps = membrane.alone.squared_rate[order] ** -0.5
         few = min(max(math.ceil(FEW * len(steps)), 4), len(steps) // 4)
         count = int(np.searchsorted(steps[:few], steps[few] / COSTLY))
-        if count:
-            now, times = 1e6 * steps[0], steps[count] / steps[0]
+        if not count:
+            continue
+        rest = (*membranes[:k], membrane.only(order[count:]), *membranes[k + 1 :])
+        without = STEP_FACTOR * fastest(share_mass(rest, triangles)) ** -0.5
+        if without >= COSTLY * now:
             worst = place(model.surface, model.start, int(membrane.elements[order[0]]))
             key = "bag.start" if case.bag.shape == "mesh" else "bag"
             yield SLIVERS(
-                count=count, triangles=len(steps), now=now, without=now * times, times=times, place=worst, key=key
-            )
+                count=count, triangles=len(steps), now=1e6 * now, without=1e6 * without, times=without / now,
+                place=worst, key=key,
+            )  # fmt: skip
 
 
 def _folds(case: Case, model: Model) -> Iterator[Concern]:

@@ -19,7 +19,7 @@ from billow.results.dataset_files import fingerprint
 from billow.run.names import owners, require_distinct
 from billow.solver.checkpoint import flatten
 from billow.solver.model import Model, start_state
-from billow.solver.step import stable_dt
+from billow.solver.step_size import stable_dt
 
 SECONDS_PER_STEP = 220e-6  # rough cost that does not depend on the mesh, on one core of a 2020s processor
 MEGABYTES = 250.0  # of the program itself

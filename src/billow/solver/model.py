@@ -120,6 +120,17 @@ class Work:
 
 
 @dataclass
+class Pace:
+    """How long steps are. share: of the stable step [-]. step, residual: number of steps taken and residual of the
+    energy balance [J] when it was chosen; lost: what a stable step would lose, as last seen [J]."""
+
+    share: float = 1.0
+    step: int = 0
+    residual: float = 0.0
+    lost: float = 0.0
+
+
+@dataclass
 class State:
     """Everything that changes.
 
@@ -146,6 +157,7 @@ class State:
     steps_left: int = 0
     dt: float = 0.0
     first_dt: float = 0.0
+    pace: Pace = field(default_factory=Pace)
 
     def of(self, part: str):
         """What changes of a part, by the name of its field."""

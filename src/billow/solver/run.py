@@ -7,15 +7,16 @@ from dataclasses import dataclass
 
 from billow.solver.guards import LARGEST_GAIN, check_state, check_step_size
 from billow.solver.model import Model, State, start_state
-from billow.solver.step import advance, first_forces, stable_dt
+from billow.solver.step import advance, first_forces
+from billow.solver.step_size import look_back, stable_dt
 from billow.solver.team import Team
 
 
 @dataclass(frozen=True)
 class Schedule:
     """end [s]; frames: number of output frames after the start; histories_per_frame: history rows between two frames;
-    dt_scale: fraction of the stable step that is used [-]. largest_gain: energy created, of the largest energy so far
-    [-], that stops the run."""
+    dt_scale: fraction of the step that `step_size` gives [-]. largest_gain: energy created, of the largest energy so
+    far [-], that stops the run."""
 
     end: float
     frames: int
@@ -62,6 +63,7 @@ def _go_on(model: Model, schedule: Schedule, recorder: Recorder, state: State, t
     while state.interval < intervals:
         target = schedule.end * (state.interval + 1) / intervals
         if state.steps_left == 0:  # split the way to the target into equal steps within the stable one
+            look_back(state, schedule.end)
             limit = schedule.dt_scale * stable_dt(model, state)
             check_step_size(state, limit)
             state.steps_left = math.ceil((target - state.time) / limit)

@@ -7,8 +7,6 @@ line below, in the order in which it happens; every line that changes energy boo
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from billow.parts.bodies.contact import Nodes
@@ -97,11 +95,3 @@ def gravity_and_damping(model: Model, state: State, dt: float) -> list[Booking]:
         heat = 2.0 * model.mass_damping * twice_kinetic(len(model.mass), model.mass, state.velocities) * dt
         bookings.append(Booking(DAMPING, heat))
     return bookings
-
-
-def stable_dt(model: Model, state: State) -> float:
-    """Largest step [s] every part tolerates now: squared frequencies of fabric and straps, which act on the same nodes,
-    add; contact sets no limit, and the gas takes that or less."""
-    squared = model.fabric.squared_rate(state.fabric) + model.rate_of_straps
-    structure = squared**-0.5 if squared > 0.0 else math.inf
-    return model.gas.stable_dt(state.gas, structure)

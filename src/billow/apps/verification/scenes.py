@@ -18,6 +18,7 @@ from billow.parts.bodies.bodies import Bodies
 from billow.parts.bodies.body import Body
 from billow.parts.fabric.fabric import Fabric
 from billow.parts.fabric.linear_law import LinearFabric
+from billow.parts.fabric.mass_shares import share_mass
 from billow.parts.fabric.membrane import Membrane
 from billow.parts.gas.gas_model import Bag, GasModel, GasTotals
 from billow.parts.gas.gas_part import GasPart
@@ -150,12 +151,14 @@ def fabric_model(
 ) -> Model:  # fmt: skip
     """Model of a shape made of one fabric all over; start: [m], (nodes, 3), where not the shape's own positions."""
     surface, down = shape.surface, np.array(gravity)
-    membrane = Membrane.build(fabric, np.arange(surface.triangle_count), shape.reference, chambers=surface.chambers)
+    cloth = np.arange(surface.triangle_count)
+    membranes = (Membrane.build(fabric, cloth, shape.reference, chambers=surface.chambers),)
+    membranes = share_mass(membranes, surface.triangles)
     start = shape.positions if start is None else np.ascontiguousarray(start)
     area = nodal_share(surface.triangles.astype(np.int64), flat_area(shape.reference), surface.node_count)
     filled, contact = GasPart(gas or NoGas(), surface, start), Bodies(bodies, area, down)
-    parts = (filled, Fabric(surface, (membrane,)), NO_STRAPS, contact)
-    mass = nodal_mass(shape, (membrane,), NO_STRAPS)
+    parts = (filled, Fabric(surface, membranes), NO_STRAPS, contact)
+    mass = nodal_mass(shape, membranes, NO_STRAPS)
     return Model(surface, start, mass, shape.fixed, down, *parts, mass_damping=mass_damping)
 
 

@@ -121,9 +121,9 @@ class Fabric(Part):
 
     @property
     def smallest_element(self) -> int:
-        """Triangle of the smallest stable step in its flat cut."""
-        membrane = max(self.membranes, key=lambda m: m.squared_rate.max())
-        return int(membrane.elements[membrane.squared_rate.argmax()])
+        """Triangle that a wave crosses first in its flat cut."""
+        membrane = min(self.membranes, key=lambda m: m.crossing_time)
+        return int(membrane.elements[membrane.altitude.argmin()])
 
     def start(self, bag) -> FabricState:
         """Fabric that has never been strained."""

@@ -79,7 +79,8 @@ class FabricLaw(Protocol):
 
     def squared_rate(self, membrane: Membrane) -> np.ndarray:
         """1/dt^2 [1/s^2], (n,), of the largest step with which an unstrained element alone is stable: omega^2/4 of its
-        highest mode with its own lumped mass. No mode of a mesh is faster than that of its fastest element."""
+        highest mode with its share of mass at each corner. No mode of a mesh is faster than that of its fastest
+        element. A law that knows only the bound for thirds of the mass multiplies it by the largest lightness."""
 
     def add_forces(
         self, membrane: Membrane, corners: Corners, positions: np.ndarray, velocities: np.ndarray,
@@ -107,9 +108,10 @@ class Membrane:
 
     elements: (n,) int64, indices of their triangles in the surface. reference_inverse: Dm^-1 row by row, [1/m], (4, n).
     yarn_inverse: the same with its columns along the yarns. volume: reference area times thickness, [m^3], (n,).
-    viscosity: damping modulus, [Pa s], (n,). altitude: smallest reference altitude, [m], (n,). squared_rate: 1/dt^2 of
-    each element's own stable step at rest, damping included, [1/s^2], (n,). behind, ahead: chambers on either side of
-    each, (n,) int32 as in `Chambers`.
+    viscosity: damping modulus, [Pa s], (n,). altitude: smallest reference altitude, [m], (n,). lightness: a third of
+    an element's mass over its share of the mass of the node at each corner, [-], (n, 3) (`share_mass`); squared_rate:
+    1/dt^2 of its own stable step at rest with these shares, damping included, [1/s^2], (n,). behind, ahead: chambers
+    on either side of each, (n,) int32 as in `Chambers`.
     """
 
     fabric: FabricLaw
@@ -119,6 +121,7 @@ class Membrane:
     volume: np.ndarray
     viscosity: np.ndarray
     altitude: np.ndarray
+    lightness: np.ndarray
     squared_rate: np.ndarray
     behind: np.ndarray
     ahead: np.ndarray
@@ -149,10 +152,26 @@ class Membrane:
         sides = Chambers.single(len(elements)) if chambers is None else chambers
         which = slice(None) if chambers is None else elements
         membrane = cls(
-            fabric, elements, inverse, fabric.along_yarns(inverse), volume, viscosity, altitude, np.empty(0),
-            sides.behind[which], sides.ahead[which],
+            fabric, elements, inverse, fabric.along_yarns(inverse), volume, viscosity, altitude, np.empty((0, 3)),
+            np.empty(0), sides.behind[which], sides.ahead[which],
         )  # fmt: skip
-        return replace(membrane, squared_rate=membrane._with_damping(fabric.squared_rate(membrane)))
+        return membrane.sharing(np.ones((len(elements), 3)))
+
+    def sharing(self, lightness: np.ndarray) -> Membrane:
+        """With other shares of the mass of its nodes, and the steps that go with them."""
+        shared = replace(self, lightness=lightness)
+        return replace(shared, squared_rate=shared._with_damping(self.fabric.squared_rate(shared)))
+
+    def only(self, which: np.ndarray) -> Membrane:
+        """Some of its elements, by their places in it."""
+        rows = {name: getattr(self, name)[:, which] for name in ("reference_inverse", "yarn_inverse")}
+        each = ("elements", "volume", "viscosity", "altitude", "lightness", "squared_rate", "behind", "ahead")
+        return replace(self, **rows, **{name: getattr(self, name)[which] for name in each})
+
+    @cached_property
+    def alone(self) -> Membrane:
+        """With a third of their own mass at the corners of all elements."""
+        return self.sharing(np.ones_like(self.lightness))
 
     def _with_damping(self, squared_rate: np.ndarray) -> np.ndarray:
         """1/dt^2 [1/s^2] with damping taken from the last half step, dt = 2/omega (sqrt(1 + xi^2) - xi) for each mode
@@ -161,7 +180,7 @@ class Membrane:
         gxx, gyy, gxy = self.gradients
         widest = 0.5 * (gxx + gyy) + np.sqrt(0.25 * (gxx - gyy) ** 2 + gxy**2)
         xi = 1.5 * self.viscosity * widest / (self.fabric.density * omega)
-        factor = np.sqrt(1.0 + xi**2) - xi
+        factor = 1.0 / (np.sqrt(1.0 + xi**2) + xi)
         if not self.fabric.compression:
             factor = factor * min(1.0, SLACKENING + (1.0 - SLACKENING) * self.fabric.damping / UNDAMPED)
         return squared_rate / factor**2
@@ -173,10 +192,12 @@ class Membrane:
 
     @property
     def gradients(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Sums over the corners of the products xx, yy, xy of the gradients of their shape functions [1/m^2], (n,)."""
+        """Sums over the corners of the products xx, yy, xy of the gradients of their shape functions, times the
+        lightness [1/m^2], (n,)."""
         d11, d12, d21, d22 = self.reference_inverse
-        along, across = np.stack([d11, d21, -d11 - d21]), np.stack([d12, d22, -d12 - d22])
-        return (along**2).sum(axis=0), (across**2).sum(axis=0), (along * across).sum(axis=0)
+        along, across = np.stack([-d11 - d21, d11, d21]), np.stack([-d12 - d22, d12, d22])
+        light = self.lightness.T
+        return tuple((light * product).sum(axis=0) for product in (along**2, across**2, along * across))
 
     @cached_property
     def _constants(self) -> np.ndarray:

@@ -1,0 +1,49 @@
+"""How long the next steps are: no longer than is stable, and shorter while the scheme loses energy (docs/theory.md,
+Length of a step).
+
+What a step loses by its error grows with its length cubed. Of all ways to lose a given energy in a run, the one with
+the fewest steps is that of steps that each lose the same.
+"""
+
+from __future__ import annotations
+
+import math
+
+from billow.solver.model import Model, State
+
+LOSS = 0.01
+"""What all steps together may lose, of the largest energy so far: where the verdict of a run begins to doubt it."""
+
+AT_ONCE = 5.0
+"""Times the mean of what is left to lose, that a step may. Most steps are stable just so, and lose next to nothing."""
+
+SHORTEST = 0.6
+"""Of the stable step: energy that is lost for other reasons must not make steps ever shorter."""
+
+FEWEST = 64
+"""Steps over which a loss is measured; over fewer, energy that swings from step to step hides it."""
+
+
+def stable_dt(model: Model, state: State) -> float:
+    """Largest step [s] every part tolerates now: squared frequencies of fabric and straps, which act on the same nodes,
+    add; contact sets no limit, and the gas takes that or less."""
+    squared = model.fabric.squared_rate(state.fabric) + model.rate_of_straps
+    structure = squared**-0.5 if squared > 0.0 else math.inf
+    return model.gas.stable_dt(state.gas, state.pace.share * structure)
+
+
+def look_back(state: State, end: float) -> None:
+    """Between two steps: choose the share of the stable step by what the last steps have lost. end: of the run [s].
+
+    What a stable step would lose is taken from what these lost; while losses fade, half of what was seen before counts.
+    """
+    pace, ledger = state.pace, state.ledger
+    steps = state.step - pace.step
+    if steps < FEWEST:
+        return
+    stable, lost = state.dt / pace.share, abs(ledger.residual - pace.residual) / steps
+    pace.lost = max(lost / pace.share**3, 0.5 * pace.lost)
+    left = max(0.0, LOSS * ledger.largest_energy - abs(ledger.residual))
+    allowed = AT_ONCE * left * stable / (end - state.time)
+    pace.share = min(1.0, max(SHORTEST, (allowed / pace.lost) ** (1.0 / 3.0))) if pace.lost > 0.0 else 1.0
+    pace.step, pace.residual = state.step, ledger.residual

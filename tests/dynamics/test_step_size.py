@@ -1,0 +1,77 @@
+"""Steps are as long as is stable, and shorter while the scheme loses energy."""
+
+from __future__ import annotations
+
+import pytest
+from free_scene import free_model
+from hypothesis import given
+from hypothesis import strategies as st
+
+from billow.case.build import build_model, build_schedule
+from billow.case.schema import Case
+from billow.solver import step_size
+from billow.solver.model import Pace, start_state
+from billow.solver.run import run
+from billow.solver.step_size import AT_ONCE, FEWEST, LOSS, SHORTEST, look_back
+
+MODEL = free_model()
+END, DT = 0.04, 1e-5
+
+
+def after(lost: float, steps: int, largest: float = 10.0, pace: Pace | None = None):
+    """A state that has lost energy [J] in some steps of DT, looked back on."""
+    state = start_state(MODEL)
+    state.pace, state.dt = pace or Pace(), DT
+    state.step = state.pace.step + steps
+    state.ledger.residual, state.ledger.largest_energy = state.pace.residual - lost, largest
+    look_back(state, END)
+    return state.pace
+
+
+def test_every_step_loses_the_same():
+    """The error of a step grows with its length cubed: with the share chosen, each loses what it may."""
+    for lost in (0.012, 0.016, 0.02):
+        pace = after(lost, FEWEST)
+        allowed = AT_ONCE * (LOSS * 10.0 - lost) * DT / END
+        assert pace.share < 1.0
+        assert lost / FEWEST * pace.share**3 == pytest.approx(allowed, rel=1e-12)
+        again = after(lost / FEWEST * 0.8**3 * FEWEST, FEWEST, pace=Pace(share=0.8))
+        assert again.lost == pytest.approx(lost / FEWEST, rel=1e-12)  # what a stable step would have lost
+
+
+@given(
+    lost=st.floats(-1e6, 1e6),
+    steps=st.integers(0, 10_000),
+    largest=st.floats(0.0, 1e6),
+    share=st.floats(SHORTEST, 1.0),
+)
+def test_a_step_is_never_longer_than_stable_nor_shorter_than_it_must(lost, steps, largest, share):
+    assert SHORTEST <= after(lost, steps, largest, Pace(share=share)).share <= 1.0
+
+
+def test_a_step_is_long_again_soon_after_losses_end():
+    pace = after(0.05, FEWEST)
+    assert pace.share == SHORTEST
+    for _ in range(20):  # what was seen last counts half as much each time
+        pace = after(0.0, FEWEST, pace=pace)
+    assert pace.share == 1.0
+
+
+def test_nothing_is_judged_by_few_steps():
+    assert after(1.0, FEWEST - 1).share == 1.0
+
+
+def test_a_bag_that_snaps_open_loses_less_for_little_time(monkeypatch):
+    """Of a driver bag that is filled: against the stable step all the time, and the shortest."""
+    case = Case.from_dict({"bag": {"element_size": 0.03}, "run": {"end_time": 0.03, "frames": 30}})
+
+    def steps_and_loss(shortest: float, at_once: float) -> tuple[int, float]:
+        monkeypatch.setattr(step_size, "SHORTEST", shortest)
+        monkeypatch.setattr(step_size, "AT_ONCE", at_once)
+        state = run(build_model(case), build_schedule(case.run))
+        return state.step, state.ledger.relative_error
+
+    (steps, loss), (fewest, largest), (most, _) = map(steps_and_loss, (SHORTEST, 1.0, SHORTEST), (AT_ONCE, 1.0, 0.0))
+    assert loss < 0.9 * largest
+    assert steps - fewest < 0.3 * (most - fewest)
+    assert loss < 0.01
