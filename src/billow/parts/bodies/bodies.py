@@ -251,10 +251,9 @@ class Bodies(Part):
                 state.work[k] += work
                 bookings += [Booking(DRIVE_WORK, work), Booking(GRAVITY_WORK, by_gravity)]
                 continue
-            rigid_body.advance(body.rigid, motion, self.gravity, dt)
-            if self.has_gravity:  # the velocity is the new one already
-                middle = motion.velocity - 0.5 * dt * (motion.force / body.rigid.mass + self.gravity)
-                bookings.append(Booking(GRAVITY_WORK, float(body.rigid.mass * self.gravity @ middle) * dt))
+            by_gravity = rigid_body.advance(body.rigid, motion, self.gravity, dt)
+            if self.has_gravity:
+                bookings.append(Booking(GRAVITY_WORK, by_gravity))
         return bookings + self.kinetic_energy(state)
 
     def kinetic_energy(self, state: BodiesState) -> list[Booking]:

@@ -48,33 +48,68 @@ def moving(body: RigidBody, pose: Pose, velocity: np.ndarray, spin: np.ndarray) 
 
 def spin(body: RigidBody, state: RigidState) -> np.ndarray:
     """Angular velocity in space [rad/s], (3,)."""
-    if body.locked:
-        return np.zeros(3)
-    rotation = state.rotation
-    return rotation @ ((rotation.T @ state.angular_momentum) / body.inertia)
+    found = np.zeros(3)
+    if not body.locked:
+        _spin(state.rotation, state.angular_momentum, body.inertia, found)
+    return found
 
 
 def kinetic_energy(body: RigidBody, state: RigidState) -> float:
     """Translational plus rotational energy [J]."""
     if body.locked:
         return 0.0
-    in_body = state.rotation.T @ state.angular_momentum
-    return float(0.5 * body.mass * state.velocity @ state.velocity + 0.5 * np.sum(in_body**2 / body.inertia))
+    return _kinetic_energy(state.velocity, state.quaternion, state.angular_momentum, body.mass, body.inertia)
 
 
-def advance(body: RigidBody, state: RigidState, gravity: np.ndarray, dt: float) -> None:
-    """A step of dt [s] under the state's force and torque, averages over the step; gravity: [m/s^2], (3,).
+def advance(body: RigidBody, state: RigidState, gravity: np.ndarray, dt: float) -> float:
+    """A step of dt [s] under the state's force and torque, averages over the step; gravity: [m/s^2], (3,). Returns the
+    work of gravity [J].
 
     Drift, kick, drift (position Verlet): forces are those at the middle, where penalty contact gives them.
     """
     if body.locked:
-        return
-    acceleration = state.force / body.mass + gravity
-    state.centre += dt * (state.velocity + 0.5 * dt * acceleration)
-    state.velocity += dt * acceleration
-    rotate_freely(state.quaternion, state.angular_momentum, body.inertia, 0.5 * dt)
-    state.angular_momentum += dt * state.torque
-    rotate_freely(state.quaternion, state.angular_momentum, body.inertia, 0.5 * dt)
+        return 0.0
+    return _advance(
+        state.centre, state.velocity, state.quaternion, state.angular_momentum, state.force, state.torque, body.mass,
+        body.inertia, gravity, dt,
+    )  # fmt: skip
+
+
+@scalar
+def _advance(centre, velocity, quaternion, angular_momentum, force, torque, mass, inertia, gravity, dt):
+    work = 0.0
+    for k in range(3):
+        acceleration = force[k] / mass + gravity[k]
+        way = dt * (velocity[k] + 0.5 * dt * acceleration)
+        centre[k] += way
+        velocity[k] += dt * acceleration
+        work += mass * gravity[k] * way
+    rotate_freely(quaternion, angular_momentum, inertia, 0.5 * dt)
+    for k in range(3):
+        angular_momentum[k] += dt * torque[k]
+    rotate_freely(quaternion, angular_momentum, inertia, 0.5 * dt)
+    return work
+
+
+@scalar
+def _kinetic_energy(velocity, quaternion, angular_momentum, mass, inertia):
+    twice, rotation = 0.0, rotation_matrix(quaternion)
+    for k in range(3):
+        own = 0.0
+        for i in range(3):
+            own += rotation[i, k] * angular_momentum[i]
+        twice += mass * velocity[k] * velocity[k] + own * own / inertia[k]
+    return 0.5 * twice
+
+
+@scalar
+def _spin(rotation, angular_momentum, inertia, spin_out):
+    for k in range(3):
+        own = 0.0
+        for i in range(3):
+            own += rotation[i, k] * angular_momentum[i]
+        for i in range(3):
+            spin_out[i] += rotation[i, k] * own / inertia[k]
 
 
 @scalar
