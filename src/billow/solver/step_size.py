@@ -12,12 +12,10 @@ import math
 from billow.solver.model import Model, State
 
 LOSS = 0.01
-"""What all steps together may lose, of the largest energy so far: where the verdict of a run begins to doubt it."""
+"""What all steps together would lose, of the largest energy so far, if each lost as much as it may: where the verdict
+of a run begins to doubt it. Most steps are stable just so, and lose next to nothing."""
 
-AT_ONCE = 5.0
-"""Times the mean of what is left to lose, that a step may. Most steps are stable just so, and lose next to nothing."""
-
-SHORTEST = 0.6
+SHORTEST = 0.7
 """Of the stable step: energy that is lost for other reasons must not make steps ever shorter."""
 
 FEWEST = 64
@@ -43,7 +41,6 @@ def look_back(state: State, end: float) -> None:
         return
     stable, lost = state.dt / pace.share, abs(ledger.residual - pace.residual) / steps
     pace.lost = max(lost / pace.share**3, 0.5 * pace.lost)
-    left = max(0.0, LOSS * ledger.largest_energy - abs(ledger.residual))
-    allowed = AT_ONCE * left * stable / (end - state.time)
+    allowed = LOSS * ledger.largest_energy * stable / end
     pace.share = min(1.0, max(SHORTEST, (allowed / pace.lost) ** (1.0 / 3.0))) if pace.lost > 0.0 else 1.0
     pace.step, pace.residual = state.step, ledger.residual
