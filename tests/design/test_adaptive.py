@@ -61,6 +61,24 @@ def test_it_ends_when_the_error_is_reached(growing):
     assert b"<svg" in draw(learning_curve, stages, Aim("hic15", 3.0, ""))
 
 
+@pytest.mark.parametrize(
+    ("runs", "errors"),
+    [((16, 24, 32, 40), (3.8, 3.6, 3.4, 3.33)), ((16, 24, 31), (0.89, 0.93, 0.69)), ((16, 400), (40.0, 2.2))],
+)
+def test_the_learning_curve_says_plain_numbers(runs, errors):
+    axes = learning_curve(
+        [adaptive.Stage(*stage) for stage in zip(runs, errors, strict=True)], Aim("hic15", 3.0, "")
+    ).axes[0]
+    for axis, values in ((axes.xaxis, runs), (axes.yaxis, errors)):
+        said = [label.get_text() for label in (*axis.get_majorticklabels(), *axis.get_minorticklabels())]
+        ticks = [float(text) for text in said if text]  # not "$\\mathdefault{2\\times10^{1}}$"
+        assert len(ticks) >= 3
+        low, high = sorted(axis.get_view_interval())
+        assert low <= min(values)
+        assert max(values) <= high
+        assert all(low <= tick <= high for tick in ticks)
+
+
 def test_it_ends_when_the_error_is_level(growing, monkeypatch):
     choose = lambda known: np.arange(BATCH)[:, None] + len(known)  # noqa: E731
     monkeypatch.setattr(adaptive, "_judged", lambda folder, aim: (10.0 + 1.0 / len(growing), choose))

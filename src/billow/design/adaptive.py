@@ -180,6 +180,7 @@ def spread_out(uncertain: Callable[[np.ndarray], np.ndarray], known: np.ndarray,
 def learning_curve(stages: list[Stage], aim: Aim) -> Figure:
     """Error on runs held out against the number of runs, and where it was to end."""
     from billow.base.plot_style import GREY
+    from billow.rom.judge.figures import plain_log
 
     figure = Figure(figsize=(5.0, 3.4), layout="constrained")
     axes = figure.subplots()
@@ -187,4 +188,6 @@ def learning_curve(stages: list[Stage], aim: Aim) -> Figure:
     axes.axhline(aim.limit, color=GREY, ls="--")
     axes.annotate(f"wanted: {aim.limit:g}{aim.suffix}", (stages[0].runs, aim.limit), color=GREY, va="bottom")
     axes.set(xlabel="training runs", ylabel=f"error of runs held out, {aim.name} [{aim.unit or '-'}]")
+    for axis, limits in ((axes.xaxis, axes.get_xlim()), (axes.yaxis, axes.get_ylim())):
+        plain_log(axis, limits)
     return figure

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from matplotlib.ticker import FixedLocator, MaxNLocator, NullFormatter, ScalarFormatter
+from matplotlib.ticker import FixedLocator, MaxNLocator, NullLocator, ScalarFormatter
 
 from billow.base.plot_style import GREY, INK, styled
 from billow.pictures.curve_figure import DASHES, LINES
@@ -232,9 +232,17 @@ def mode_ticks(axes, counts) -> None:
     axes.set_xticks(counts, [str(count) if count in (1, 4, 8, 12, 16) else "" for count in counts])
 
 
+FEWEST_TICKS = 3
+
+
 def plain_log(axis, limits) -> None:
-    """Ticks 1, 2, 5 of every decade within limits, written as numbers."""
+    """Ticks of a logarithmic axis within limits, written as numbers: 1, 2, 5 of every decade, or, where these are fewer
+    than `FEWEST_TICKS`, round numbers at even distances."""
     ticks = [m * 10.0**e for e in range(-6, 7) for m in (1, 2, 5)]
-    axis.set_major_locator(FixedLocator([t for t in ticks if limits[0] <= t <= limits[1]]))
+    ticks = [tick for tick in ticks if limits[0] <= tick <= limits[1]]
+    if len(ticks) < FEWEST_TICKS:
+        even = MaxNLocator(5, steps=[1, 2, 2.5, 5, 10]).tick_values(*limits)
+        ticks = [tick for tick in even if limits[0] <= tick <= limits[1]]
+    axis.set_major_locator(FixedLocator(ticks))
     axis.set_major_formatter(ScalarFormatter())
-    axis.set_minor_formatter(NullFormatter())
+    axis.set_minor_locator(NullLocator())
