@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -57,3 +58,13 @@ def test_the_answer_is_that_of_the_networks(recipe, times, seed, runs, parameter
     tolerance = {"rtol": 1e-4, "atol": 1e-4}
     np.testing.assert_allclose(model.by_member(design, times, others), expected, **tolerance)
     np.testing.assert_allclose(model(design, times, others), expected.mean(axis=0), **tolerance)
+
+
+def test_sums_beyond_the_reach_of_exp_saturate():
+    random = np.random.default_rng(3)
+    model = regression("shared", 2, 0, random)
+    model = replace(model, weights=(300.0 * model.weights[0], *model.weights[1:]))  # first sums of some hundred
+    design = np.array([[0.1, 1.9], [0.9, 0.2]])
+    with np.errstate(over="ignore"):
+        expected = by_definition(model, design, TIMES, None)
+    np.testing.assert_allclose(model.by_member(design, TIMES), expected, rtol=1e-4, atol=1e-4 * np.abs(expected).max())
