@@ -58,7 +58,7 @@ def test_the_slope_is_that_of_the_energy():
     model = stretched()
     for s in (0.2, 0.4, 0.9):
         slope = model.fabric.birth.energy_slope(
-            model.fabric.membranes,
+            model.fabric.birth.membranes(model.fabric.membranes, s),
             s,
             model.surface.triangles,
             model.start,

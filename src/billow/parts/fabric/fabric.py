@@ -186,11 +186,12 @@ class Fabric(Part):
     ) -> tuple[Membrane, ...]:
         """The membranes with the reference of the step's end; books the work of the reference that moved."""
         before, now = self.birth.fraction(time), self.birth.fraction(time + dt)
+        membranes = self.birth.membranes(self.membranes, now)
         if before < 1.0:
-            slope = self.birth.energy_slope(self.membranes, now, self.surface.triangles, positions, state.history)
+            slope = self.birth.energy_slope(membranes, now, self.surface.triangles, positions, state.history)
             bookings.append(Booking(BIRTH_WORK, 0.5 * (state.birth_slope + slope) * (now - before)))
             state.birth_slope = slope
-        return self.birth.membranes(self.membranes, now)
+        return membranes
 
     def squared_rate(self, state: FabricState) -> float:
         """1 / dt^2 [1/s^2] of the largest stable step as the fabric is strained now; zero without fabric."""
