@@ -130,7 +130,7 @@ def kick_touch_drift(
 
 
 @inlined
-def _kick(block, first, count, dt, nodes):
+def kick_block(block, first, count, dt, nodes):
     """Half a kick of `count` nodes from `first` on, kept in the rows PX to VZ too; and where they are before."""
     inverse_mass, nodal_force, positions, velocities, before = nodes
     for j in range(count):
@@ -150,7 +150,7 @@ def _kick(block, first, count, dt, nodes):
 
 
 @inlined
-def _ask(block, first, count, dt, bound, motion, touching):
+def ask_block(block, first, count, dt, bound, motion, touching):
     """Fill the row CLOSE: above zero for nodes that touch a shape, and for all that may come into the sphere around
     one, or below a plane, if they go on as they are; returns whether there is any. Most do not, so these are loops
     without branches, in which ways are bounded and not measured."""
@@ -219,8 +219,8 @@ def _kick_touch_drift(
         end = min(n, (chunk + 1) * CHUNK)
         for first in range(chunk * CHUNK, end, BLOCK):
             count = min(BLOCK, end - first)
-            _kick(block, first, count, dt, nodes)
-            any_close = _ask(block, first, count, dt, bound, motion, touching)
+            kick_block(block, first, count, dt, nodes)
+            any_close = ask_block(block, first, count, dt, bound, motion, touching)
             _drift(block, first, count, dt, positions)
             if not any_close:
                 continue

@@ -15,7 +15,22 @@ from numba import prange
 from billow.base.compiled import CHUNK, inlined, kernel
 from billow.geometry.shapes.kinds import MESH, near_shape
 from billow.geometry.shapes.pose import into_axes, into_space, pose_of
-from billow.parts.bodies.contact import SETTLED, SWEEPS, ContactState, Nodes, ShapeMotion, ShapeTable
+from billow.parts.bodies.contact import (
+    BLOCK,
+    CLOSE,
+    ROWS,
+    SETTLED,
+    SWEEPS,
+    VX,
+    VY,
+    VZ,
+    ContactState,
+    Nodes,
+    ShapeMotion,
+    ShapeTable,
+    ask_block,
+    kick_block,
+)
 from billow.parts.bodies.penalty import contact_force
 
 
@@ -32,12 +47,12 @@ class BodyRows:
         self._table, self._motion, self._area = table, motion, area
         self._nodes, self._dt, self._contact = nodes, dt, contact
         self._old_offset = contact.offset.copy()
-        nodes.before[...] = nodes.positions
-        velocities = nodes.velocities
-        velocities += (0.5 * dt * nodes.inverse_mass)[:, None] * nodes.force
-        self._kicked = nodes.velocities.copy()
-        self._settled_at = np.full_like(nodes.velocities, np.nan) if len(table.kind) else None
-        self.restart()
+        self._kicked, self._settled_at = np.empty_like(nodes.velocities), np.empty_like(nodes.velocities)
+        _begin(
+            len(nodes.velocities), table.bound, tuple(motion), tuple(nodes), dt, contact.touching, contact.force,
+            self._kicked, self._settled_at,
+        )  # fmt: skip
+        self.settle()
 
     def __len__(self) -> int:
         """Shapes that push."""
@@ -156,6 +171,27 @@ def push_node(
         if change <= SETTLED * size:
             break
     return wx, wy, wz
+
+
+@kernel
+def _begin(n, bound, motion, nodes, dt, touching, force_out, kicked_out, settled_out):
+    """Half a kick of the nodes. Those that go on as they are and come to no shape are settled by that; others have
+    been nowhere, and pushes on them are taken back."""
+    for chunk in prange((n + CHUNK - 1) // CHUNK):
+        block = np.zeros(ROWS * BLOCK)
+        for first in range(chunk * CHUNK, min(n, (chunk + 1) * CHUNK), BLOCK):
+            count = min(BLOCK, n - first)
+            kick_block(block, first, count, dt, nodes)
+            ask_block(block, first, count, dt, bound, motion, touching)
+            for j in range(count):
+                i, close = first + j, block[CLOSE + j] > 0.0
+                vx, vy, vz = block[VX + j], block[VY + j], block[VZ + j]
+                kicked_out[i, 0], kicked_out[i, 1], kicked_out[i, 2] = vx, vy, vz
+                settled_out[i, 0] = np.nan if close else vx
+                settled_out[i, 1], settled_out[i, 2] = vy, vz
+                if close:
+                    for o in range(len(bound)):
+                        force_out[o, i, 0] = force_out[o, i, 1] = force_out[o, i, 2] = 0.0
 
 
 @kernel
