@@ -47,9 +47,10 @@ SKIN, MOST_SKIN, WIDER = 0.5, 0.2, 1.4
 """How far a node may stray from its path before the list is spent: in gaps at least, in mean edges at most; and the
 factor by which it changes from list to list. More where impulses throw nodes off."""
 
-WORK_OF_PAIR, WORK_IN_STEP = 1.0, 0.5
-"""Of each pair in a search and in a step, in looks at two triangles whose boxes meet. The skin is widened as long as
-pairs are the smaller part of the work. In a step all pairs are looked at three or four times where impulses fly."""
+WORK_OF_SEARCH, WORK_IN_STEP = 2.0, 0.5
+"""Of each triangle in a search, whatever is near it, and of each pair in a step, in looks at two triangles whose boxes
+meet. The skin is widened as long as the first outweighs all looks and pairs for which a list is made and used: with a
+skin twice as wide a list serves half as long again, and has three or four times as many of both."""
 
 USUAL, UNUSUAL = 1.5, 4.0
 """Stray of a node, in means of all, from which on its skin is wider, and the most times by which it is."""
@@ -200,8 +201,9 @@ class Layers(Part):
     ) -> None:  # fmt: skip
         """A new list for the coming steps of about dt [s]. way: that each node used of its skin in the last list
         [m]; thrown: how far impulses may throw nodes off their paths in the first step [m]; both (nodes,)."""
-        of_pairs = (WORK_OF_PAIR + WORK_IN_STEP * max(1.0, pairs.age / dt)) * len(pairs)
-        wider = WIDER * pairs.width if of_pairs < pairs.looked_at else pairs.width / WIDER
+        of_width = pairs.looked_at + WORK_IN_STEP * max(1.0, pairs.age / dt) * len(pairs)
+        of_search = WORK_OF_SEARCH * len(self._mesh.triangles)
+        wider = WIDER * pairs.width if of_width < of_search else pairs.width / WIDER
         pairs.width = max(SKIN * self.gap, min(MOST_SKIN * self.edge, wider))
         speed = math.sqrt(float(np.ascontiguousarray(velocities.T).var(axis=1).sum()))
         farthest = min(MOST_WAY, FARTHEST_WAY * pairs.width / (SKIN * self.gap)) * self.edge
