@@ -6,7 +6,8 @@ Runs what is not in the folder of runs yet, then draws what the paper shows (sha
 outgoing mass, pressure, motion of the hemisphere) and writes the curves and a table of energies and computing times,
 into validation/particles for bags that start flat and validation/folding for folded ones. A run that had to be stopped
 is drawn as far as it came, and the table says so. Folded bags are run three times: particles with other seeds, uniform
-pressure with slightly other steps. --coarse: elements and particles for a quick look.
+pressure with slightly other steps. --coarse: elements and particles for a quick look, in tables of their own.
+--models: only these of an example; the table keeps the rows of others.
 """
 
 from __future__ import annotations
@@ -51,6 +52,8 @@ THREE = (*PAIR, "mesh")
 AGAIN = ("up", "up_2", "up_3", "particles", "particles_2", "particles_3")
 COLOURS = {"up": "#0072b2", "up_no_jets": "#009e73", "particles": "#d55e00", "mesh": "#cc79a7"}
 COARSE = {"bag.element_size": 0.02, "gas.particles": 20_000}
+COARSELY = "_coarse"
+"""At the end of the names of tables and figures."""
 CELLS = {"square_two_stage": 0.018, "square_spinning_jet": 0.018, "flat_driver": 0.0085}
 """Edge of a cell of the mesh gas [m]: about 27,000 and 350,000 in a box about the bag, as in the paper."""
 LIGHT = np.array([-0.35, -0.5, 0.8]) / np.linalg.norm([-0.35, -0.5, 0.8])
@@ -319,6 +322,7 @@ def summary(case: Case, result: Result, cost: dict) -> dict:
 
 
 COLUMNS = {
+    "triangles": ("triangles", "{:,}"),
     "simulated": ("simulated_ms", "{:.1f} ms"),
     "energy put in": ("energy_put_in_J", "{:,.1f} J"),
     "highest pressure": ("highest_pressure_kPa", "{:.1f} kPa"),
@@ -344,19 +348,19 @@ def write_page(folder: Path) -> None:
         "Written by `benchmarks/paper_examples.py`; cases in [examples/paper](../../examples/paper/README.md).",
         "Computing times are of shared machines; the tables (`*.json`) hold threads and load of each run.",
     ]  # fmt: skip
-    for example in EXAMPLES:
-        path = folder / f"{example}.json"
+    for example, name in ((example, example + suffix) for example in EXAMPLES for suffix in ("", COARSELY)):
+        path = folder / f"{name}.json"
         if not path.exists():
             continue
         table = json.loads(path.read_text())
-        columns = {name: how for name, how in COLUMNS.items() if any(how[0] in row for row in table.values())}
-        lines += ["", f"## {load(example, 'up').title}", "", f"| | {' | '.join(columns)} |"]
-        lines += [f"|---|{'---|' * len(columns)}"]
+        columns = {column: how for column, how in COLUMNS.items() if any(how[0] in row for row in table.values())}
+        title = load(example, "up").title + (": a quick look, elements of 20 mm" if name.endswith(COARSELY) else "")
+        lines += ["", f"## {title}", "", f"| | {' | '.join(columns)} |", f"|---|{'---|' * len(columns)}"]
         for model, row in table.items():
             cells = [text.format(row[key]) if key in row else "" for key, text in columns.values()]
             lines.append(f"| {MODELS[model]} | {' | '.join(cells)} |")
-        shown = [name for name in ("shapes", "openings", "curves") if (folder / f"{example}_{name}.png").exists()]
-        lines += [line for name in shown for line in ("", f"![{name}]({example}_{name}.png)")]
+        shown = [kind for kind in ("shapes", "openings", "curves") if (folder / f"{name}_{kind}.png").exists()]
+        lines += [line for kind in shown for line in ("", f"![{kind}]({name}_{kind}.png)")]
     if (folder / "convergence").exists():
         lines += ["", "## How many particles are enough", "", "What `billow converge` found for the case in"]
         lines += ["[convergence](convergence/case.toml):", ""]
@@ -372,19 +376,23 @@ def report(example: str, arguments: argparse.Namespace) -> Path:
     out = arguments.out / ("folding" if "window" in shown else "particles")
     out.mkdir(parents=True, exist_ok=True)
     models = [m for m in shown["models"] if not m[-1].isdigit() or int(m[-1]) <= arguments.repeats]
+    models = [m for m in models if not arguments.models or m in arguments.models]
+    name = example + (COARSELY if arguments.coarse else "")
     cases = {model: load(example, model, arguments.coarse) for model in models}
     made = {model: run_once(example, model, arguments.runs, arguments.threads, arguments.coarse) for model in models}
     results = {model: result for model, (result, _) in made.items()}
     table = {model: summary(cases[model], result, cost) for model, (result, cost) in made.items()}
-    (out / f"{example}.json").write_text(json.dumps(table, indent=1, default=float) + "\n")
-    write_curves(out / f"{example}.csv", results, shown["curves"])
+    path = out / f"{name}.json"
+    others = json.loads(path.read_text()) if arguments.models and path.exists() else {}
+    path.write_text(json.dumps(others | table, indent=1, default=float) + "\n")
+    write_curves(out / f"{name}.csv", results, shown["curves"])
     with matplotlib.rc_context(STYLE):
         window = shown.get("window")
         drawn = {model: result for model, result in results.items() if not window or model in PAIR}
-        draw_shapes(drawn, shown["times"], shown["shapes"], window).savefig(out / f"{example}_shapes.png")
-        draw_curves(results, shown["curves"]).savefig(out / f"{example}_curves.png")
-        if example == "folded_tube":
-            draw_openings(results, cases).savefig(out / f"{example}_openings.png")
+        draw_shapes(drawn, shown["times"], shown["shapes"], window).savefig(out / f"{name}_shapes.png")
+        draw_curves(results, shown["curves"]).savefig(out / f"{name}_curves.png")
+        if example == "folded_tube" and set(PAIR) <= set(results):
+            draw_openings(results, cases).savefig(out / f"{name}_openings.png")
     for model, row in table.items():
         print(example, model, " ".join(f"{k}={v}" for k, v in row.items()))
     return out
@@ -398,6 +406,7 @@ def main() -> None:
     parser.add_argument("--threads", type=int, default=1)
     parser.add_argument("--coarse", action="store_true", help="20 mm elements, 20,000 particles")
     parser.add_argument("--repeats", type=int, default=3, choices=(1, 2, 3), help="runs of each folded case")
+    parser.add_argument("--models", nargs="+", choices=MODELS, metavar="MODEL", help="only these: " + ", ".join(MODELS))
     arguments = parser.parse_args()
     if unknown := set(arguments.examples) - set(EXAMPLES):
         parser.error(f"no example {unknown.pop()!r}")
