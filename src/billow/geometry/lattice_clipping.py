@@ -31,6 +31,8 @@ NOTHING = 1e-14
 """Share of a triangle below which a fragment is left out."""
 CORNERS = 16
 """Room for the corners of a clipped triangle, which has 9 at most."""
+ROOMS = 10
+"""Polygons that a triangle is clipped in: itself, and along each axis the part below a plane and twice the rest."""
 TEAM = 128
 """Triangles that share room for polygons."""
 
@@ -111,7 +113,7 @@ def _most(n, triangles, places, slot_out):
 @kernel
 def _clip(n, triangles, sign, places, slot, key_out, rows_out, found_out):
     for team in prange((n + TEAM - 1) // TEAM):
-        room = np.empty((5, CORNERS, 3))
+        room = np.empty((ROOMS, CORNERS, 3))
         for t in range(team * TEAM, min(n, (team + 1) * TEAM)):
             a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
             found_out[t + 1] = _fragments(places, a, b, c, sign[t], room, slot[t], slot[t + 1], key_out, rows_out)
@@ -133,40 +135,42 @@ def pack(n, slot, first, rows, number, rows_out, triangle_out, moment_out, lever
 
 
 @scalar
-def _cut(polygons, source, n, axis, value, side, target):
-    """The part of a convex polygon of n corners with side (x - value) >= 0; returns its number of corners."""
-    m = 0
-    if n < 3:
-        return 0
-    here = side * (polygons[source, 0, axis] - value)
+def _split(polygons, source, n, axis, value, below, above):
+    """Split a convex polygon of n corners by the plane x = value; returns the numbers of corners below and above."""
+    under, over = 0, 0
+    here = polygons[source, 0, axis] - value
     for i in range(n):
         j = i + 1 if i + 1 < n else 0
-        there = side * (polygons[source, j, axis] - value)
+        there = polygons[source, j, axis] - value
+        if here <= 0.0:
+            for d in range(3):
+                polygons[below, under, d] = polygons[source, i, d]
+            under += 1
         if here >= 0.0:
             for d in range(3):
-                polygons[target, m, d] = polygons[source, i, d]
-            m += 1
+                polygons[above, over, d] = polygons[source, i, d]
+            over += 1
         if (here > 0.0 and there < 0.0) or (here < 0.0 and there > 0.0):
             t = here / (here - there)
             for d in range(3):
-                polygons[target, m, d] = polygons[source, i, d] + t * (polygons[source, j, d] - polygons[source, i, d])
-            polygons[target, m, axis] = value
-            m += 1
+                x = polygons[source, i, d] + t * (polygons[source, j, d] - polygons[source, i, d])
+                polygons[below, under, d] = polygons[above, over, d] = x
+            polygons[below, under, axis] = polygons[above, over, axis] = value
+            under, over = under + 1, over + 1
         here = there
-    return m
+    return under, over
 
 
 @scalar
-def _slab(polygons, source, n, axis, k, low, high, target):
-    """The part between the planes k and k + 1; low, high: range of cells of the polygon."""
-    if low == high:
-        for i in range(n):
-            for d in range(3):
-                polygons[target, i, d] = polygons[source, i, d]
-        return n
-    between = np.int64(4)
-    m = _cut(polygons, source, n, axis, float(k), 1.0, between)
-    return _cut(polygons, between, m, axis, float(k + 1), -1.0, target)
+def _next_slab(polygons, source, n, axis, k, last):
+    """Take the part below the plane k + 1 away from what is left of a polygon; of the last one nothing is left. Returns
+    where the part is and how many corners it has, and the same of the rest."""
+    if k == last or n < 3:
+        return source, n, source, np.int64(0)
+    part, rest = 3 * axis + 1, 3 * axis + 2
+    rest += 1 if source == rest else 0
+    below, above = _split(polygons, source, n, axis, float(k + 1), part, rest)
+    return part, below, rest, above
 
 
 @scalar
@@ -182,7 +186,7 @@ def _fragments(places, a, b, c, sign, room, first, end, key_out, rows_out):
     """Write the fragments of the triangle of nodes a, b, c from `first` on, before `end`; returns their number, which
     is more than fit where one had no room.
 
-    room: (5, CORNERS, 3), for the triangle, the parts of it in a layer, in a column and in a cell, and one between.
+    room: (ROOMS, CORNERS, 3), for polygons.
     """
     for d in range(3):
         room[0, 0, d], room[0, 1, d], room[0, 2, d] = places[a, d], places[b, d], places[c, d]
@@ -200,33 +204,35 @@ def _fragments(places, a, b, c, sign, room, first, end, key_out, rows_out):
     u, v = (g + 1) % 3, (g + 2) % 3
     found = 0
     # Not plain numbers: for each of those numba would compile what is called anew.
-    triangle, layer, column, cell, corners = np.int64(0), np.int64(1), np.int64(2), np.int64(3), np.int64(3)
-    x, y, z = np.int64(0), np.int64(1), np.int64(2)
-    x0, x1 = _range(room, triangle, corners, x)
+    x, y, z, all_corners = np.int64(0), np.int64(1), np.int64(2), np.int64(3)
+    x_rest, x_left = np.int64(0), all_corners
+    x0, x1 = _range(room, x_rest, x_left, x)
     for i in range(x0, x1 + 1):
-        in_layer = _slab(room, triangle, corners, x, i, x0, x1, layer)
+        layer, in_layer, x_rest, x_left = _next_slab(room, x_rest, x_left, x, i, x1)
         if in_layer < 3:
             continue
+        y_rest, y_left = layer, in_layer
         y0, y1 = _range(room, layer, in_layer, y)
         for j in range(y0, y1 + 1):
-            in_column = _slab(room, layer, in_layer, y, j, y0, y1, column)
+            column, in_column, y_rest, y_left = _next_slab(room, y_rest, y_left, y, j, y1)
             if in_column < 3:
                 continue
+            z_rest, z_left = column, in_column
             z0, z1 = _range(room, column, in_column, z)
             for k in range(z0, z1 + 1):
-                in_cell = _slab(room, column, in_column, z, k, z0, z1, cell)
+                cell, in_cell, z_rest, z_left = _next_slab(room, z_rest, z_left, z, k, z1)
                 if in_cell < 3:
                     continue
                 low = (float(i), float(j), float(k))
                 area, cx, cy, cz, sx, sy, sz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-                px, py, pz = room[3, 0, 0] - low[0], room[3, 0, 1] - low[1], room[3, 0, 2] - low[2]
+                px, py, pz = room[cell, 0, 0] - low[0], room[cell, 0, 1] - low[1], room[cell, 0, 2] - low[2]
                 for m in range(1, in_cell - 1):
-                    w = (room[3, m, u] - room[3, 0, u]) * (room[3, m + 1, v] - room[3, 0, v])
-                    w -= (room[3, m, v] - room[3, 0, v]) * (room[3, m + 1, u] - room[3, 0, u])
+                    w = (room[cell, m, u] - room[cell, 0, u]) * (room[cell, m + 1, v] - room[cell, 0, v])
+                    w -= (room[cell, m, v] - room[cell, 0, v]) * (room[cell, m + 1, u] - room[cell, 0, u])
                     area += w
-                    qx, rx = room[3, m, 0] - low[0], room[3, m + 1, 0] - low[0]
-                    qy, ry = room[3, m, 1] - low[1], room[3, m + 1, 1] - low[1]
-                    qz, rz = room[3, m, 2] - low[2], room[3, m + 1, 2] - low[2]
+                    qx, rx = room[cell, m, 0] - low[0], room[cell, m + 1, 0] - low[0]
+                    qy, ry = room[cell, m, 1] - low[1], room[cell, m + 1, 1] - low[1]
+                    qz, rz = room[cell, m, 2] - low[2], room[cell, m + 1, 2] - low[2]
                     cx, cy, cz = cx + w * (px + qx + rx), cy + w * (py + qy + ry), cz + w * (pz + qz + rz)
                     sx += w * (px * px + qx * qx + rx * rx + px * qx + qx * rx + rx * px)
                     sy += w * (py * py + qy * qy + ry * ry + py * qy + qy * ry + ry * py)

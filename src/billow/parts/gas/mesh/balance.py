@@ -13,7 +13,7 @@ import numpy as np
 from numba import prange
 
 from billow.base.compiled import inlined, kernel, scalar
-from billow.parts.gas.mesh.slopes import forget
+from billow.parts.gas.mesh.slopes import VALUES, forget
 from billow.parts.gas.mesh.thermodynamics import (
     CAPACITY,
     FOUND,
@@ -114,40 +114,60 @@ def add_fluxes(
         guess, found, wanted = np.empty(LANES), np.empty((4, LANES)), np.int64(0)
         for c in range(team * LANES, min(n, (team + 1) * LANES)):
             first, bad_out[c] = members[start[c]], False
-            for k in range(species + 4):
-                held_out[first, k] = total[c, k] + gained[c, k] if c < special else held[first, k]
-            p = state[c, P]
-            x, y, z, energy = 0.0, 0.0, 0.0, 0.0  # what flows out
-            for m in range(start[c], start[c + 1] if p > 0.0 else start[c]):
-                i = members[m]
-                for side in range(6):
-                    j, d = beside[i, side], side // 2
-                    own = side % 2 == 1
-                    if j < 0:
-                        continue
-                    k = i if own else j
-                    if not aperture[k, d] > 0.0:
-                        continue
-                    # The still walls: what closes the cell, at the pressure of the cluster.
-                    sign = 1.0 if own else -1.0
-                    push = sign * p * aperture[k, d]
-                    x, y, z = (
-                        x - (push if d == 0 else 0.0),
-                        y - (push if d == 1 else 0.0),
-                        z - (push if d == 2 else 0.0),
-                    )
-                    if of[j] == c:
-                        continue
-                    mass = sign * dt * face * flux[k, d, 0]
-                    upwind = np.int64(c) if mass > 0.0 else np.int64(of[j])  # c is unsigned in threads
-                    for s in range(species):
-                        held_out[first, s] -= mass * state[upwind, Y + s]
-                    x, y, z = x + sign * flux[k, d, U], y + sign * flux[k, d, U + 1], z + sign * flux[k, d, U + 2]
-                    energy += sign * flux[k, d, 4]
-            held_out[first, species] -= dt * face * x
-            held_out[first, species + 1] -= dt * face * y
-            held_out[first, species + 2] -= dt * face * z
-            held_out[first, species + 3] -= dt * face * energy
+            if c >= special and min(beside[first, 0], beside[first, 2], beside[first, 4]) >= 0:
+                # No walls: faces on both sides of an axis are open by the same share, and the push of still walls
+                # cancels. Those that are not open have fluxes of zero.
+                own, i0, i1, i2 = np.int64(c), beside[first, 0], beside[first, 2], beside[first, 4]
+                m0, m1, m2 = flux[i0, 0, 0], flux[i1, 1, 0], flux[i2, 2, 0]
+                m3, m4, m5 = flux[first, 0, 0], flux[first, 1, 0], flux[first, 2, 0]
+                c0, c1, c2 = own if m0 < 0.0 else of[i0], own if m1 < 0.0 else of[i1], own if m2 < 0.0 else of[i2]
+                c3 = own if not m3 < 0.0 else of[beside[first, 1]]
+                c4 = own if not m4 < 0.0 else of[beside[first, 3]]
+                c5 = own if not m5 < 0.0 else of[beside[first, 5]]
+                for s in range(species):
+                    k = Y + s
+                    low = m0 * state[c0, k] + m1 * state[c1, k] + m2 * state[c2, k]
+                    high = m3 * state[c3, k] + m4 * state[c4, k] + m5 * state[c5, k]
+                    held_out[first, s] = held[first, s] - dt * face * (high - low)
+                for v in range(1, VALUES):
+                    low = flux[i0, 0, v] + flux[i1, 1, v] + flux[i2, 2, v]
+                    high = flux[first, 0, v] + flux[first, 1, v] + flux[first, 2, v]
+                    held_out[first, species + v - 1] = held[first, species + v - 1] - dt * face * (high - low)
+            else:
+                p = state[c, P]
+                x, y, z, energy = 0.0, 0.0, 0.0, 0.0  # what flows out
+                for k in range(species + 4):
+                    held_out[first, k] = total[c, k] + gained[c, k] if c < special else held[first, k]
+                for m in range(start[c], start[c + 1] if p > 0.0 else start[c]):
+                    i = members[m]
+                    for side in range(6):
+                        j, d = beside[i, side], side // 2
+                        own = side % 2 == 1
+                        if j < 0:
+                            continue
+                        k = i if own else j
+                        if not aperture[k, d] > 0.0:
+                            continue
+                        # The still walls: what closes the cell, at the pressure of the cluster.
+                        sign = 1.0 if own else -1.0
+                        push = sign * p * aperture[k, d]
+                        x, y, z = (
+                            x - (push if d == 0 else 0.0),
+                            y - (push if d == 1 else 0.0),
+                            z - (push if d == 2 else 0.0),
+                        )
+                        if of[j] == c:
+                            continue
+                        mass = sign * dt * face * flux[k, d, 0]
+                        upwind = np.int64(c) if mass > 0.0 else np.int64(of[j])  # c is unsigned in threads
+                        for s in range(species):
+                            held_out[first, s] -= mass * state[upwind, Y + s]
+                        x, y, z = x + sign * flux[k, d, U], y + sign * flux[k, d, U + 1], z + sign * flux[k, d, U + 2]
+                        energy += sign * flux[k, d, 4]
+                held_out[first, species] -= dt * face * x
+                held_out[first, species + 1] -= dt * face * y
+                held_out[first, species + 2] -= dt * face * z
+                held_out[first, species + 3] -= dt * face * energy
             if c >= special:
                 temperature_out[first], sound_out[first] = 0.0, 0.0
                 if after[c] > 0.0:
@@ -164,14 +184,16 @@ def add_fluxes(
 
 
 @inlined
-def _differ(d, c, place, slope, a, b, new_volume, old_centroid, new_centroid):
-    """How much faster [m/s] gas is along axis d at the centroid of a cell than that of its cluster c, by the slopes. a,
-    b: number of the cell before and after the step, or -1; centroids as in `geometry`."""
-    faster, is_new = 0.0, b >= 0 and (new_volume[b] != 0.0 or a < 0)
+def _differ(c, place, slope, a, b, new_volume, old_centroid, new_centroid, faster_out):
+    """How much faster [m/s] gas is along each axis at the centroid of a cell than that of its cluster c, by the slopes.
+    a, b: number of the cell before and after the step, or -1; centroids as in `geometry`."""
+    is_new = b >= 0 and (new_volume[b] != 0.0 or a < 0)
+    for d in range(3):
+        faster_out[d] = 0.0
     for k in range(3 if is_new or a >= 0 else 0):
-        at = new_centroid[b, k] if is_new else old_centroid[a, k]
-        faster += slope[c, k, U + d] * (at - place[c, k])
-    return faster
+        off = (new_centroid[b, k] if is_new else old_centroid[a, k]) - place[c, k]
+        for d in range(3):
+            faster_out[d] += slope[c, k, U + d] * off
 
 
 @kernel
@@ -205,26 +227,22 @@ def share_out(
             for m in range(begin, end if follows else begin):
                 i = members[m]
                 largest = i if weight[i] > weight[largest] else largest
-                for d in range(3):
-                    change = _differ(
-                        d, c, place, slope, in_old[i], in_new[i], new_volume, old_centroid, new_centroid
-                    )  # fmt: skip
-                    apart += 0.5 * mass * weight[i] / after[c] * change * change
+                _differ(c, place, slope, in_old[i], in_new[i], new_volume, old_centroid, new_centroid, faster)
+                scale = 0.5 * mass * weight[i] / after[c]
+                apart += scale * (faster[0] * faster[0] + faster[1] * faster[1] + faster[2] * faster[2])
             far = math.sqrt(min(1.0, LARGEST_SHARE * thermal / apart)) if apart > 0.0 else 0.0
             heat = thermal - far * far * apart
             for m in range(end - 1, begin - 1, -1):  # the first one last
                 i = members[m]
                 share = weight[i] / after[c] if after[c] > 0.0 else 1.0 / (end - begin)
-                for d in range(3 if far > 0.0 else 0):
-                    faster[d] = far * _differ(
-                        d, c, place, slope, in_old[i], in_new[i], new_volume, old_centroid, new_centroid
-                    )  # fmt: skip
+                if far > 0.0:
+                    _differ(c, place, slope, in_old[i], in_new[i], new_volume, old_centroid, new_centroid, faster)
                 for k in range(species + 4):
                     held[i, k] = share * held[first, k]
                 if far > 0.0:
                     flow = 0.0
                     for d in range(3):
-                        held[i, species + d] += share * mass * faster[d]
+                        held[i, species + d] += far * share * mass * faster[d]
                         flow += held[i, species + d] ** 2
                     held[i, species + 3] = share * heat + (0.5 * flow / (share * mass) if share > 0.0 else 0.0)
                 temperature[i], sound[i] = temperature[first], sound[first]
