@@ -249,7 +249,7 @@ def order() -> Iterator[Measurement]:
     """M5: the same wave after 0.8 periods, 20 to 80 cells with cut ends; and between walls that move through the
     lattice, 80 and 160 cells: 2 +- 0.15 with all cells, cut ones too.
 
-    Away from the walls it is 2.16: the limiter at the largest velocity, whose error falls faster, still counts there
+    Away from the walls it is 2.16: at the longest step the error of second order is so small that those of third count
     (docs/mesh_gas.md, Checks). That check is of one side."""
     errors = [standing_wave(cells, 0.8, 1e-5)[2] for cells in (20, 40, 80)]
     found = [math.log2(a / b) for a, b in pairwise(errors)]
