@@ -12,32 +12,35 @@ from billow.case.schema import Case
 from billow.solver import step_size
 from billow.solver.model import Pace, start_state
 from billow.solver.run import run
-from billow.solver.step_size import FEWEST, LOSS, SHORTEST, look_back
+from billow.solver.step_size import FEWEST, LOSS, SHORTEST, look_back, stable_dt
 
 MODEL = free_model()
-END, DT = 0.04, 1e-5
+STABLE, END = stable_dt(MODEL, start_state(MODEL)), 0.04
 
 
-def after(lost: float, steps: int, largest: float = 10.0, pace: Pace | None = None):
-    """A state that has lost energy [J] in some steps of DT, looked back on."""
+def after(lost: float, steps: int, largest: float = 10.0, pace: Pace | None = None, used: float = 1.0):
+    """A state that has lost energy [J] in some steps, a part `used` of the stable one each, looked back on."""
     state = start_state(MODEL)
-    state.pace, state.dt = pace or Pace(), DT
+    state.pace, state.dt = pace or Pace(), used * STABLE
     state.step = state.pace.step + steps
     state.ledger.residual, state.ledger.largest_energy = state.pace.residual - lost, largest
-    look_back(state, END)
+    look_back(MODEL, state, END)
     return state.pace
 
 
 def test_every_step_loses_the_same():
     """The error of a step grows with its length cubed: with the share chosen, each loses what it may."""
-    allowed = LOSS * 10.0 * DT / END
+    allowed = LOSS * 10.0 * STABLE / END
     for times in (1.5, 2.0, 2.5):
-        lost = times * allowed * FEWEST
-        pace = after(lost, FEWEST)
-        assert pace.share < 1.0
-        assert lost / FEWEST * pace.share**3 == pytest.approx(allowed, rel=1e-12)
-        again = after(lost / FEWEST * 0.8**3 * FEWEST, FEWEST, pace=Pace(share=0.8))
-        assert again.lost == pytest.approx(lost / FEWEST, rel=1e-12)  # what a stable step would have lost
+        pace = after(times * allowed * FEWEST, FEWEST)
+        assert times * allowed * pace.share**3 == pytest.approx(allowed, rel=1e-12)
+
+
+def test_what_short_steps_lose_tells_what_stable_ones_would():
+    """Also where it was the gas, or the user, that made them short."""
+    allowed = LOSS * 10.0 * STABLE / END
+    pace = after(2.0 * 0.3**3 * allowed * FEWEST, FEWEST, used=0.3)
+    assert pace.share == pytest.approx(0.5 ** (1.0 / 3.0), rel=1e-9)
 
 
 @given(

@@ -63,7 +63,7 @@ def _go_on(model: Model, schedule: Schedule, recorder: Recorder, state: State, t
     while state.interval < intervals:
         target = schedule.end * (state.interval + 1) / intervals
         if state.steps_left == 0:  # split the way to the target into equal steps within the stable one
-            look_back(state, schedule.end)
+            look_back(model, state, schedule.end)
             limit = schedule.dt_scale * stable_dt(model, state)
             check_step_size(state, limit)
             state.steps_left = math.ceil((target - state.time) / limit)

@@ -23,24 +23,28 @@ FEWEST = 64
 
 
 def stable_dt(model: Model, state: State) -> float:
-    """Largest step [s] every part tolerates now: squared frequencies of fabric and straps, which act on the same nodes,
-    add; contact sets no limit, and the gas takes that or less."""
-    squared = model.fabric.squared_rate(state.fabric) + model.rate_of_straps
-    structure = squared**-0.5 if squared > 0.0 else math.inf
-    return model.gas.stable_dt(state.gas, state.pace.share * structure)
+    """Largest step [s] that is stable now, or the share of it that is chosen; the gas takes that or less."""
+    return model.gas.stable_dt(state.gas, state.pace.share * _structure_dt(model, state))
 
 
-def look_back(state: State, end: float) -> None:
+def look_back(model: Model, state: State, end: float) -> None:
     """Between two steps: choose the share of the stable step by what the last steps have lost. end: of the run [s].
 
     What a stable step would lose is taken from what these lost; while losses fade, half of what was seen before counts.
     """
     pace, ledger = state.pace, state.ledger
-    steps = state.step - pace.step
-    if steps < FEWEST:
+    steps, stable = state.step - pace.step, _structure_dt(model, state)
+    if steps < FEWEST or not math.isfinite(stable):
         return
-    stable, lost = state.dt / pace.share, abs(ledger.residual - pace.residual) / steps
-    pace.lost = max(lost / pace.share**3, 0.5 * pace.lost)
+    lost = abs(ledger.residual - pace.residual) / steps
+    pace.lost = max(lost * (stable / state.dt) ** 3, 0.5 * pace.lost)
     allowed = LOSS * ledger.largest_energy * stable / end
     pace.share = min(1.0, max(SHORTEST, (allowed / pace.lost) ** (1.0 / 3.0))) if pace.lost > 0.0 else 1.0
     pace.step, pace.residual = state.step, ledger.residual
+
+
+def _structure_dt(model: Model, state: State) -> float:
+    """Largest step [s] that all but the gas tolerates: squared frequencies of fabric and straps, which act on the same
+    nodes, add; contact sets no limit."""
+    squared = model.fabric.squared_rate(state.fabric) + model.rate_of_straps
+    return squared**-0.5 if squared > 0.0 else math.inf
