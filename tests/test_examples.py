@@ -22,7 +22,7 @@ def test_there_are_examples():
 @pytest.mark.parametrize("path", FLAT, ids=lambda path: path.stem)
 def test_an_example_runs(deploy, path, tmp_path):
     case = Case.load(path)
-    coarse = {"bag.element_size": 0.05, "run.end_time": 0.03, "run.frames": 3}
+    coarse = {"bag.element_size": 0.05, "run.end_time": 0.03, "run.frames": 3, "run.histories_per_frame": 100}
     result = deploy(case.vary(coarse), tmp_path / "run")
     assert result.status == "completed"
     assert result.ledger["gas_mass_error"] <= 1e-12
@@ -35,11 +35,11 @@ def test_an_example_runs(deploy, path, tmp_path):
     assert 0.03 < curves["volume [m^3]"][-1] < 0.08
     free = next(o for o in case.obstacles if o.name == "impactor" and not o.locked) if "free" in path.stem else None
     if free:
-        # Newton: the impulse it got is its mass times its velocity.
+        # Newton: the impulse it got is its mass times its velocity. Rows are near enough to sum the force.
         impulse = np.trapezoid(pushed, curves["time [s]"])
         speed = curves["impactor_velocity_z [m/s]"][-1]
         assert speed > 0.1
-        assert free.mass * speed == pytest.approx(impulse, rel=0.1)
+        assert free.mass * speed == pytest.approx(impulse, rel=0.05)
 
 
 def test_the_folded_example_opens_and_nothing_passes_through_anything(tmp_path):

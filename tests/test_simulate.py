@@ -130,7 +130,7 @@ def test_a_stopped_run_is_published_with_its_reason(brief, tmp_path, monkeypatch
     check, seen = run_module.check_state, []
 
     def spoil(model, state, *others):
-        if state.step == 40:
+        if state.step == 25:
             state.velocities[7] = np.nan
         seen.append(state.step)
         check(model, state, *others)
@@ -138,11 +138,11 @@ def test_a_stopped_run_is_published_with_its_reason(brief, tmp_path, monkeypatch
     monkeypatch.setattr(run_module, "check_state", spoil)
     with pytest.raises(NumericalStop, match="E-NUM-001"):
         simulate(brief, tmp_path / "run")
-    assert seen[-1] == 41
+    assert seen[-1] == 26
     result = Result.open(tmp_path / "run")
     assert result.status == "stopped"
     assert "E-NUM-001" in result.record["reason"]
-    assert result.record["steps"] == 41
+    assert result.record["steps"] == 26
     assert 2 <= len(result.times) < 5  # the frames up to then
     assert np.isfinite(result.displacement).all()
     assert list(tmp_path.iterdir()) == [result.folder]

@@ -180,7 +180,7 @@ MUTANTS = (
     ),
     Mutant(
         "straps without a step limit",
-        "solver/step.py",
+        "solver/step_size.py",
         " + model.rate_of_straps",
         "",
         "tests/fabric/test_stable_step.py",

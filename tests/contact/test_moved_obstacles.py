@@ -169,9 +169,8 @@ PILLOW = {
             "motion": {"kind": "speed", "speed": {"time": [0.008, 0.009, 0.015, 0.016], "value": [0.0, 7.0, 7.0, 0.0]}},
         },
     ],
-    # Rows so near to each other that force over way can be summed from them; so steps are half as long, and elastic
-    # forces keep their books (docs/theory.md, Energy balance: a residual of 1.4 % at the longest step, 0.4 % at half).
-    "run": {"end_time": 0.02, "frames": 4, "histories_per_frame": 400},
+    # A row at every step, so that force over way can be summed from them; steps are half as long as they could be.
+    "run": {"end_time": 0.02, "frames": 4, "histories_per_frame": 500},
 }  # fmt: skip
 
 

@@ -63,14 +63,16 @@ def crossings(triangles: np.ndarray, edges: np.ndarray, positions: np.ndarray) -
     if not len(edges):
         return np.zeros(len(triangles), np.int64)
     grid = SearchGrid.build(triangles, positions, positions)
+    corners = positions[triangles]
+    boxes = np.hstack([corners.min(axis=1), corners.max(axis=1)])
     n = len(edges)
     counts = np.empty(-(-n // CHUNK), np.int64)
     room = 0
     while True:
         found = np.empty((len(counts), room), np.int64)
         _find(
-            n, edges, triangles, positions, grid.origin, grid.cell, grid.counts, grid.first, grid.listed, grid.margin,
-            counts, found,
+            n, edges, triangles, positions, boxes, grid.origin, grid.cell, grid.counts, grid.first, grid.listed,
+            grid.margin, counts, found,
         )  # fmt: skip
         if counts.max() <= room:
             break
@@ -107,18 +109,21 @@ def _passes(positions, p, q, a, b, c):
 
 
 @kernel
-def _find(n, edges, triangles, positions, origin, cell, counts, first, listed, margin, count_out, found_out):
+def _find(n, edges, triangles, positions, boxes, origin, cell, counts, first, listed, margin, count_out, found_out):
     """Triangles that edges cross, by chunks of edges: how many, and as many of them as there is room for.
 
     An edge is cut into pieces no longer than twice the margin, so that the cell of a piece's middle lists every
-    triangle that the piece can pass through; where it passes decides which piece it is, so that it counts once.
+    triangle that the piece can pass through; where it passes decides which piece it is, so that it counts once. boxes:
+    around the triangles, lower and upper corner, (triangles, 6).
     """
     for chunk in prange((n + CHUNK - 1) // CHUNK):
         count = 0
         for e in range(chunk * CHUNK, min(n, (chunk + 1) * CHUNK)):
             p, q = edges[e, 0], edges[e, 1]
             px, py, pz = positions[p, 0], positions[p, 1], positions[p, 2]
-            dx, dy, dz = positions[q, 0] - px, positions[q, 1] - py, positions[q, 2] - pz
+            qx, qy, qz = positions[q, 0], positions[q, 1], positions[q, 2]
+            dx, dy, dz = qx - px, qy - py, qz - pz
+            lx, ly, lz, hx, hy, hz = min(px, qx), min(py, qy), min(pz, qz), max(px, qx), max(py, qy), max(pz, qz)
             pieces = int(np.sqrt(dx * dx + dy * dy + dz * dz) / (2.0 * margin)) + 1
             for piece in range(pieces):
                 middle = (piece + 0.5) / pieces
@@ -128,9 +133,11 @@ def _find(n, edges, triangles, positions, origin, cell, counts, first, listed, m
                 here = (x * counts[1] + y) * counts[2] + z
                 for i in range(first[here], first[here + 1]):
                     t = listed[i]
-                    a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
-                    if not _boxes_meet(positions, p, q, a, b, c):
+                    if hx < boxes[t, 0] or hy < boxes[t, 1] or hz < boxes[t, 2]:
                         continue
+                    if lx > boxes[t, 3] or ly > boxes[t, 4] or lz > boxes[t, 5]:
+                        continue
+                    a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
                     if p in (a, b, c) or q in (a, b, c):
                         continue
                     share = _passes(positions, p, q, a, b, c)
@@ -139,14 +146,3 @@ def _find(n, edges, triangles, positions, origin, cell, counts, first, listed, m
                             found_out[chunk, count] = t
                         count += 1
         count_out[chunk] = count
-
-
-@scalar
-def _boxes_meet(positions, p, q, a, b, c):
-    """Whether the box around an edge p, q meets that around a triangle a, b, c."""
-    for k in range(3):
-        one, other = positions[p, k], positions[q, k]
-        first, second, third = positions[a, k], positions[b, k], positions[c, k]
-        if max(one, other) < min(first, second, third) or min(one, other) > max(first, second, third):
-            return False
-    return True
