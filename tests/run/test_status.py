@@ -98,7 +98,7 @@ def test_lines_of_the_log_keep_their_columns(small_run):
     for value in (0.0, -0.0, 1e-9, -123456.789, 1e7, -1e-7, 99.99999, float("nan"), float("-inf")):
         assert len(fitted(value, 6)) == 6
         assert float(fitted(value, 6)) == pytest.approx(value, rel=0.2, nan_ok=True)
-    assert not is_frame("612 triangles, 300 nodes, fabric 0.2 kg; triangle 3 (front) limits the step")
+    assert not is_frame("612 triangles, 300 nodes, fabric 0.2 kg; triangle 3 (front) and its neighbours limit the step")
 
 
 def test_the_end_of_a_run_tells_its_peaks(small_case, tmp_path):

@@ -129,7 +129,7 @@ class RunRecorder(Recorder):
             self.say(f"resumed at {1e3 * state.time:.4f} ms, step {state.step}")
         self.say(
             f"{surface.triangle_count} triangles, {surface.node_count} nodes, fabric {self.model.mass.sum():.3f} kg; "
-            f"triangle {element} ({part}) limits the step"
+            f"triangle {element} ({part}) and its neighbours limit the step"
         )
         for line in told.assumptions:
             self.say(f"typical, not measured: {line}")
@@ -138,7 +138,7 @@ class RunRecorder(Recorder):
         if (told.sensors or told.particle_times) and self.model.gas.model.view() is None:
             self.say("sensors and particles are not written: this gas is the same everywhere")
         self.say(LOG_HEADER)
-        what = {"title": told.title, "limited_by": f"triangle {element} ({part})"}
+        what = {"title": told.title, "limited_by": f"triangle {element} ({part}) and neighbours"}
         self.status = Status(self.folder, what, told.schedule.end, self.journal)
 
     def say(self, line: str) -> None:
