@@ -232,12 +232,10 @@ class Bodies(Part):
     def _fill(self, rows: ShapeMotion, motions: Sequence[RigidState], which: Iterable[int]) -> None:
         for k in which:
             body, motion = self.bodies[k], motions[k]
-            rotation, spin = motion.rotation, rigid_body.spin(body.rigid, motion)
             for o, carried in enumerate(body.shapes, self._first_shape[k]):
-                row = rows.body[o]
-                row[:3], row[3:6], row[6:] = motion.centre, motion.velocity, spin
-                rows.centre[o] = rotation @ carried.centre
-                rows.pose[o] = (rotation if carried.rotation is None else rotation @ carried.rotation).ravel()
+                rigid_body.carry(
+                    body.rigid, motion, carried.centre, carried.rotation, rows.body[o], rows.centre[o], rows.pose[o]
+                )  # fmt: skip
 
     def move(self, state: BodiesState, dt: float) -> list[Booking]:
         """Bodies over a step of dt [s] under the contact forces and gravity."""

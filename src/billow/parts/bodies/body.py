@@ -15,11 +15,11 @@ from billow.parts.bodies.rigid_body import RigidBody, RigidState
 @dataclass(frozen=True)
 class Carried:
     """A shape and its place on a body: centre from the body's [m], (3,), and rotation of its axes to the body's, (3,
-    3), None for the same axes."""
+    3)."""
 
     shape: Shape
     centre: np.ndarray = field(default_factory=lambda: np.zeros(3))
-    rotation: np.ndarray | None = None
+    rotation: np.ndarray = field(default_factory=lambda: np.eye(3))
 
 
 @dataclass(frozen=True)
@@ -71,7 +71,7 @@ class Body:
         turn, found = self.start.rotation, []
         for carried in self.shapes:
             centre = self.start.centre + turn @ carried.centre
-            rotation = turn if carried.rotation is None else turn @ carried.rotation
+            rotation = turn @ carried.rotation
             place = {"center": centre.tolist(), "rotation": rotation.tolist(), "locked": not self.moves}
             found.append({"name": self.name, **carried.shape.describe(), **place})
         return found
@@ -86,5 +86,5 @@ class Body:
         found = []
         for carried in self.shapes:
             own = turned - carried.centre
-            found.append(carried.shape.distance(own if carried.rotation is None else own @ carried.rotation)[0])
+            found.append(carried.shape.distance(own @ carried.rotation)[0])
         return np.array(found)

@@ -100,26 +100,13 @@ class Pair:
         """Kind and numbers of both shapes."""
         return [(number_of(carried.shape), tuple(carried.shape.numbers.tolist())) for carried in self.shapes]
 
-    @cached_property
-    def _sizes(self) -> list[float]:
-        """Radius of a sphere about each body's centre that holds its shape [m]."""
-        return [math.hypot(*carried.centre.tolist()) + carried.shape.bound for carried in self.shapes]
-
-    def gap(self, centres: Sequence[Sequence[float]], plane: Sequence[float] | None) -> float:
-        """A lower bound of the distance between the shapes [m], cheap because it is asked in every step. centres: of
-        all bodies [m]; plane: outward normal of the second shape, if it is one."""
-        one, other = (centres[body] for body in self.bodies)
-        if plane is None:
-            return math.dist(one, other) - sum(self._sizes)
-        return sum((x - y) * n for x, y, n in zip(one, other, plane, strict=True)) - self._sizes[0]
-
     def touching(self, motions: Sequence[RigidState]) -> Touch:
         """How they touch, or would."""
         centres, poses = [], []
         for body, carried in zip(self.bodies, self.shapes, strict=True):
             rotation = motions[body].rotation
             centres.append(motions[body].centre + rotation @ carried.centre)
-            poses.append(rotation if carried.rotation is None else rotation @ carried.rotation)
+            poses.append(rotation @ carried.rotation)
         apart = centres[1] - centres[0]
         (kind_a, numbers_a), (kind_b, numbers_b) = self._told
         if math.isinf(self.shapes[1].shape.bound):
@@ -133,30 +120,47 @@ class Pair:
         return Touch(normal, span - float(normal @ apart), centres[0] + np.array(found[4:]), self.span / span)
 
 
-class Bound(NamedTuple):
-    """What bounds the way of any point of a body: whether it moves at all; inverse mass [1/kg], and size over its least
-    inertia [1/(kg m)], both zero where forces do not change its motion."""
+@scalar
+def _way(velocity, force, torque, angular_momentum, moves, per_mass, per_momentum, push, pull, dt):
+    """A bound of the way of any point of a body [m] over a step of dt [s], but for meetings. per_mass: inverse mass
+    [1/kg], and per_momentum: size over least inertia [1/(kg m)], both zero where forces do not change its motion;
+    push: of its drive [N]; pull: speed that gravity gives [m/s]."""
+    if not moves:
+        return 0.0
+    speed = _length(velocity) + pull + dt * per_mass * (_length(force) + abs(push))
+    return dt * (speed + per_momentum * (_length(angular_momentum) + dt * _length(torque)))
 
-    moves: bool
-    per_mass: float
-    per_momentum: float
 
-    @classmethod
-    def of(cls, body: Body) -> Bound:
-        if body.rigid.locked:
-            return cls(body.moves, 1.0 / body.drive.mass if isinstance(body.drive, Guided) else 0.0, 0.0)
-        size = max(math.hypot(*carried.centre.tolist()) + carried.shape.bound for carried in body.shapes)
-        return cls(True, 1.0 / body.rigid.mass, size / float(body.rigid.inertia.min()))
+@scalar
+def _length(vector):
+    return math.sqrt(vector[0] * vector[0] + vector[1] * vector[1] + vector[2] * vector[2])
 
-    def way(self, motion: RigidState, push: float, pull: float, dt: float) -> float:
-        """A bound of the way of any point [m] over a step of dt [s], but for meetings; push: of its drive [N]; pull:
-        speed that gravity gives [m/s]."""
-        if not self.moves:
-            return 0.0
-        force = math.hypot(*motion.force.tolist()) + abs(push)
-        speed = math.hypot(*motion.velocity.tolist()) + pull + dt * self.per_mass * force
-        turning = math.hypot(*motion.angular_momentum.tolist()) + dt * math.hypot(*motion.torque.tolist())
-        return dt * (speed + self.per_momentum * turning)
+
+@scalar
+def _may_meet(
+    a, va, fa, ta, la, push_a, b, vb, fb, tb, lb, push_b, is_plane, normal, sizes, bounds, pull, dt
+):  # fmt: skip
+    """Whether two shapes may meet in a step of dt [s]: cheap, because it is asked in every one.
+
+    Of each body centre [m], velocity [m/s], force [N], torque [N m], angular momentum [kg m^2/s] and push of its drive
+    [N]; normal: outward, of the second shape, if it is a plane; sizes: radii of spheres about both centres that hold
+    the shapes [m]; bounds: moves, per_mass and per_momentum of `_way`, (2, 3)."""
+    x, y, z = a[0] - b[0], a[1] - b[1], a[2] - b[2]
+    if is_plane:
+        gap = x * normal[0] + y * normal[1] + z * normal[2] - sizes[0]
+    else:
+        gap = math.sqrt(x * x + y * y + z * z) - (sizes[0] + sizes[1])
+    first = _way(va, fa, ta, la, bounds[0, 0] > 0.0, bounds[0, 1], bounds[0, 2], push_a, pull, dt)
+    second = _way(vb, fb, tb, lb, bounds[1, 0] > 0.0, bounds[1, 1], bounds[1, 2], push_b, pull, dt)
+    return gap <= first + second
+
+
+def _bound(body: Body) -> tuple[float, float, float]:
+    """What bounds the way of a body, as in `_may_meet`."""
+    if body.rigid.locked:
+        return float(body.moves), 1.0 / body.drive.mass if isinstance(body.drive, Guided) else 0.0, 0.0
+    size = max(math.hypot(*carried.centre.tolist()) + carried.shape.bound for carried in body.shapes)
+    return 1.0, 1.0 / body.rigid.mass, size / float(body.rigid.inertia.min())
 
 
 @dataclass(frozen=True)
@@ -207,18 +211,12 @@ class Meetings:
         """Add the forces [N] and torques [N m] of all pairs over a step of dt [s] to those in `motions`; returns what
         the springs hold at its end, and what friction and damping took [J]. pushes: of the drives of guided bodies
         [N], (bodies,)."""
-        if state.deepest.any():
+        if any(state.deepest.tolist()):
             state.force[...], state.deepest[...] = 0.0, 0.0
-        pull = dt * math.hypot(*gravity.tolist())
-        ways = [
-            bound.way(motion, push, pull, dt)
-            for bound, motion, push in zip(self._bounds, motions, pushes.tolist(), strict=True)
-        ]
-        centres = [motion.centre.tolist() for motion in motions]
         met = [
             (k, pair, pair.touching(motions))
-            for k, (pair, plane) in enumerate(zip(self.pairs, self._planes, strict=True))
-            if pair.gap(centres, plane) <= ways[pair.bodies[0]] + ways[pair.bodies[1]]
+            for k, (pair, limits) in enumerate(zip(self.pairs, self._limits, strict=True))
+            if self._may_meet(pair, limits, motions, pushes, gravity, dt)
         ]
         if not met:
             return 0.0, 0.0
@@ -243,19 +241,29 @@ class Meetings:
             state.force[pair.bodies[1]] -= force
         return float(stored.sum()), float(lost.sum())
 
+    def _may_meet(
+        self, pair: Pair, limits: tuple, motions: Sequence[RigidState], pushes: np.ndarray, gravity: np.ndarray,
+        dt: float,
+    ) -> bool:  # fmt: skip
+        a, b = pair.bodies
+        one, other = motions[a], motions[b]
+        return _may_meet(
+            one.centre, one.velocity, one.force, one.torque, one.angular_momentum, float(pushes[a]), other.centre,
+            other.velocity, other.force, other.torque, other.angular_momentum, float(pushes[b]), *limits,
+            dt * _length(gravity), dt,
+        )  # fmt: skip
+
     @cached_property
-    def _planes(self) -> list[list[float] | None]:
-        """Outward normal of the plane of each pair; None if it has none. Planes never turn."""
+    def _limits(self) -> list[tuple[bool, np.ndarray, np.ndarray, np.ndarray]]:
+        """Of each pair is_plane, normal, sizes and bounds of `_may_meet`. Planes never turn."""
         found = []
         for pair in self.pairs:
             body, carried = self.bodies[pair.bodies[1]], pair.shapes[1]
-            turn = body.start.rotation if carried.rotation is None else body.start.rotation @ carried.rotation
-            found.append(turn[:, 2].tolist() if math.isinf(carried.shape.bound) else None)
+            turn = body.start.rotation @ carried.rotation
+            sizes = [math.hypot(*shape.centre.tolist()) + shape.shape.bound for shape in pair.shapes]
+            bounds = np.array([_bound(self.bodies[k]) for k in pair.bodies])
+            found.append((math.isinf(carried.shape.bound), turn[:, 2].copy(), np.array(sizes), bounds))
         return found
-
-    @cached_property
-    def _bounds(self) -> list[Bound]:
-        return [Bound.of(body) for body in self.bodies]
 
     def _solve(
         self, pair: Pair, found: Touch, motions: Sequence[RigidState], responses: Sequence[Response], dt: float

@@ -54,6 +54,19 @@ def spin(body: RigidBody, state: RigidState) -> np.ndarray:
     return found
 
 
+def carry(
+    body: RigidBody, state: RigidState, centre: np.ndarray, axes: np.ndarray, motion_out: np.ndarray,
+    centre_out: np.ndarray, pose_out: np.ndarray,
+) -> None:  # fmt: skip
+    """Where a shape is that a body carries at a centre [m] (3,), with axes (3, 3) of its own: into motion_out (9,)
+    centre [m], velocity [m/s] and spin [rad/s] of the body, into centre_out (3,) that of the shape from it [m], into
+    pose_out (9,) its rotation to space, row by row."""
+    _carry(
+        state.centre, state.velocity, state.quaternion, state.angular_momentum, body.inertia, body.locked, centre,
+        axes, motion_out, centre_out, pose_out,
+    )  # fmt: skip
+
+
 def kinetic_energy(body: RigidBody, state: RigidState) -> float:
     """Translational plus rotational energy [J]."""
     if body.locked:
@@ -100,6 +113,26 @@ def _kinetic_energy(velocity, quaternion, angular_momentum, mass, inertia):
             own += rotation[i, k] * angular_momentum[i]
         twice += mass * velocity[k] * velocity[k] + own * own / inertia[k]
     return 0.5 * twice
+
+
+@scalar
+def _carry(
+    centre, velocity, quaternion, angular_momentum, inertia, locked, own_centre, axes, motion_out, centre_out, pose_out
+):  # fmt: skip
+    rotation = rotation_matrix(quaternion)
+    for k in range(3):
+        motion_out[k], motion_out[3 + k], motion_out[6 + k] = centre[k], velocity[k], 0.0
+    if not locked:
+        _spin(rotation, angular_momentum, inertia, motion_out[6:])
+    for i in range(3):
+        centre_out[i] = 0.0
+        for k in range(3):
+            centre_out[i] += rotation[i, k] * own_centre[k]
+        for j in range(3):
+            turned = 0.0
+            for k in range(3):
+                turned += rotation[i, k] * axes[k, j]
+            pose_out[3 * i + j] = turned
 
 
 @scalar
