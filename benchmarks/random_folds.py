@@ -14,6 +14,7 @@ import csv
 import math
 import random
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from multiprocessing import get_context
 from pathlib import Path
 
 from billow.base.errors import InputError, NumericalStop
@@ -120,7 +121,7 @@ def main() -> None:
         for k, data in enumerate(bags, 1)
         for model in MODELS
     ]
-    with ProcessPoolExecutor(arguments.workers) as pool:
+    with ProcessPoolExecutor(arguments.workers, get_context("spawn")) as pool:  # kernels have started threads
         waiting = {
             pool.submit(run_one, data, model, folder): (k, data, model, folder) for k, data, model, folder in all_runs
         }
