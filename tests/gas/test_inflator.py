@@ -1,4 +1,4 @@
-"""What the inflator has delivered is the exact integral of its curve."""
+"""What the inflator has delivered is the exact integral of its curve, and its holes lie in its mouth."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from billow.case.build import build_model
+from billow.case.schema import Case
 from billow.parts.gas.supply.curve import interpolate, interval
 from billow.parts.gas.supply.inflator import Inflator
 
@@ -49,3 +51,16 @@ def test_delivered_mass_never_falls_and_steps_add_up(curve, at):
 @given(curve=curves, at=st.floats(-0.1, 0.3))
 def test_interpolation_is_linear_inside_and_constant_outside(curve, at):
     assert interpolate(*curve, at) == pytest.approx(np.interp(at, *curve), rel=1e-12, abs=1e-15)
+
+
+@pytest.mark.parametrize("shape", ["driver", "tube", "window", "passenger", "square"])
+@pytest.mark.parametrize("radius", [None, 0.02, 0.03])
+def test_a_ring_that_is_not_given_fits_into_the_mouth(shape, radius):
+    """The holes of every bag, wide mouths too: within its rim, or particles are born outside."""
+    bag = {"shape": shape, "element_size": 0.012} | ({} if radius is None else {"mouth_radius": radius})
+    model = build_model(Case.from_dict({"bag": bag, "obstacles": []}))
+    jets = model.gas.model.supply.sources[0].jets
+    rim = model.start[jets.mouth_nodes]
+    farthest = np.linalg.norm(rim - rim.mean(axis=0), axis=1).max()
+    assert jets.ring.ring_radius < 0.85 * farthest
+    assert jets.ring.ring_radius == 0.038 or jets.ring.ring_radius > 0.6 * farthest

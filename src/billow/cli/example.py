@@ -48,7 +48,7 @@ value = [0.0, 2.0, 0.0]         # [kg/s]
 
 [inflator.jets]                 # a ring of holes around the bag's axis
 count = 12
-ring_radius = 0.038             # [m]
+ring_radius = "fits"            # 38 mm, or less in a smaller mouth; or [m]
 hole_diameter = 0.005           # [m]
 angle = 45.0                    # of the jets from the bag's axis [deg]
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from billow.base.errors import InputError
-from billow.case.gas.build_gas import GasNames, build_supply, start_of_rim
+from billow.case.gas.build_gas import GasNames, build_supply, ring_radius, start_of_rim
 from billow.case.schema import Case
 from billow.decks.deck_text import DeckText
 from billow.decks.export_chambers import INNER, OUTER, openings, put_chambers
@@ -255,7 +255,8 @@ def _ring(deck: DeckText, table, shape: BagShape, number: int) -> list[tuple]:
     v = np.cross(axis, u)
     around = math.radians(jets.azimuth) + 2.0 * np.pi * np.arange(jets.count) / jets.count
     out = np.cos(around)[:, None] * u + np.sin(around)[:, None] * v
-    first = deck.node_block(shape.mouth_centre + jets.ring_radius * out)
+    radius = ring_radius(jets, shape.surface.triangles_of_kind("mouth"), shape)
+    first = deck.node_block(shape.mouth_centre + radius * out)
     tilt = math.radians(jets.angle)
     deck.keyword("DEFINE_VECTOR")
     for k, arm in enumerate(out, 1):

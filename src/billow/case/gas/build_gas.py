@@ -22,6 +22,9 @@ from billow.parts.gas.supply.jets import Jets
 from billow.parts.gas.supply.species import AIR, Species, find_species, mass_fractions, thermo_table
 from billow.parts.gas.supply.supply import Source, Supply
 
+WIDEST_RING, RING_IN_MOUTH = 0.038, 0.8
+"""Radius of a ring of holes [m] that fits, at most, and in radii of the mouth."""
+
 NO_VOLUME = InputError.declare(
     "E-GAS-004",
     "chamber {chamber} encloses no air at the start",
@@ -110,11 +113,19 @@ def build_source(case: schema.Case, inflator: schema_gas.Inflator, gas: GasNames
         return Source(built, None, diffuse=True)
     if jets.count:
         angle, cone, azimuth = (float(np.radians(a)) for a in (jets.angle, jets.cone, jets.azimuth))
-        ring = JetRing(jets.count, jets.ring_radius, jets.hole_diameter, angle, cone, azimuth, 2.0 * np.pi * jets.spin)
+        radius = ring_radius(jets, mouth, shape)
+        ring = JetRing(jets.count, radius, jets.hole_diameter, angle, cone, azimuth, 2.0 * np.pi * jets.spin)
     else:
         radius = float(np.sqrt(flat_area(shape.reference)[mouths].sum() / np.pi))
         ring = JetRing(1, 0.0, radius, 0.0, cone=0.5 * np.pi)
     return Source(built, mount(ring, mouth, built.chamber, shape), diffuse=not jets.count)
+
+
+def ring_radius(jets: schema_gas.Jets, mouth: np.ndarray, shape: BagShape) -> float:
+    """Of the ring of holes [m]: as it is given, or as it fits into a mouth, triangles (n,)."""
+    if jets.ring_radius != "fits":
+        return jets.ring_radius
+    return min(WIDEST_RING, RING_IN_MOUTH * float(np.sqrt(flat_area(shape.reference)[mouth].sum() / np.pi)))
 
 
 def build_inflator(case: schema.Case, inflator: schema_gas.Inflator, gas: GasNames, shape: BagShape) -> Inflator:

@@ -135,8 +135,8 @@ class Jets(Strict):
 
     count: whole(0, 64, "jets") = 12
     """Number of holes; 0 for a diffuse source without jets."""
-    ring_radius: quantity("m", 1e-3, 0.5) = 0.038
-    """Radius of the ring of holes."""
+    ring_radius: quantity("m", 1e-3, 0.5) | Literal["fits"] = "fits"
+    """Radius of the ring of holes; fits: 38 mm, or 0.8 of the radius of a mouth that is too small for that."""
     hole_diameter: quantity("m", 1e-4, 0.05) = 0.005
     """Diameter of a hole."""
     angle: quantity("deg", 0.0, 89.0) = 45.0

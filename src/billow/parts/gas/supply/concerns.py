@@ -55,7 +55,7 @@ RING_WIDER_THAN_MOUTH = Concern.declare(
     "W-GAS-006",
     "the jets leave at a radius of {ring:g} m, the mouth has {mouth:.3g} m",
     where="inflator.jets.ring_radius, bag.mouth_radius",
-    why="the inflator would not fit through the mouth it is mounted in",
+    why="the inflator would not fit through the mouth it is mounted in; particles would begin outside the bag",
     cause="a diameter given as a radius",
     remedy="reduce inflator.jets.ring_radius, or enlarge bag.mouth_radius",
 )
