@@ -101,7 +101,7 @@ def row_of(number: int, data: dict, model: str, folder: Path) -> dict:
         "crossings at the worst frame": int(books["crossings_at_worst"]),
         "energy residual [%]": round(100.0 * books["energy_residual_of_largest"], 3),
         "heat of layers, of the gas work [%]": round(100.0 * books["layer_impact_of_gas_work"], 2),
-        "particles outside": int(books.get("leaked_particles", 0)), "seconds": round(record["wall_seconds"], 1),
+        "particles outside": int(books.get("leaked_particles", 0)),
     }  # fmt: skip
 
 
