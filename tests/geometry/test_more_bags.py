@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -60,7 +62,8 @@ def test_window_bag_has_its_seams_below_the_gallery_only_and_openings_in_it():
     assert shape.mouth_centre[1] == pytest.approx(0.1)
 
 
-def filled(bag, grams, end=0.03):
+def filled(bag, grams, end=0.03, damping=0.0):
+    """Model and state at the end [s]; damping [1/s] brings a bag to rest."""
     case = Case.from_dict(
         {
             "bag": bag,
@@ -69,7 +72,7 @@ def filled(bag, grams, end=0.03):
             "fabric": {"permeability": 0.0, "self_contact": False},
         }
     )
-    model = build_model(case)
+    model = replace(build_model(case), mass_damping=damping)
     state = run(model, Schedule(end, 1, 20))
     return model, state
 
@@ -83,18 +86,19 @@ def test_a_tube_fills_to_the_volume_of_the_closed_form():
 
 
 def test_tubes_of_a_window_bag_become_cylinders_side_by_side():
-    """Of each tube the flat width w becomes a circle of girth 2 w, with its seams on a diameter."""
-    bag = WINDOW | {"element_size": 0.0167, "tubes": 4, "gallery": 0.12, "width": 0.5}
-    model, state = filled(bag, 20.0, 0.03)
+    """Of each tube the flat width w becomes a circle of girth 2 w, with its seams on a diameter: at rest, and far from
+    the ends, whose seams stay flat (tubes of 0.4 m are wider by 4 %)."""
+    bag = WINDOW | {"element_size": 0.0167, "tubes": 4, "gallery": 0.12, "width": 0.8}
+    model, state = filled(bag, 35.0, damping=300.0)
     flat, cut = model.start[:, :2], 0.2
-    row = flat[np.abs(flat[:, 1] + 0.08).argmin(), 1]  # half way along the tubes
+    row = flat[np.abs(flat[:, 1] + 0.06).argmin(), 1]  # half way along the tubes
     seams = [np.flatnonzero((np.abs(flat - [x, row]) < 1e-9).all(axis=1)) for x in (-0.4, -0.2, 0.0, 0.2, 0.4)]
     assert [len(nodes) for nodes in seams] == [1] * 5
     apart = np.linalg.norm(np.diff(state.positions[np.concatenate(seams)], axis=0), axis=1)
     gauge = state.gas.vitals.pressure - 101325.0
     stretch = 1.0 + gauge * cut / np.pi / 0.3e-3 / 0.4e9
     assert gauge > 20e3
-    assert apart == pytest.approx(2.0 * cut / np.pi * stretch, rel=0.03)
+    assert apart == pytest.approx(2.0 * cut / np.pi * stretch, rel=0.015)
 
 
 def test_a_window_bag_rolls_up_to_its_gallery():
