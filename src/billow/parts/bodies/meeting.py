@@ -138,13 +138,14 @@ def _length(vector):
 
 @scalar
 def _may_meet(
-    a, va, fa, ta, la, push_a, b, vb, fb, tb, lb, push_b, is_plane, normal, sizes, bounds, pull, dt
+    a, va, fa, ta, la, push_a, b, vb, fb, tb, lb, push_b, is_plane, normal, sizes, bounds, gravity, dt
 ):  # fmt: skip
     """Whether two shapes may meet in a step of dt [s]: cheap, because it is asked in every one.
 
     Of each body centre [m], velocity [m/s], force [N], torque [N m], angular momentum [kg m^2/s] and push of its drive
     [N]; normal: outward, of the second shape, if it is a plane; sizes: radii of spheres about both centres that hold
-    the shapes [m]; bounds: moves, per_mass and per_momentum of `_way`, (2, 3)."""
+    the shapes [m]; bounds: moves, per_mass and per_momentum of `_way`, (2, 3); gravity [m/s^2]."""
+    pull = dt * _length(gravity)
     x, y, z = a[0] - b[0], a[1] - b[1], a[2] - b[2]
     if is_plane:
         gap = x * normal[0] + y * normal[1] + z * normal[2] - sizes[0]
@@ -250,7 +251,7 @@ class Meetings:
         return _may_meet(
             one.centre, one.velocity, one.force, one.torque, one.angular_momentum, float(pushes[a]), other.centre,
             other.velocity, other.force, other.torque, other.angular_momentum, float(pushes[b]), *limits,
-            dt * _length(gravity), dt,
+            gravity, dt,
         )  # fmt: skip
 
     @cached_property
