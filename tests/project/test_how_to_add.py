@@ -231,9 +231,9 @@ ENTRIES = {
         imports("billow.geometry.shapes.ball", "Ball, farthest_of_ball, near_ball", "billow.geometry.shapes.box"),
         ("SuperEllipsoid, Box, Mesh, Cylinder)", "SuperEllipsoid, Box, Mesh, Cylinder, Ball)"),
         (
-            "    return near_super_ellipsoid(",
+            "    return near_cylinder(",
             "    if number == 5:\n        return near_ball(numbers, pose, rx, ry, rz, tx, ty, tz)\n"
-            "    return near_super_ellipsoid(",
+            "    return near_cylinder(",
         ),
         (
             "    return farthest_of_super_ellipsoid(",

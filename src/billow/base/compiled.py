@@ -290,8 +290,15 @@ def _compile(function, **options):
 
 
 def scalar(function):
-    """Compile a plain function of numbers that kernels call."""
+    """Compile a function that kernels call, of numbers or of a whole block of them: a call counts the references of its
+    arrays."""
     return _compile(function, inline="never")
+
+
+def spliced(function):
+    """Compile a plain function of numbers that stands in the machine code of its callers, however long it is, so that
+    loops which call it become vector instructions."""
+    return _compile(function, inline="never", forceinline=True)
 
 
 def inlined(function):

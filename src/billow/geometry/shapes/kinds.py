@@ -1,5 +1,6 @@
-"""All kinds of shapes: a new one adds its class to SHAPES and its compiled functions to `near_shape` and `farthest`, in
-one order. Meshes need arrays, which would be counted at each call: `Mesh.look` finds them before a step, MESH."""
+"""All kinds of shapes: a new one adds its class to SHAPES and its compiled functions to `near_other_shape` and
+`farthest`, in one order. Meshes need arrays, which would be counted at each call: `Mesh.look` finds them before a step,
+MESH."""
 
 from __future__ import annotations
 
@@ -12,7 +13,7 @@ from billow.geometry.shapes.shape import Shape
 from billow.geometry.shapes.super_ellipsoid import SuperEllipsoid, farthest_of_super_ellipsoid, near_super_ellipsoid
 
 SHAPES = (HalfSpace, SuperEllipsoid, Box, Mesh, Cylinder)
-MESH = SHAPES.index(Mesh)
+HALF_SPACE, SUPER_ELLIPSOID, MESH = (SHAPES.index(cls) for cls in (HalfSpace, SuperEllipsoid, Mesh))
 
 
 def number_of(shape: Shape) -> int:
@@ -28,13 +29,19 @@ def from_description(described: dict) -> Shape:
 @inlined
 def near_shape(number, numbers, pose, rx, ry, rz, tx, ty, tz):
     """Whether and how a point touches a shape of kind `number`, as `Shape` says."""
-    if number == 0:
+    if number == HALF_SPACE:
         return near_half_space(numbers, pose, rx, ry, rz, tx, ty, tz)
+    if number == SUPER_ELLIPSOID:
+        return near_super_ellipsoid(numbers, pose, rx, ry, rz, tx, ty, tz)
+    return near_other_shape(number, numbers, pose, rx, ry, rz, tx, ty, tz)
+
+
+@inlined
+def near_other_shape(number, numbers, pose, rx, ry, rz, tx, ty, tz):
+    """The same for kinds that have no function for many points at once."""
     if number == 2:
         return near_box(numbers, pose, rx, ry, rz, tx, ty, tz)
-    if number == 4:
-        return near_cylinder(numbers, pose, rx, ry, rz, tx, ty, tz)
-    return near_super_ellipsoid(numbers, pose, rx, ry, rz, tx, ty, tz)
+    return near_cylinder(numbers, pose, rx, ry, rz, tx, ty, tz)
 
 
 @scalar

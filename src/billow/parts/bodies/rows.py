@@ -15,7 +15,8 @@ from numba import prange
 from billow.base.compiled import CHUNK, inlined, kernel
 from billow.geometry.shapes.kinds import MESH, near_shape
 from billow.geometry.shapes.pose import into_axes, into_space, pose_of
-from billow.parts.bodies.contact import (
+from billow.parts.bodies.contact import ContactState, Nodes, ShapeMotion, ShapeTable
+from billow.parts.bodies.contact_block import (
     BLOCK,
     CLOSE,
     ROWS,
@@ -24,10 +25,6 @@ from billow.parts.bodies.contact import (
     VX,
     VY,
     VZ,
-    ContactState,
-    Nodes,
-    ShapeMotion,
-    ShapeTable,
     ask_block,
     kick_block,
 )
