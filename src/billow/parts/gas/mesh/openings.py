@@ -40,7 +40,7 @@ def link(
     """
     n, k = len(fragments), area * dt * weight
     flux = np.zeros((n, 5))  # mass, momentum, energy
-    gone_a, gone_b = np.zeros((len(state_a), 2)), np.zeros((len(state_b), 2))
+    gone_a, gone_b = np.zeros((len(state_a), 3)), np.zeros((len(state_b), 3))
     for m in range(n):
         f, a, b = fragments[m], cluster_a[m], cluster_b[m]
         if not (state_a[a, P] > 0.0 and state_b[b, P] > 0.0):
@@ -70,6 +70,8 @@ def link(
         flux[m, 0], flux[m, 4] = size * k * mass, size * k * energy
         gone_a[a, 0], gone_b[b, 0] = gone_a[a, 0] + max(flux[m, 0], 0.0), gone_b[b, 0] - min(flux[m, 0], 0.0)
         gone_a[a, 1], gone_b[b, 1] = gone_a[a, 1] + max(flux[m, 4], 0.0), gone_b[b, 1] - min(flux[m, 4], 0.0)
+        gone_a[a, 2] += size * k * (state_a[a, C] + abs(along_a)) * state_a[a, RHO]
+        gone_b[b, 2] += size * k * (state_b[b, C] + abs(along_b)) * state_b[b, RHO]
     forth, back = 0.0, 0.0
     for m in range(n):
         f, a, b = fragments[m], cluster_a[m], cluster_b[m]
@@ -93,7 +95,9 @@ def link(
 
 @scalar
 def _allowed(total, gone, c, weight, species):
-    """Share of what would leave cluster c that may; gone: mass and energy, (clusters, 2)."""
+    """Share of what would leave cluster c that may; gone: mass and energy, and the mass that waves from its openings
+    come to hear of, (clusters, 3). If this is more than there is, the openings would send more than makes pressures
+    equal."""
     mass, flow = 0.0, 0.0
     for s in range(species):
         mass += total[c, s]
@@ -104,4 +108,6 @@ def _allowed(total, gone, c, weight, species):
         share = min(share, weight * LARGEST_SHARE * mass / gone[c, 0])
     if gone[c, 1] > 0.0:
         share = min(share, weight * LARGEST_SHARE * thermal / gone[c, 1])
+    if gone[c, 2] > 0.0:
+        share = min(share, weight * mass / gone[c, 2])
     return max(share, 0.0)

@@ -14,7 +14,7 @@ from numba import prange
 from billow.base.compiled import kernel, scalar
 from billow.geometry.triangle import double_area_vector
 from billow.parts.gas.mesh.patches import AREA, AT, BEFORE, SIDE, SPEED
-from billow.parts.gas.mesh.riemann import wall_pressure
+from billow.parts.gas.mesh.riemann import SLOW, wall_pressure
 from billow.parts.gas.mesh.slopes import GAMMA
 from billow.parts.gas.mesh.thermodynamics import LANES, RHO, C, P, T, U, put_state, temperatures
 
@@ -27,19 +27,21 @@ LEAST, MOST = 0.5, 2.0
 
 
 @scalar
-def _give_way(sums, scale):
-    """Change of the cluster's velocity [m/s] by its walls, and the share of it that their pressure knows of.
+def _give_way(sums, scale, ux, uy, uz):
+    """Change of the cluster's velocity [m/s] by its walls and all else, and the share of it that the walls' pressure
+    knows of.
 
-    scale: dt times area of a face over mass. Between close walls gas stops within less than a step. Walls that only
-    know its velocity at the start would throw it back and forth, harder each time; so as much of the change is made
-    known to them as it takes that they just stop it.
+    scale: dt times area of a face over mass; u: change by all else [m/s], by gas that comes through an opening for
+    example. Between close walls gas stops within less than a step. Walls that only know its velocity at the start would
+    throw it back and forth, harder each time; so as much of the change is made known to them as it takes that they just
+    stop it.
     """
     stiff = scale * (sums[3] + sums[6] + sums[8])
     known = 1.0 - 1.0 / stiff if stiff > 1.0 else 0.0
     k = known * scale
     a, b, c = 1.0 + k * sums[3], k * sums[4], k * sums[5]
     d, e, f = 1.0 + k * sums[6], k * sums[7], 1.0 + k * sums[8]
-    x, y, z = -scale * sums[0], -scale * sums[1], -scale * sums[2]
+    x, y, z = ux - scale * sums[0], uy - scale * sums[1], uz - scale * sums[2]
     first, second, third = d * f - e * e, c * e - b * f, b * e - c * d
     whole = a * first + b * second + c * third
     return (
@@ -92,14 +94,21 @@ def add_walls(
                     du = (u + u_x * dx - rows[q, SPEED]) * nx + (v + v_y * dy - rows[q, SPEED + 1]) * ny
                     du += (w + w_z * dz - rows[q, SPEED + 2]) * nz
                     there = min(max(p + p_x * dx + p_y * dy + p_z * dz, LEAST * p), MOST * p)
-                    on = wall_pressure(rho, there, sound, gamma, du - min(max(du, 0.0), through[q]))
-                    booked_out[q, END] = on
-                    push, k = area * (on - own), rho_c * area
+                    du -= min(max(du, 0.0), through[q])
+                    on = wall_pressure(rho, there, sound, gamma, du)
+                    # How much slower gas pushes less: more than rho c where it meets the wall with a shock.
+                    stiff = max(rho_c, (on - there) / du) if du > SLOW * sound else rho_c
+                    booked_out[q, END], booked_out[q, GIVEN] = on, stiff
+                    push, k = area * (on - own), stiff * area
                     sums[0], sums[1], sums[2] = sums[0] + push * nx, sums[1] + push * ny, sums[2] + push * nz
                     sums[3], sums[4], sums[5] = sums[3] + k * nx * nx, sums[4] + k * nx * ny, sums[5] + k * nx * nz
                     sums[6], sums[7], sums[8] = sums[6] + k * ny * ny, sums[7] + k * ny * nz, sums[8] + k * nz * nz
-            dvx, dvy, dvz, known = _give_way(sums, dt * face / mass)
-            back, px, py, pz, work = known * rho_c, 0.0, 0.0, 0.0, 0.0
+            dvx, dvy, dvz, known = _give_way(
+                sums, dt * face / mass, (held_out[first, species] - total[c, species]) / mass,
+                (held_out[first, species + 1] - total[c, species + 1]) / mass,
+                (held_out[first, species + 2] - total[c, species + 2]) / mass,
+            )  # fmt: skip
+            px, py, pz, work = 0.0, 0.0, 0.0, 0.0
             share = 0.0
             if debt != 0.0:
                 for d in range(3):
@@ -108,7 +117,7 @@ def add_walls(
                 share = min(max(debt, -limit), limit) / debt
             for m in range(start[c], start[c + 1]):
                 for q in range(walls[members[m]], walls[members[m] + 1]):
-                    paid = share * per_area[patches[q]] * rows[q, BEFORE]
+                    paid, back = share * per_area[patches[q]] * rows[q, BEFORE], known * booked_out[q, GIVEN]
                     booked_out[q, GIVEN] = paid
                     if is_link[patches[q]]:
                         continue
