@@ -1,5 +1,6 @@
 """The studies in examples/: their cases accept every design, and they are what the ROM paper says."""
 
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -43,3 +44,18 @@ def test_the_small_study_is_made_and_its_cases_are_the_papers(kind, tmp_path):
         if kind == "free":
             assert obstacle.angle_about_x == values["impactor_angle"]
     assert study.case("0000").run.frames == 50
+
+
+def test_the_design_example_is_made_and_its_companions_fit_it(tmp_path):
+    """Goals, design and scatter name parameters and responses of the study."""
+    folder = EXAMPLES.parent / "design"
+    study = Study.create(folder / "study.toml", tmp_path / "study")
+    parameters = {p.name: p for p in study.definition.parameters}
+    responses = {r.name for r in study.definition.responses}
+    assert len(parameters) == 6
+    assert study.case("0000").obstacles[-1].velocity[2] < 0.0
+    design, scatter, goals = (tomllib.loads((folder / f"{n}.toml").read_text()) for n in ("design", "scatter", "goals"))
+    assert set(design) == set(scatter) == set(parameters)
+    assert all(parameters[name].low < value < parameters[name].high for name, value in design.items())
+    assert {goals["minimise"], *goals["below"], *goals["above"]} <= responses
+    assert set(goals["fixed"]) <= set(parameters)
