@@ -103,10 +103,13 @@ def add_walls(
                     sums[0], sums[1], sums[2] = sums[0] + push * nx, sums[1] + push * ny, sums[2] + push * nz
                     sums[3], sums[4], sums[5] = sums[3] + k * nx * nx, sums[4] + k * nx * ny, sums[5] + k * nx * nz
                     sums[6], sums[7], sums[8] = sums[6] + k * ny * ny, sums[7] + k * ny * nz, sums[8] + k * nz * nz
+            now = 0.0  # gas that comes or goes with the velocity of the cluster does not change it
+            for s in range(species):
+                now += held_out[first, s]
             dvx, dvy, dvz, known = _give_way(
-                sums, dt * face / mass, (held_out[first, species] - total[c, species]) / mass,
-                (held_out[first, species + 1] - total[c, species + 1]) / mass,
-                (held_out[first, species + 2] - total[c, species + 2]) / mass,
+                sums, dt * face / mass, (held_out[first, species] - now * state[c, U]) / mass,
+                (held_out[first, species + 1] - now * state[c, U + 1]) / mass,
+                (held_out[first, species + 2] - now * state[c, U + 2]) / mass,
             )  # fmt: skip
             px, py, pz, work = 0.0, 0.0, 0.0, 0.0
             share = 0.0
