@@ -177,7 +177,8 @@ class Moved:
             add_walls(
                 special, start, members, clusters.after, patches.start,
                 patches.triangle, patches.rows, self.is_link, self.through, self.table, self.state, half, slope,
-                self.place, self.total, owed, face, room, dt, held, temperature, sound, state, bad, self.booked,
+                self.place, self.total, self.gained, owed, face, room, dt, held, temperature, sound, state, bad,
+                self.booked,
             )  # fmt: skip
             if not bad.any():
                 break

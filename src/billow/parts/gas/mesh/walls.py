@@ -28,16 +28,15 @@ LEAST, MOST = 0.5, 2.0
 
 @scalar
 def _give_way(sums, scale, ux, uy, uz):
-    """Change of the cluster's velocity [m/s] by its walls and all else, and the share of it that the walls' pressure
-    knows of.
+    """Change of the cluster's velocity [m/s] by its walls and by what comes through openings, and the share of it that
+    the walls' pressure knows of.
 
-    scale: dt times area of a face over mass; u: change by all else [m/s], by gas that comes through an opening for
-    example. Between close walls gas stops within less than a step. Walls that only know its velocity at the start would
-    throw it back and forth, harder each time; so as much of the change is made known to them as it takes that they just
-    stop it.
+    scale: dt times area of a face over mass; u: change by openings, passages and sources [m/s]. Between close walls gas
+    stops within less than a step. Walls that only know its velocity at the start would throw it back and forth, harder
+    each time; so as much of the change is made known to them as it takes that they just stop it.
     """
     stiff = scale * (sums[3] + sums[6] + sums[8])
-    known = 1.0 - 1.0 / stiff if stiff > 1.0 else 0.0
+    known = 1.0 - 1.0 / stiff if scale * sums[9] > 1.0 else 0.0
     k = known * scale
     a, b, c = 1.0 + k * sums[3], k * sums[4], k * sums[5]
     d, e, f = 1.0 + k * sums[6], k * sums[7], 1.0 + k * sums[8]
@@ -54,20 +53,21 @@ def _give_way(sums, scale, ux, uy, uz):
 
 @kernel
 def add_walls(
-    n, start, members, after, walls, patches, rows, is_link, through, table, state, half, slope, place, total,
+    n, start, members, after, walls, patches, rows, is_link, through, table, state, half, slope, place, total, gained,
     per_area, face, room, dt, held_out, temperature_out, sound_out, state_out, bad_out, booked_out,
 ):  # fmt: skip
     """Add what walls do to the n special clusters, and find their states.
 
     start, members, after: as in Clusters; walls, patches, rows: first patch of each cell, and
     of the patches triangle and rows; is_link: of the triangles; through: speed [m/s] at which gas leaves through each
-    patch. total: what clusters held before. per_area: what is owed for triangles [J per face of a cell], to be paid
-    now. face, room: area [m^2] and volume [m^3] of a cell. held_out, temperature_out, sound_out: as in `add_fluxes`.
-    booked_out: (patches, BOOKS), pressure [Pa] at the end, and what the gas has given: work and debt [J].
+    patch. total: what clusters held before; gained: what they get from sources, passages and openings. per_area: what
+    is owed for triangles [J per face of a cell], to be paid now. face, room: area [m^2] and volume [m^3] of a cell.
+    held_out, temperature_out, sound_out: as in `add_fluxes`. booked_out: (patches, BOOKS), pressure [Pa] at the end,
+    and what the gas has given: work and debt [J].
     """
     species = len(table)
     for team in prange((n + LANES - 1) // LANES):
-        sums, cells, guess, found = np.empty(9), np.empty(LANES, np.int64), np.empty(LANES), np.empty((4, LANES))
+        sums, cells, guess, found = np.empty(10), np.empty(LANES, np.int64), np.empty(LANES), np.empty((4, LANES))
         begin, end = team * LANES, min(n, (team + 1) * LANES)
         for c in range(begin, end):
             cells[c - begin], guess[c - begin] = members[start[c]], state[c, T]
@@ -96,20 +96,21 @@ def add_walls(
                     there = min(max(p + p_x * dx + p_y * dy + p_z * dz, LEAST * p), MOST * p)
                     du -= min(max(du, 0.0), through[q])
                     on = wall_pressure(rho, there, sound, gamma, du)
-                    # How much slower gas pushes less: more than rho c where it meets the wall with a shock.
+                    # How much less slower gas pushes: more than rho c where it meets the wall with a shock.
                     stiff = max(rho_c, (on - there) / du) if du > SLOW * sound else rho_c
                     booked_out[q, END], booked_out[q, GIVEN] = on, stiff
                     push, k = area * (on - own), stiff * area
                     sums[0], sums[1], sums[2] = sums[0] + push * nx, sums[1] + push * ny, sums[2] + push * nz
                     sums[3], sums[4], sums[5] = sums[3] + k * nx * nx, sums[4] + k * nx * ny, sums[5] + k * nx * nz
                     sums[6], sums[7], sums[8] = sums[6] + k * ny * ny, sums[7] + k * ny * nz, sums[8] + k * nz * nz
-            now = 0.0  # gas that comes or goes with the velocity of the cluster does not change it
+                    sums[9] += rho_c * area
+            came = 0.0  # gas that comes or goes with the velocity of the cluster does not change it
             for s in range(species):
-                now += held_out[first, s]
+                came += gained[c, s]
             dvx, dvy, dvz, known = _give_way(
-                sums, dt * face / mass, (held_out[first, species] - now * state[c, U]) / mass,
-                (held_out[first, species + 1] - now * state[c, U + 1]) / mass,
-                (held_out[first, species + 2] - now * state[c, U + 2]) / mass,
+                sums, dt * face / mass, (gained[c, species] - came * state[c, U]) / mass,
+                (gained[c, species + 1] - came * state[c, U + 1]) / mass,
+                (gained[c, species + 2] - came * state[c, U + 2]) / mass,
             )  # fmt: skip
             px, py, pz, work = 0.0, 0.0, 0.0, 0.0
             share = 0.0
