@@ -255,6 +255,7 @@ def draw_curves(results: dict[str, Result], curves: tuple) -> Figure:
     had to be stopped would hide the other."""
     figure = Figure((3.4 * len(curves), 3.0), layout="constrained", dpi=150)
     for axes, (column, label, scale) in zip(figure.subplots(1, len(curves), squeeze=False)[0], curves, strict=True):
+        most = np.inf
         for model, result in results.items():
             h = result.histories
             offset = result.case_toml["ambient"]["pressure"] if column == PRESSURE[0] else 0.0
