@@ -32,9 +32,9 @@ MEMBERS = 3
 HIDDEN_SHARED = (96, 96, 96, 96)
 BATCH_SHARED = 64
 EPOCHS_SHARED = (30, 200)
-STEPS_SHARED = 60_000
-"""As many epochs as `STEPS_SHARED` steps of the optimiser are, within `EPOCHS_SHARED`: 200 up to 384 runs of 50 times,
-30 from 2,560 on. What was compared: docs/rom.md, "Why the default recipe looks as it does"."""
+STEPS_SHARED = 20_000
+"""As many epochs as `STEPS_SHARED` steps of the optimiser are, within `EPOCHS_SHARED`: 200 up to 128 runs of 50 times,
+64 for 400. What was compared: docs/rom.md, "Why the default recipe looks as it does"."""
 
 HIDDEN_PAPER = (25, 45, 15)
 RATE_PAPER = 3e-4
