@@ -7,6 +7,7 @@ import pytest
 
 from billow.apps.verification.gas import boxes_in_a_row
 from billow.apps.verification.mesh_gas import SCHEMES, books, carry, mesh_in, still
+from billow.geometry.shapes.pose import quaternion_about, rotation_matrix
 from billow.geometry.surface import Surface
 from billow.parts.gas.gas_model import Bag
 from billow.parts.gas.supply.ambient import InitialGas
@@ -14,31 +15,45 @@ from billow.parts.gas.supply.outflow import ORIFICE
 from billow.parts.gas.supply.passages import OPENING, Passage
 
 
-def layers(thicknesses):
-    """Two layers [m] on each other, open to each other over their whole width."""
-    bag = boxes_in_a_row(thicknesses)
+def layers(thicknesses, turn=None):
+    """Layers [m] on each other, each open to the next over its whole width; turn: rotation in space (3, 3)."""
+    bag, count = boxes_in_a_row(thicknesses), len(thicknesses)
+    names = ("fabric", *(f"opening_wall_{k}" for k in range(1, count)))
     surface = Surface.build(
-        bag.surface.triangles, bag.surface.part, ("fabric", "opening_wall_1"), len(bag.positions),
-        ("fabric", "opening"), bag.surface.chambers,
+        bag.surface.triangles, bag.surface.part, names, len(bag.positions),
+        ("fabric", *("opening",) * (count - 1)), bag.surface.chambers,
     )  # fmt: skip
-    door = Passage("door", OPENING, ORIFICE, 0, 1, triangles=surface.triangles_of("opening_wall_1"), area=0.06)
-    return Bag(surface, bag.positions, np.zeros_like(bag.positions)), door
+    doors = tuple(
+        Passage(f"door {k}", OPENING, ORIFICE, k - 1, k, triangles=surface.triangles_of(names[k]), area=0.06)
+        for k in range(1, count)
+    )
+    positions = bag.positions if turn is None else bag.positions @ turn.T
+    return Bag(surface, positions, np.zeros_like(positions)), doors
+
+
+TURN = rotation_matrix(quaternion_about(np.array([0.36, 0.48, 0.8]), 0.9))
 
 
 @pytest.mark.parametrize("scheme", SCHEMES)
-@pytest.mark.parametrize("pressure", [1.2e5, 5e5])
-@pytest.mark.parametrize("thicknesses", [(4e-4, 4e-4), (4e-4, 2e-3), (5e-3, 5e-3)])
-def test_layers_that_are_open_to_each_other_come_to_one_pressure(thicknesses, pressure, scheme):
+@pytest.mark.parametrize(
+    ("thicknesses", "pressures", "turn"),
+    [
+        ((4e-4, 4e-4), (1.2e5, 1e5), None), ((4e-4, 4e-4), (5e5, 1e5), TURN), ((4e-4, 2e-3), (5e5, 1e5), None),
+        ((5e-3, 5e-3), (5e5, 1e5), None), ((4e-4, 4e-4, 4e-4), (1e5, 3e5, 1e5), TURN),
+        ((5e-3, 5e-3, 5e-3), (1e5, 5e5, 1e5), None), ((4e-4,) * 4, (5e5, 1e5, 1e5, 1e5), None),
+    ],
+)  # fmt: skip
+def test_layers_that_are_open_to_each_other_come_to_one_pressure(thicknesses, pressures, turn, scheme):
     """The mean of theirs by volume, since gas of one gamma keeps its energy; and then nothing moves."""
-    bag, door = layers(thicknesses)
-    inside = InitialGas(np.array([pressure, 1e5]), np.array([400.0, 300.0]), np.ones((2, 1)))
-    gas = mesh_in(bag, 0.03, scheme, passages=(door,), initial=inside)
+    bag, doors = layers(thicknesses, turn)
+    count = len(thicknesses)
+    inside = InitialGas(np.array(pressures), np.full(count, 300.0), np.ones((count, 1)))
+    gas = mesh_in(bag, 0.03, scheme, passages=doors, initial=inside)
     state = gas.start(bag)
-    mean = np.average([pressure, 1e5], weights=thicknesses)
-    for _ in still(gas, state, 1.5e-3):
+    for _ in still(gas, state, 2e-3):
         pass
     cells = gas.cells(state)
-    np.testing.assert_allclose(cells["pressure"], mean, rtol=1e-3)
+    np.testing.assert_allclose(cells["pressure"], np.average(pressures, weights=thicknesses), rtol=1e-3)
     assert np.abs(cells["velocity"]).max() < 1.0
     for check in books(state):
         assert abs(check.measured - check.expected) <= check.tolerance, check.title

@@ -211,8 +211,8 @@ class Exchange:
             b.open_door(patch_b[there], a, cluster_a)
             passed = link(
                 a.state, b.state, a.total, b.total, a.gained, b.gained, cluster_a, cluster_b,
-                cut.fragments.rows, fragments, cut.fragments.triangle, a.walls.triangles, self.velocity,
-                self.ways.cell**2, dt, share, len(self.ways.supply.table),
+                a.door_area, b.door_area, cut.fragments.rows, fragments, cut.fragments.triangle, a.walls.triangles,
+                self.velocity, self.ways.cell**2, dt, share, len(self.ways.supply.table),
             )  # fmt: skip
             if self.ways.origin[k] >= 0:
                 self.gas.passed[self.ways.origin[k]] += passed

@@ -127,6 +127,7 @@ class Moved:
                 self.key, self.beside, volume, aperture, patches.start, pace, doors, dt / self.h, self.scratch
             )  # fmt: skip
             self.of, self.clusters, self.aperture = clusters.of, clusters, aperture
+            self.door_area = np.bincount(clusters.of, doors, len(clusters.before)) if self.is_link.any() else doors
             self.adopted, self.lost = self.adopted + clusters.adopted, self.lost + clusters.lost
             count, special = len(clusters.before), clusters.special
             self.total, self.state = take("total", special, species + 4), take("state", count, Y + species)

@@ -28,11 +28,12 @@ def fragment_velocity(rows, f, triangles, t, velocity):
 
 @scalar
 def link(
-    state_a, state_b, total_a, total_b, gained_a, gained_b, cluster_a, cluster_b, rows, fragments, triangle, triangles,
-    velocity, area, dt, weight, species,
+    state_a, state_b, total_a, total_b, gained_a, gained_b, cluster_a, cluster_b, doors_a, doors_b, rows, fragments,
+    triangle, triangles, velocity, area, dt, weight, species,
 ):  # fmt: skip
     """Exchange between two rooms for a share `weight` of dt [s] through fragments whose normals point out of room a;
-    returns the mass [kg] that went from a to b, and back. total_a, total_b: what their clusters hold.
+    returns the mass [kg] that went from a to b, and back. total_a, total_b: what their clusters hold; doors_a, doors_b:
+    area of all openings of each [faces].
 
     The flux is that between gases at rest relative to the fragment, turned back to the frame of the lattice. The push
     of walls at the pressure of the cluster, which closes every cell, is taken out again. At most a part of what a
@@ -40,7 +41,7 @@ def link(
     """
     n, k = len(fragments), area * dt * weight
     flux = np.zeros((n, 5))  # mass, momentum, energy
-    gone_a, gone_b = np.zeros((len(state_a), 3)), np.zeros((len(state_b), 3))
+    gone_a, gone_b = np.zeros((len(state_a), 4)), np.zeros((len(state_b), 4))
     for m in range(n):
         f, a, b = fragments[m], cluster_a[m], cluster_b[m]
         if not (state_a[a, P] > 0.0 and state_b[b, P] > 0.0):
@@ -72,12 +73,16 @@ def link(
         gone_a[a, 1], gone_b[b, 1] = gone_a[a, 1] + max(flux[m, 4], 0.0), gone_b[b, 1] - min(flux[m, 4], 0.0)
         gone_a[a, 2] += size * k * (state_a[a, C] + abs(along_a)) * state_a[a, RHO]
         gone_b[b, 2] += size * k * (state_b[b, C] + abs(along_b)) * state_b[b, RHO]
+        gone_a[a, 3], gone_b[b, 3] = gone_a[a, 3] + size, gone_b[b, 3] + size
     forth, back = 0.0, 0.0
     for m in range(n):
         f, a, b = fragments[m], cluster_a[m], cluster_b[m]
         if not (state_a[a, P] > 0.0 and state_b[b, P] > 0.0):
             continue
-        part = min(_allowed(total_a, gone_a, a, weight, species), _allowed(total_b, gone_b, b, weight, species))
+        part = min(
+            _allowed(total_a, gone_a, doors_a, a, weight, species),
+            _allowed(total_b, gone_b, doors_b, b, weight, species),
+        )
         up, c = (state_a, a) if flux[m, 0] > 0.0 else (state_b, b)
         for d in range(3):
             momentum = part * flux[m, 1 + d]
@@ -94,10 +99,10 @@ def link(
 
 
 @scalar
-def _allowed(total, gone, c, weight, species):
-    """Share of what would leave cluster c that may; gone: mass and energy, and the mass that waves from its openings
-    come to hear of, (clusters, 3). If this is more than there is, the openings would send more than makes pressures
-    equal."""
+def _allowed(total, gone, doors, c, weight, species):
+    """Share of what would leave cluster c that may; gone: mass and energy, the mass that waves from these openings of
+    it come to, and their area [faces], (clusters, 4); doors: area of all its openings. If waves from all of them come
+    to more than there is, they would send more than makes pressures equal."""
     mass, flow = 0.0, 0.0
     for s in range(species):
         mass += total[c, s]
@@ -109,5 +114,5 @@ def _allowed(total, gone, c, weight, species):
     if gone[c, 1] > 0.0:
         share = min(share, weight * LARGEST_SHARE * thermal / gone[c, 1])
     if gone[c, 2] > 0.0:
-        share = min(share, weight * mass / gone[c, 2])
+        share = min(share, weight * mass / (gone[c, 2] * max(1.0, doors[c] / gone[c, 3])))
     return max(share, 0.0)
