@@ -141,10 +141,9 @@ def _kick_touch_drift(
     chunks, shapes = (n + CHUNK - 1) // CHUNK, len(bound)
     partial = np.empty((chunks, shapes, SUMS))
     for chunk in prange(chunks):
-        block, pairs = np.zeros(ROWS * BLOCK), np.zeros((shapes, PAIR_ROWS * BLOCK))
-        work, starts = np.zeros(super_ellipsoid_block.ROWS * BLOCK), np.empty(shapes + 1, dtype=np.int64)
+        partial[chunk] = 0.0
+        block = np.zeros(ROWS * BLOCK)
         found, shape = np.empty(CHUNK, dtype=np.int64), np.empty(CHUNK, dtype=np.int64)
-        close = np.empty(CHUNK, dtype=np.int64)
         many, end = 0, min(n, (chunk + 1) * CHUNK)
         for first in range(chunk * CHUNK, end, BLOCK):
             count = min(BLOCK, end - first)
@@ -156,6 +155,10 @@ def _kick_touch_drift(
                     if block[CLOSE + j] > 0.0:
                         found[many], shape[many] = first + j, int(block[CLOSE + j]) - 1
                         many += 1
+        if many == 0:
+            continue
+        pairs, work = np.zeros((shapes, PAIR_ROWS * BLOCK)), np.zeros(super_ellipsoid_block.ROWS * BLOCK)
+        close, starts = np.empty(CHUNK, dtype=np.int64), np.empty(shapes + 1, dtype=np.int64)
         sort_by_shape(found, shape, many, starts, close)
         for first in range(0, many, BLOCK):  # nodes that come close to a shape, wherever in the chunk they are
             count = min(BLOCK, many - first)

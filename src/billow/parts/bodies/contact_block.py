@@ -345,11 +345,10 @@ def finish(block, pairs, close, first, count, dt, motion, nodes, offset, force):
 
 @scalar
 def add_up(pairs, chunk, partial_out):
-    """Set the sums of a chunk: force [N] and torque [N m] on each shape, energy stored and lost [J], deepest
-    penetration [m]."""
+    """Add up a chunk, whose sums are zero: force [N] and torque [N m] on each shape, energy stored and lost [J],
+    deepest penetration [m]."""
     for o in range(len(pairs)):
         for k in range(SUMS):
-            partial_out[chunk, o, k] = 0.0
             for j in range(BLOCK):
                 value = pairs[o, SUM + k * BLOCK + j]
                 if k < SUMS - 1:
