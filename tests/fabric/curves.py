@@ -45,8 +45,8 @@ def strained_further(law, history: np.ndarray) -> np.ndarray:
     further = history.copy()
     if hasattr(law, "springs"):
         for spring in range(2 if law.switches_shear else len(law.springs)):
-            further[:, 2 * spring + 1] /= 1.5
-            further[:, 2 * spring + 2] *= 1.5
+            further[2 * spring + 1] /= 1.5
+            further[2 * spring + 2] *= 1.5
     return further
 
 
@@ -54,13 +54,15 @@ def first_time(law, history: np.ndarray) -> np.ndarray:
     """History of fabric that comes to the place of its last evaluation for the first time."""
     fresh = np.zeros_like(history)
     if getattr(law, "switches_shear", False):
-        fresh[:, LAST_Z:OWED] = history[:, LAST_Z:OWED]  # of the last evaluation, which is needed for the work since
+        fresh[LAST_Z:OWED] = history[LAST_Z:OWED]  # of the last evaluation, which is needed for the work since
     return fresh
 
 
 def owed(membrane, history: np.ndarray) -> float:
     """Energy [J] that a membrane gave back though it had been booked as heat."""
-    return float(membrane.volume @ history[:, OWED]) if getattr(membrane.fabric, "switches_shear", False) else 0.0
+    if not getattr(membrane.fabric, "switches_shear", False):
+        return 0.0
+    return float(membrane.volume @ history[OWED, : len(membrane.volume)])
 
 
 CURVE_FABRICS = {

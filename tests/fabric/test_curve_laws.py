@@ -153,7 +153,7 @@ def test_heat_of_the_old_law_never_falls_and_what_comes_back_is_owed():
         work, turnover = work + step, turnover + abs(step)
         before, stress_before = here, stress
         heat.append(sums[HYSTERESIS])
-        owed.append(volume * element.history[0, OWED])
+        owed.append(volume * element.history[OWED, 0])
         assert sums[ENERGY] + sums[HYSTERESIS] - owed[-1] == pytest.approx(work, abs=1e-3 * turnover)
     assert np.diff(heat).min() >= 0.0
     assert max(owed) > 1e-4 * heat[-1]  # some did come back

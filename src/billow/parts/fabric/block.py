@@ -11,20 +11,21 @@ from __future__ import annotations
 
 import numpy as np
 
-from billow.base.compiled import inlined
+from billow.base.compiled import scalar, spliced
 
 VOLUMES = 7
 """First column of the volumes in the sums of a chunk: of the surroundings, then of each chamber."""
 
-BLOCK = 32
-"""Triangles in a block; all rows together stay in the fastest cache."""
+BLOCK, QUARTER = 32, 8
+"""Triangles in a block, and a quarter of them; all rows together stay in the fastest cache."""
 
 D11, D12, D21, D22, V, MU, RATE = range(7)
 """Rows of what is constant of the elements (CONSTANTS, n), with room to the end of the last block: inverse of the flat
 edges [1/m], volume [m^3], damping modulus [Pa s], 1/dt^2 at rest [1/s^2]."""
 CONSTANTS = 7
 RATES = 3
-"""Last columns of what a law remembers: the rates of Green strain that its damping last went by [1/s]."""
+"""Last rows of what a law remembers: the rates of Green strain that its damping last went by [1/s]."""
+SIXTH = 1.0 / 6.0
 
 # fmt: off
 (
@@ -35,18 +36,17 @@ RATES = 3
     AA, BB, AB,  # their products, the entries of F^T F [-]
     R11, R22, R12,  # rates of Green strain [1/s]
     Q11, Q22, Q12,  # products of the rates of F [1/s^2]
-    P11, P22, P12,  # rates of Green strain in the call before [1/s]
     S11, S22, S12, ENERGY,  # second Piola-Kirchhoff stress [Pa] and recoverable energy [J/m^3], from the law
     NX, NY, NZ,  # a third of the area vector [m^2]
     F1X, F1Y, F1Z, F2X, F2Y, F2Z,  # minus the forces on corners 1 and 2 [N]
     VOLUME,  # part in the volume [m^3]
     STORED, POWER, LATE, TURNED, SQUARED, FASTEST,  # of all blocks of a chunk so far: see `FabricLaw.add_forces`
-) = (BLOCK * row for row in range(53))
-ROWS = 53
+) = (BLOCK * row for row in range(50))
+ROWS = 50
 # fmt: on
 
 
-@inlined
+@spliced
 def open_chunk(chunk, corners, loads, partial_out):
     """Set the sums of a chunk and its entries to zero; returns rows for a block."""
     partial_out[chunk] = 0.0
@@ -56,11 +56,10 @@ def open_chunk(chunk, corners, loads, partial_out):
     return np.zeros(ROWS * BLOCK)
 
 
-@inlined
-def fetch(block, first, count, mesh, corners, history):
-    """Fill the rows UX to CZ and P11 to P12 with `count` elements from `first` on; mesh: of `Membrane.for_kernels`."""
-    positions, velocities = mesh[3], mesh[4]
-    node, w, one, two = corners[0], np.uint64(history.shape[1] - RATES), np.uint64(1), np.uint64(2)
+@spliced
+def fetch(block, first, count, mesh, corners):
+    """Fill the rows UX to CZ with `count` elements from `first` on; mesh: of `Membrane.for_kernels`."""
+    node, positions, velocities = corners[0], mesh[3], mesh[4]
     ox, oy, oz = positions[0, 0], positions[0, 1], positions[0, 2]  # so that far-away bags lose no digits
     for j in range(count):
         i = np.uint64(first + j)
@@ -73,10 +72,9 @@ def fetch(block, first, count, mesh, corners, history):
         block[DUX + j], block[DUY + j] = velocities[b, 0] - x, velocities[b, 1] - y
         block[DWX + j], block[DWY + j] = velocities[c, 0] - x, velocities[c, 1] - y
         block[DUZ + j], block[DWZ + j] = velocities[b, 2] - z, velocities[c, 2] - z
-        block[P11 + j], block[P22 + j], block[P12 + j] = history[i, w], history[i, w + one], history[i, w + two]
 
 
-@inlined
+@spliced
 def strain_of(block, first, mesh):
     """Fill the rows AX to Q12, and NX to NZ."""
     flat, begin = mesh[0], np.uint64(first)
@@ -102,13 +100,13 @@ def strain_of(block, first, mesh):
         block[Q11 + j] = dax * dax + day * day + daz * daz
         block[Q22 + j] = dbx * dbx + dby * dby + dbz * dbz
         block[Q12 + j] = dax * dbx + day * dby + daz * dbz
-        block[NX + j] = (uy * wz - uz * wy) / 6.0
-        block[NY + j] = (uz * wx - ux * wz) / 6.0
-        block[NZ + j] = (ux * wy - uy * wx) / 6.0
+        block[NX + j] = (uy * wz - uz * wy) * SIXTH
+        block[NY + j] = (uz * wx - ux * wz) * SIXTH
+        block[NZ + j] = (ux * wy - uy * wx) * SIXTH
 
 
-@inlined
-def load(block, first, mesh, cot, csc, stiffening):
+@spliced
+def load(block, first, mesh, history, cot, csc, stiffening):
     """Fill the rows F1X to VOLUME: corner forces -V P Dm^-T [N] with P = F (S + damping); bring STORED to FASTEST up
     to date, to which triangles beyond the last one add nothing, being without volume.
 
@@ -116,7 +114,8 @@ def load(block, first, mesh, cot, csc, stiffening):
     the squared stretch s the squared rate grows, as (1 + stiffening) s - stiffening: 0.5 for stress linear in Green
     strain, whose tangent is s + (s - 1)/2 in units of the modulus; 0 where the rate at rest includes it.
     """
-    flat, begin = mesh[0], np.uint64(first)
+    flat, begin, one, two = mesh[0], np.uint64(first), np.uint64(1), np.uint64(2)
+    before = np.uint64(len(history) - RATES)  # rates of Green strain in the call before [1/s]
     for j in range(BLOCK):
         i = begin + np.uint64(j)
         v, mu = flat[V, i], flat[MU, i]
@@ -132,7 +131,7 @@ def load(block, first, mesh, cot, csc, stiffening):
         block[F1Z + j], block[F2Z + j] = v * (p1z * d11 + p2z * d12), v * (p1z * d21 + p2z * d22)
         block[STORED + j] += v * block[ENERGY + j]
         power = r11 * r11 + r22 * r22 + 2.0 * r12 * r12
-        p11, p22, p12 = block[P11 + j], block[P22 + j], block[P12 + j]
+        p11, p22, p12 = history[before, i], history[before + one, i], history[before + two, i]
         block[POWER + j] += v * mu * power
         block[LATE + j] += 0.5 * v * mu * (p11 * r11 + p22 * r22 + 2.0 * p12 * r12 - power)
         block[TURNED + j] += 0.5 * v * mu * (p11 * block[Q11 + j] + p22 * block[Q22 + j] + 2.0 * p12 * block[Q12 + j])
@@ -148,14 +147,17 @@ def load(block, first, mesh, cot, csc, stiffening):
         )
 
 
-@inlined
+@spliced
 def add_up(block, first, count, mesh, corners, history, loads, chunk, partial_out):
     """Add forces and area vectors to their entries, and to the volumes of a chunk; remember the rates."""
-    entry, w, one, two = corners[1], np.uint64(history.shape[1] - RATES), np.uint64(1), np.uint64(2)
+    entry, begin, one, two = corners[1], np.uint64(first), np.uint64(1), np.uint64(2)
+    now = np.uint64(len(history) - RATES)
+    for j in range(BLOCK):
+        i = begin + np.uint64(j)
+        history[now, i], history[now + one, i], history[now + two, i] = block[R11 + j], block[R22 + j], block[R12 + j]
     for j in range(count):
-        i = np.uint64(first + j)
+        i = begin + np.uint64(j)
         a, b, c = np.uint64(entry[i, 0]), np.uint64(entry[i, 1]), np.uint64(entry[i, 2])
-        history[i, w], history[i, w + one], history[i, w + two] = block[R11 + j], block[R22 + j], block[R12 + j]
         x1, y1, z1 = block[F1X + j], block[F1Y + j], block[F1Z + j]
         x2, y2, z2 = block[F2X + j], block[F2Y + j], block[F2Z + j]
         nx, ny, nz = block[NX + j], block[NY + j], block[NZ + j]
@@ -165,20 +167,28 @@ def add_up(block, first, count, mesh, corners, history, loads, chunk, partial_ou
         loads[b, 3], loads[b, 4], loads[b, 5] = loads[b, 3] + nx, loads[b, 4] + ny, loads[b, 5] + nz
         loads[c, 0], loads[c, 1], loads[c, 2] = loads[c, 0] - x2, loads[c, 1] - y2, loads[c, 2] - z2
         loads[c, 3], loads[c, 4], loads[c, 5] = loads[c, 3] + nx, loads[c, 4] + ny, loads[c, 5] + nz
-    behind, ahead = mesh[1], mesh[2]
-    inner, outer, volume = behind[first], ahead[first], 0.0
+    behind, ahead, mixed = mesh[1], mesh[2], mesh[5]
+    if mixed[first // BLOCK]:
+        _add_volumes(block, first, count, behind, ahead, chunk, partial_out)
+    else:
+        volume = 0.0
+        for j in range(QUARTER):
+            volume += (block[VOLUME + j] + block[VOLUME + QUARTER + j]) + (
+                block[VOLUME + 2 * QUARTER + j] + block[VOLUME + 3 * QUARTER + j]
+            )
+        partial_out[chunk, VOLUMES + 1 + behind[first]] += volume  # OUTSIDE, -1, is the first
+        partial_out[chunk, VOLUMES + 1 + ahead[first]] -= volume
+
+
+@scalar
+def _add_volumes(block, first, count, behind, ahead, chunk, partial_out):
+    """Add the parts of `count` triangles in the volumes, one by one."""
     for j in range(count):
-        i = np.uint64(first + j)
-        if behind[i] != inner or ahead[i] != outer:
-            partial_out[chunk, VOLUMES + 1 + inner] += volume  # OUTSIDE, -1, is the first
-            partial_out[chunk, VOLUMES + 1 + outer] -= volume
-            inner, outer, volume = behind[i], ahead[i], 0.0
-        volume += block[VOLUME + j]
-    partial_out[chunk, VOLUMES + 1 + inner] += volume
-    partial_out[chunk, VOLUMES + 1 + outer] -= volume
+        partial_out[chunk, VOLUMES + 1 + behind[first + j]] += block[VOLUME + j]
+        partial_out[chunk, VOLUMES + 1 + ahead[first + j]] -= block[VOLUME + j]
 
 
-@inlined
+@spliced
 def close_chunk(block, chunk, partial_out):
     """Set the sums of a chunk but for HYSTERESIS."""
     energy, power, late, turned, largest, rate = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0

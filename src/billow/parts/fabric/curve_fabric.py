@@ -49,7 +49,7 @@ CRITICAL = 1.2
 """Time a wave takes across an element, over the largest stable step that is taken for that of curves."""
 
 HEAT, LAST_Z, LAST_STRESS, LAST_STORED, OWED = 0, 5, 6, 7, 8
-"""Columns of the history. HEAT: energy turned to heat so far [J/m^3]. Two columns per spring follow (`SpringTable`),
+"""Rows of the history. HEAT: energy turned to heat so far [J/m^3]. Two rows per spring follow (`SpringTable`),
 from 2 spring + 1 on. Shear that switches has the other four instead: z [-], H [Pa] and recoverable energy [J/m^3] at
 the last evaluation, and the energy [J/m^3] it gave back that had been booked as heat."""
 
@@ -259,7 +259,7 @@ def _curve_forces(n, switches_shear, table, constants, mesh, history, corners, l
         heat = 0.0
         for first in range(chunk * CHUNK, end, BLOCK):
             count = min(BLOCK, end - first)
-            fetch(block, first, count, mesh, corners, history)
+            fetch(block, first, count, mesh, corners)
             strain_of(block, first, mesh)
             for j in range(count):
                 i = np.uint64(first + j)
@@ -274,7 +274,7 @@ def _curve_forces(n, switches_shear, table, constants, mesh, history, corners, l
                 for k in range(remember):
                     spring = shear if k == SHEAR else k
                     x = size[k] if size[k] > 0.0 else 0.0  # slack, or not a number: damping shows that
-                    per_x, full = history[i, 2 * spring + 1], history[i, 2 * spring + 2]
+                    per_x, full = history[2 * spring + 1, i], history[2 * spring + 2, i]
                     at = x * (per_x if per_x > 0.0 else VIRGIN)
                     if at <= INTERVALS:
                         row, part = place((2 * spring + 1) * INTERVALS, at)
@@ -288,9 +288,9 @@ def _curve_forces(n, switches_shear, table, constants, mesh, history, corners, l
                             most = INTERVALS / per_x if per_x > 0.0 else 0.0
                             row, part = place(2 * spring * INTERVALS, most * scale[spring])
                             _, before = read(rows[row, 0], rows[row, 1], rows[row, 2], part, scale[spring])
-                            history[i, HEAT] += held - before - kept * (x * stress - full)
-                            history[i, 2 * spring + 1] = INTERVALS / x
-                            history[i, 2 * spring + 2] = x * stress
+                            history[HEAT, i] += held - before - kept * (x * stress - full)
+                            history[2 * spring + 1, i] = INTERVALS / x
+                            history[2 * spring + 2, i] = x * stress
                             held = kept * x * stress
                     stored += held
                     if k == WARP:
@@ -308,21 +308,21 @@ def _curve_forces(n, switches_shear, table, constants, mesh, history, corners, l
                     faster = zaa * block[R11 + j] + zbb * block[R22 + j] + 2.0 * zab * block[R12 + j]
                     h = sense * (upper if sense * faster >= 0.0 else lower)
                     # Work as the time integration does it, with the mean of both stresses, less what is recoverable.
-                    lost = 0.5 * (h + history[i, LAST_STRESS]) * (z - history[i, LAST_Z]) - (
-                        held - history[i, LAST_STORED]
+                    lost = 0.5 * (h + history[LAST_STRESS, i]) * (z - history[LAST_Z, i]) - (
+                        held - history[LAST_STORED, i]
                     )
-                    owed = history[i, OWED]
-                    history[i, HEAT] += max(0.0, lost - owed)  # heat never falls: what comes back is owed
-                    history[i, OWED] = max(0.0, owed - lost)
-                    history[i, LAST_Z], history[i, LAST_STRESS], history[i, LAST_STORED] = z, h, held
+                    owed = history[OWED, i]
+                    history[HEAT, i] += max(0.0, lost - owed)  # heat never falls: what comes back is owed
+                    history[OWED, i] = max(0.0, owed - lost)
+                    history[LAST_Z, i], history[LAST_STRESS, i], history[LAST_STORED, i] = z, h, held
                     stored += held
                 pressed_a, stored_a = shortened(below_a, ea)
                 pressed_b, stored_b = shortened(below_b, eb)
                 saa, sbb, stored = saa + pressed_a, sbb + pressed_b, stored + stored_a + stored_b
                 block[S11 + j], block[S22 + j], block[S12 + j] = saa + h * zaa, sbb + h * zbb, h * zab
                 block[ENERGY + j] = stored
-                heat += mesh[0][V, i] * history[i, HEAT]
-            load(block, first, mesh, cot, csc, 0.0)
+                heat += mesh[0][V, i] * history[HEAT, i]
+            load(block, first, mesh, history, cot, csc, 0.0)
             add_up(block, first, count, mesh, corners, history, loads, chunk, partial_out)
         close_chunk(block, chunk, partial_out)
         partial_out[chunk, HYSTERESIS] = heat

@@ -87,8 +87,8 @@ ODD_WEIGHT = Concern.declare(
 
 @dataclass
 class FabricState:
-    """history: what each membrane's fabric remembers, (elements, width). largest_stretch: bound of the stretch [-].
-    squared_rate: 1/dt^2 of the fastest element as it is strained [1/s^2].
+    """history: what each membrane's fabric remembers, as `Membrane.fresh_history`. largest_stretch: bound of the
+    stretch [-]. squared_rate: 1/dt^2 of the fastest element as it is strained [1/s^2].
     birth_slope: rate of the strain energy with the moving reference [J per whole way]."""
 
     history: tuple[np.ndarray, ...]

@@ -88,8 +88,9 @@ class FabricLaw(Protocol):
     ) -> None:  # fmt: skip
         """Set the loads of the elements, and bring history up to date.
 
-        corners: of the elements. positions [m] and velocities [m/s]: (nodes, 3). history: (elements, history_width).
-        loads: (entries, COLUMNS), receives membrane forces on the corners [N] and a third of the area vectors [m^2],
+        corners: of the elements. positions [m] and velocities [m/s]: (nodes, 3). history: (history_width, n and room
+        to the end of a block). loads: (entries, COLUMNS), receives membrane forces on the corners [N] and a third of
+        the area vectors [m^2],
         summed up at the entries of `corners`, and only there. partial: of `Membrane.sums`, receives per chunk of
         elements the recoverable strain energy [J], the power turned to heat [W], a bound on the largest squared stretch
         [-], the energy turned to heat so far that follows from the history [J], the largest 1/dt^2 [1/s^2] of any
@@ -208,9 +209,19 @@ class Membrane:
         rows[V, :n], rows[MU, :n], rows[RATE, :n] = self.volume, self.viscosity, self.squared_rate
         return rows
 
+    @cached_property
+    def _mixed(self) -> np.ndarray:
+        """Whether a block is not full, or its elements do not all lie between the same two chambers, (blocks,) bool."""
+        element = np.arange(len(self.elements))
+        first = element // BLOCK * BLOCK
+        differs = (self.behind != self.behind[first]) | (self.ahead != self.ahead[first])
+        mixed = np.zeros(-(-len(element) // BLOCK), np.bool_)
+        mixed[element[differs] // BLOCK] = mixed[len(element) // BLOCK :] = True
+        return mixed
+
     def for_kernels(self, positions: np.ndarray, velocities: np.ndarray) -> tuple[np.ndarray, ...]:
         """What the kernels of all laws read. positions [m] and velocities [m/s]: (nodes, 3)."""
-        return self._constants, self.behind, self.ahead, positions, velocities
+        return self._constants, self.behind, self.ahead, positions, velocities, self._mixed
 
     def by_itself(
         self, triangles: np.ndarray, positions: np.ndarray, velocities: np.ndarray, history: np.ndarray
@@ -229,8 +240,8 @@ class Membrane:
         return np.zeros((-(-len(self.elements) // CHUNK), VOLUMES + 1 + chambers))
 
     def fresh_history(self) -> np.ndarray:
-        """History of fabric that has never been strained, (n, history_width)."""
-        return np.zeros((len(self.elements), self.fabric.history_width))
+        """History of fabric that has never been strained, (history_width, n and room to the end of a block)."""
+        return np.zeros((self.fabric.history_width, self._constants.shape[1]))
 
     def cauchy_green(self, triangles: np.ndarray, positions: np.ndarray) -> tuple[np.ndarray, ...]:
         """Entries 11, 22 and 12 of F^T F [-], (n,) each, at positions [m] (nodes, 3)."""
