@@ -75,6 +75,8 @@ BILLOW_FAILED = BillowError.declare(
     remedy="please report it together with {report}",
 )
 
+OBJECTS_OF_A_START = 300_000
+"""Containers that Python has made when a run begins; nearly all of them stay."""
 
 app = typer.Typer(
     name="billow",
@@ -98,6 +100,7 @@ def main() -> None:
     """Entry point: every failure becomes a message in four parts and an exit code, never a traceback."""
     show_any_letter()
     end_as_with_ctrl_c()
+    gc.set_threshold(OBJECTS_OF_A_START)  # to look through them again and again takes a tenth of the start
     atexit.register(gc.freeze)  # Python's last search for garbage takes 0.15 s, and the system takes all back anyway
     with lasting_streams():
         code = 0

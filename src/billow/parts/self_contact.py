@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numba import prange
 
-from billow.base.compiled import CHUNK, inlined, kernel, scalar
+from billow.base.compiled import CHUNK, kernel, scalar, spliced
 from billow.base.quality import Criterion, criterion
 from billow.geometry.near_pairs import near_pairs
 from billow.geometry.neighbours import by_halves
@@ -284,7 +284,7 @@ def find_rest(awake, start, triangle, apart, altitude, rest, first_rest):
         first_rest[p] = least
 
 
-@inlined
+@spliced
 def _above(positions, p, a, b, c):
     """A node above a triangle of nodes a, b, c, by its normal n, which is as long as its area doubled: height times |n|
     [m^3], area coordinates of b and c times n^2 [m^4], n^2 [m^4], and n [m^2]: seven numbers."""

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from billow.base.compiled import inlined, scalar
+from billow.base.compiled import scalar, spliced
 
 NOTHING = -1
 """Triangle of a pixel that shows none."""
@@ -90,7 +90,7 @@ def _fill(triangles, projected, kept, forward, buffers):
                 triangle[row, column] = filling
 
 
-@inlined
+@spliced
 def weights_at(projected, corners, x, y):
     """Weights of a triangle's corners at a place [pixels], and twice its area [pixels^2], negative if its outside is
     seen."""

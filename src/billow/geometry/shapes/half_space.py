@@ -6,7 +6,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from billow.base.compiled import inlined
+from billow.base.compiled import spliced
 from billow.geometry.shapes.pose import into_axes
 from billow.geometry.shapes.shape import NUMBERS
 
@@ -42,7 +42,7 @@ class HalfSpace:
         return cls()
 
 
-@inlined
+@spliced
 def near_half_space(numbers, pose, rx, ry, rz, tx, ty, tz):
     """As `Shape` says: only a node that is below the plane now or at the end of the step."""
     _, _, z = into_axes(pose, rx, ry, rz)

@@ -4,7 +4,7 @@ MESH."""
 
 from __future__ import annotations
 
-from billow.base.compiled import inlined, scalar
+from billow.base.compiled import scalar, spliced
 from billow.geometry.shapes.box import MEETS_AS, Box, near_box
 from billow.geometry.shapes.cylinder import Cylinder, farthest_of_cylinder, near_cylinder
 from billow.geometry.shapes.half_space import HalfSpace, near_half_space
@@ -26,7 +26,7 @@ def from_description(described: dict) -> Shape:
     return {cls.kind: cls for cls in SHAPES}[described["kind"]].from_description(described)
 
 
-@inlined
+@spliced
 def near_shape(number, numbers, pose, rx, ry, rz, tx, ty, tz):
     """Whether and how a point touches a shape of kind `number`, as `Shape` says."""
     if number == HALF_SPACE:
@@ -36,7 +36,7 @@ def near_shape(number, numbers, pose, rx, ry, rz, tx, ty, tz):
     return near_other_shape(number, numbers, pose, rx, ry, rz, tx, ty, tz)
 
 
-@inlined
+@spliced
 def near_other_shape(number, numbers, pose, rx, ry, rz, tx, ty, tz):
     """The same for kinds that have no function for many points at once."""
     if number == 2:

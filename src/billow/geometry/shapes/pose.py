@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from billow.base.compiled import inlined, scalar
+from billow.base.compiled import scalar, spliced
 
 
 @dataclass(frozen=True)
@@ -90,7 +90,7 @@ def rotation_matrix(q):
 # Poses for kernels, nine numbers: a rotation from the shape's axes to space, row by row.
 
 
-@inlined
+@spliced
 def pose_of(poses, o):
     """Row o of poses (n, 9)."""
     return (

@@ -12,7 +12,7 @@ import math
 
 import numpy as np
 
-from billow.base.compiled import inlined, scalar
+from billow.base.compiled import scalar, spliced
 from billow.geometry.shapes import super_ellipsoid_block
 from billow.geometry.shapes.half_space import near_half_space
 from billow.geometry.shapes.kinds import HALF_SPACE, MESH, SUPER_ELLIPSOID, near_other_shape
@@ -51,7 +51,7 @@ SWEEPS, SETTLED = 100, 1e-10
 """Most sweeps over the shapes that pinch a node, and the relative change of force at which they end."""
 
 
-@inlined
+@spliced
 def kick_block(block, first, count, dt, nodes):
     """Half a kick of `count` nodes from `first` on, kept in the rows PX to VZ too; and where they are before."""
     inverse_mass, nodal_force, positions, velocities, before = nodes
@@ -71,7 +71,7 @@ def kick_block(block, first, count, dt, nodes):
             before[i, 0], before[i, 1], before[i, 2] = block[PX + j], block[PY + j], block[PZ + j]
 
 
-@inlined
+@spliced
 def ask_block(block, first, count, dt, bound, motion, touching):
     """Fill the row CLOSE: 1 + o for nodes that touch shape o, and for all that may come into the sphere around it, or
     below a plane, if they go on as they are, for the last such o; returns whether there is any. Most do not, so these
@@ -111,7 +111,7 @@ def ask_block(block, first, count, dt, bound, motion, touching):
     return close > 0
 
 
-@inlined
+@spliced
 def drift_block(block, first, count, dt, nodes):
     """Move `count` nodes from `first` on as if nothing touched them; those that come close wait."""
     positions = nodes[2]
@@ -137,7 +137,7 @@ def sort_by_shape(nodes, shape, many, starts, sorted_out):
         starts[shape[k]] += 1
 
 
-@inlined
+@spliced
 def fetch(block, close, first, count, dt, area, nodes):
     """Fill the rows PX to VZ and AREA to PUSHERS with `count` nodes, close[first] and so on; columns beyond the last
     one have no fabric."""
@@ -213,7 +213,7 @@ def find_touching(block, pairs, work, close, first, count, dt, table, motion, to
                     offset[o, i, k] = 0.0
 
 
-@inlined
+@spliced
 def _any(pairs, o, row):
     """Whether a number of a row of shape o is above zero."""
     above = 0

@@ -12,7 +12,7 @@ import math
 import numpy as np
 from numba import prange
 
-from billow.base.compiled import CHUNK, inlined, kernel
+from billow.base.compiled import CHUNK, kernel, spliced
 from billow.geometry.shapes.kinds import MESH, near_shape
 from billow.geometry.shapes.pose import into_axes, into_space, pose_of
 from billow.parts.bodies.contact import ContactState, Nodes, ShapeMotion, ShapeTable
@@ -103,7 +103,7 @@ class BodyRows:
         return reaction
 
 
-@inlined
+@spliced
 def reaches(o, i, px, py, pz, vx, vy, vz, dt, table, motion, geometry):
     """Whether node i at p [m] with the velocity v [m/s] comes to shape o in a step of dt [s]; if so, row o of geometry
     gets depth [m] and normal."""
@@ -133,7 +133,7 @@ def reaches(o, i, px, py, pz, vx, vy, vz, dt, table, motion, geometry):
     return touches
 
 
-@inlined
+@spliced
 def push_node(
     i, px, py, pz, vx, vy, vz, area, inverse_mass, dt, count, near, geometry, table, motion, offset, answer
 ):  # fmt: skip

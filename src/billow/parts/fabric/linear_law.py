@@ -13,7 +13,7 @@ from typing import ClassVar
 import numpy as np
 from numba import prange
 
-from billow.base.compiled import CHUNK, inlined, kernel
+from billow.base.compiled import CHUNK, kernel, spliced
 from billow.base.errors import Concern
 from billow.geometry.assembly import Corners
 from billow.parts.fabric.block import (
@@ -148,13 +148,13 @@ class LinearFabric:
         _linear_forces(len(membrane.elements), rule, *self._moduli, mesh, tuple(corners), history, loads, partial)
 
 
-@inlined
+@spliced
 def taut_stress(c11, c22, c12, c66, e11, e22, e12):
     """Stress (s11, s22, s12) [Pa] of Green strain (e11, e22, e12) [-]; e12 is half the engineering shear."""
     return c11 * e11 + c12 * e22, c12 * e11 + c22 * e22, 2.0 * c66 * e12
 
 
-@inlined
+@spliced
 def yarn_stress(c11, c22, c12, c66, e11, e22, e12):
     """As `taut_stress`, but yarns carry no compression; one that is pulled alone pulls with its own modulus."""
     s11, s22 = c11 * e11 + c12 * e22, c12 * e11 + c22 * e22
@@ -165,7 +165,7 @@ def yarn_stress(c11, c22, c12, c66, e11, e22, e12):
     return alone if s22 < 0.0 else s11, 0.0 if s22 < 0.0 else s22, 2.0 * c66 * e12
 
 
-@inlined
+@spliced
 def tension_field_stress(c11, c22, c12, c66, e11, e22, e12):
     """As `taut_stress` of isotropic fabric, which wrinkles: no principal stress is negative."""
     mean, half = 0.5 * (e11 + e22), 0.5 * (e11 - e22)
@@ -183,7 +183,7 @@ def tension_field_stress(c11, c22, c12, c66, e11, e22, e12):
     )
 
 
-@inlined
+@spliced
 def _stress(block, rule, moduli, liner):
     """Fill the rows S11, S22, S12 and ENERGY: of the fabric by its rule, then of the liner too; no loop branches."""
     c11, c22, c12, c66 = moduli
@@ -218,9 +218,9 @@ def _linear_forces(n, rule, moduli, liner, mesh, corners, history, loads, partia
         end = min(n, (chunk + 1) * CHUNK)
         for first in range(chunk * CHUNK, end, BLOCK):
             count = min(BLOCK, end - first)
-            fetch(block, first, count, mesh, corners, history)
+            fetch(block, first, count, mesh, corners)
             strain_of(block, first, mesh)
             _stress(block, rule, moduli, liner)
-            load(block, first, mesh, 0.0, 1.0, 0.5)
+            load(block, first, mesh, history, 0.0, 1.0, 0.5)
             add_up(block, first, count, mesh, corners, history, loads, chunk, partial_out)
         close_chunk(block, chunk, partial_out)

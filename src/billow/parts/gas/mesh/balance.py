@@ -12,7 +12,7 @@ import math
 import numpy as np
 from numba import prange
 
-from billow.base.compiled import inlined, kernel, scalar
+from billow.base.compiled import kernel, scalar, spliced
 from billow.parts.gas.mesh.slopes import VALUES, forget
 from billow.parts.gas.mesh.thermodynamics import (
     CAPACITY,
@@ -183,7 +183,7 @@ def add_fluxes(
                 bad_out[whose[k]] = mass != 0.0
 
 
-@inlined
+@spliced
 def _differ(c, place, slope, a, b, new_volume, old_centroid, new_centroid, faster_out):
     """How much faster [m/s] gas is along each axis at the centroid of a cell than that of its cluster c, by the slopes.
     a, b: number of the cell before and after the step, or -1; centroids as in `geometry`."""

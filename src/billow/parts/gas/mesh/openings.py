@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from billow.base.compiled import inlined, scalar
+from billow.base.compiled import scalar, spliced
 from billow.geometry.lattice_clipping import NORMAL, WEIGHT
 from billow.parts.gas.mesh.riemann import hllc
 from billow.parts.gas.mesh.thermodynamics import RHO, C, G, P, U, Y
@@ -13,7 +13,7 @@ LARGEST_SHARE = 0.25
 """Of a cluster's mass and internal energy that may leave through an opening in a part of a step."""
 
 
-@inlined
+@spliced
 def fragment_velocity(rows, f, triangles, t, velocity):
     """Velocity [m/s] of the centroid of fragment f, of triangle t; velocity: of the nodes, (nodes, 3)."""
     a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]

@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from billow.base.compiled import inlined, scalar
+from billow.base.compiled import scalar, spliced
 from billow.geometry.triangle import double_area_vector
 
 REACH = 1.5
@@ -101,7 +101,7 @@ ROWS = 27
 # fmt: on
 
 
-@inlined
+@spliced
 def _gather_corners(block, first, count, triangles, walls, turned_round, positions, cx, cy, cz):
     """Fill the rows AX to DZ with `count` walls from `first` on."""
     for j in range(count):
@@ -115,7 +115,7 @@ def _gather_corners(block, first, count, triangles, walls, turned_round, positio
         block[DX + j], block[DY + j], block[DZ + j] = positions[c, 0] - cx, positions[c, 1] - cy, positions[c, 2] - cz
 
 
-@inlined
+@spliced
 def _ask_cone(block, count, ring, radius_of_ring, lean, rise, diameter):
     """Fill the rows GX to NEAR; returns whether any of `count` triangles is near. All jets lie on one cone; most fabric
     is too far from it for the nearest jet to matter."""
@@ -143,7 +143,7 @@ def _ask_cone(block, count, ring, radius_of_ring, lean, rise, diameter):
     return nearest >= 0.0
 
 
-@inlined
+@spliced
 def _ask_jet(block, diameter):
     """Fill the rows ALONG to KIND; they mean nothing where NEAR is below zero."""
     for j in range(BLOCK):
