@@ -2,11 +2,20 @@
 
 from __future__ import annotations
 
+import json
+from pathlib import Path
+
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
+from billow.case.schema import Case
+from billow.cli.main import app
 from billow.geometry.shapes.pose import quaternion_about, rotation_matrix
 from billow.reproductions.gas_paper.window_tubes import HALF_WAY, tubes_across
+from billow.run.simulate import simulate
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
 def prism(x: float, radius: float, corners: int) -> tuple[np.ndarray, np.ndarray]:
@@ -35,3 +44,22 @@ def test_a_prism_has_the_area_and_girth_of_its_polygon_wherever_it_lies():
     assert girth == pytest.approx(2.0 * corners * radius * np.sin(np.pi / corners))
     flat = points * [1.0, 1.0, 0.0]
     assert tubes_across(points, flat, triangles, np.array(tubes))[0] == pytest.approx(0.0, abs=1e-15)
+
+
+def test_the_command_draws_a_column_for_each_gas(tmp_path):
+    """Runs by uniform pressure and on a mesh, of the paper's window bag with half its tubes."""
+    case = Case.load(EXAMPLES / "paper" / "window_tubes_up.toml").vary(
+        {
+            "bag.element_size": 0.018, "bag.length": 0.7, "bag.tubes": 4, "bag.mouth_tube": 2, "run.end_time": 2e-4,
+            "run.frames": 1,
+        }
+    )  # fmt: skip
+    told = []
+    for name, change in (("up", {}), ("mesh", {"gas.model": "mesh", "gas.cell": 0.04})):
+        simulate(case.vary(change), tmp_path / name)
+        told += ["--tubes", str(tmp_path / name)]
+    done = CliRunner().invoke(app, ["paper", *told, "--out", str(tmp_path / "page")])
+    assert done.exit_code == 0, done.output
+    numbers = json.loads((tmp_path / "page/tubes.json").read_text())
+    assert list(numbers) == ["1: uniform pressure", "2: mesh, 40 mm"]
+    assert (tmp_path / "page/tubes_sections.png").stat().st_size > 10_000

@@ -16,8 +16,8 @@ NO_REPORT = InputError.declare(
     "the report cannot be made",
     where="billow paper",
     cause="no study was named, a component other than x, y or z, or a case for the paper's recipe that has no study",
-    remedy="billow paper --locked STUDY --out FOLDER; --paper-recipe z adds the paper's networks; --tubes RUN RUN, "
-    "--gas RUN --gas RUN",
+    remedy="billow paper --locked STUDY --out FOLDER; --paper-recipe z adds the paper's networks; --tubes RUN "
+    "--tubes RUN, --gas RUN --gas RUN",
 )
 
 
@@ -39,8 +39,8 @@ def paper(
         str, typer.Option(help="Name of the jet direction among the parameters.")
     ] = "jet_direction",
     tubes: Annotated[
-        tuple[Path, Path] | None,
-        typer.Option(metavar="RUN RUN", help="LS-DYNA paper, 5.3: runs by uniform pressure and by particles."),
+        list[Path] | None,
+        typer.Option(metavar="RUN", help="LS-DYNA paper, 5.3: a run by one gas; for each again."),
     ] = None,
     gas: Annotated[
         list[Path] | None,
@@ -54,8 +54,9 @@ def paper(
     A study may be incomplete: the report lists what is missing. An interrupted command continues where it stopped:
     every fit is kept, and the paper's networks are saved every 30 s.
 
-    --tubes writes section 5.3 of the LS-DYNA paper from two runs of examples/paper/window_tubes_*.toml; --gas, once for
-    each run, section 5.1, 5.2 or 6.1 from runs of one case by several gases, or with several values of gas.cell.
+    --tubes, once for each run, writes section 5.3 of the LS-DYNA paper from runs of examples/paper/window_tubes_*.toml
+    by several gases; --gas likewise section 5.1, 5.2 or 6.1 from runs of one case by several gases, or with several
+    values of gas.cell.
     """
     from billow.reproductions.gas_paper.gases import write_gases
     from billow.reproductions.gas_paper.window_tubes import write_tubes
@@ -78,7 +79,7 @@ def paper(
         check_recipe(Recipe(epochs=paper_recipe_epochs, memory=memory_bytes(memory, "paper")))
     for wrong, why in (
         (
-            jets is None and tubes is None and not gas and not any(folders.values()),
+            jets is None and not tubes and not gas and not any(folders.values()),
             "none of --locked, --free and --jets names a study, and --tubes and --gas no runs",
         ),
         (paper_recipe not in (None, "x", "y", "z"), f"--paper-recipe {paper_recipe} is not one of x, y and z"),
@@ -88,9 +89,8 @@ def paper(
             raise NO_REPORT(why=why)
     with interruptible(CONTINUES), owned(out, "tables.json"):
         console, results, missing = make_console(), [], []
-        if tubes is not None:
-            runs = dict(zip(("uniform pressure", "particles"), map(Result.open, tubes), strict=True))
-            console.print(f"LS-DYNA paper, 5.3: {write_tubes(out, runs)}")
+        if tubes:
+            console.print(f"LS-DYNA paper, 5.3: {write_tubes(out, [Result.open(run) for run in tubes])}")
         if gas:
             console.print(f"LS-DYNA paper, several gases: {write_gases(out, [Result.open(run) for run in gas])}")
         if jets is None and not any(folders.values()):

@@ -5,7 +5,7 @@ runs of examples/paper/window_tubes_*.toml.
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +15,7 @@ from billow.base.plot_style import styled
 from billow.pictures.scene import Plane
 from billow.pictures.section import cut
 from billow.pictures.section_figure import draw_bag, window_of
+from billow.reproductions.gas_paper.gases import label
 from billow.results.result import Result
 
 SHOWN = (2e-3, 5e-3, 10e-3, 20e-3)
@@ -91,7 +92,9 @@ def sections(results: Mapping[str, Result]) -> Figure:
     """A column for each gas, a row for each time."""
     plane, shapes = Plane(np.eye(3)[1], HALF_WAY), {}
     for name, result in results.items():
-        frames = [int(np.abs(result.times - time).argmin()) for time in SHOWN if time <= result.times[-1] + 5e-4]
+        end = result.times[-1]
+        reached = [time for time in SHOWN if time <= end + 5e-4] or [end]
+        frames = [int(np.abs(result.times - time).argmin()) for time in reached]
         shapes[name] = [(result.times[k], result.reference + result.displacement[k]) for k in frames]
     window = window_of(plane, [points for rows in shapes.values() for _, points in rows])
     (left, right), (bottom, top) = window
@@ -103,14 +106,15 @@ def sections(results: Mapping[str, Result]) -> Figure:
             axes.set_axis_off()
         for axes, (time, points) in zip(column, rows, strict=False):
             draw_bag(axes, plane, points, results[name].triangles, colors="#0072b2", linewidths=0.7)
-            axes.set(xlim=window[0], ylim=window[1], aspect="equal", title=f"{name}, {1e3 * time:.0f} ms")
+            axes.set(xlim=window[0], ylim=window[1], aspect="equal", title=f"{name}, {1e3 * time:.3g} ms")
             axes.tick_params(labelsize=7)
     figure.supxlabel("mm", fontsize=8)
     return figure
 
 
-def write_tubes(folder: Path, results: Mapping[str, Result]) -> Path:
-    """Write tubes.md, its figure and its numbers; results by the name of their gas. Returns the page."""
+def write_tubes(folder: Path, runs: Sequence[Result]) -> Path:
+    """Write tubes.md, its figure and its numbers, of runs by one gas each. Returns the page."""
+    results = {f"{k + 1}: {label(result)}": result for k, result in enumerate(runs)}
     table = {name: summary(result) for name, result in results.items()}
     (folder / "tubes.json").write_text(json.dumps(table, indent=1) + "\n")
     with styled():
