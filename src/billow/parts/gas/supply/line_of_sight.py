@@ -12,6 +12,7 @@ import math
 import numpy as np
 
 from billow.base.compiled import scalar, spliced
+from billow.geometry.angle import angle
 from billow.geometry.triangle import double_area_vector
 
 REACH = 1.5
@@ -88,16 +89,18 @@ def _doubled(rows):
 
 BLOCK = 32
 """Triangles that are looked at together, in loops without branches."""
+THIRD = 1.0 / 3.0
 # fmt: off
 (
     AX, AY, AZ, BX, BY, BZ, DX, DY, DZ, GX, GY, GZ,  # corners and middle from the middle of the ring [m]
     NX, NY, NZ, AREA2,  # twice the area vector, and its size [m^2]
     NEAR,  # below zero where the triangle is too far from the cone of all jets
+    AZIMUTH,  # about the axis of the ring, from the first jet [rad]
     HX, HY, HZ, JX, JY, JZ,  # hole of its jet from the middle of the ring [m], and direction of the jet
     ALONG, OFF, COSINE,  # distance along the jet [m]; squared distance from its axis over squared width; angle to it
     KIND,  # above zero where it may be lit, below zero where it may hide what is
-) = (BLOCK * row for row in range(27))
-ROWS = 27
+) = (BLOCK * row for row in range(28))
+ROWS = 28
 # fmt: on
 
 
@@ -117,14 +120,14 @@ def _gather_corners(block, first, count, triangles, walls, turned_round, positio
 
 @spliced
 def _ask_cone(block, count, ring, radius_of_ring, lean, rise, diameter):
-    """Fill the rows GX to NEAR; returns whether any of `count` triangles is near. All jets lie on one cone; most fabric
-    is too far from it for the nearest jet to matter."""
+    """Fill the rows GX to AZIMUTH; returns whether any of `count` triangles is near. All jets lie on one cone; most
+    fabric is too far from it for the nearest jet to matter."""
     upx, upy, upz = ring[0, 0], ring[0, 1], ring[0, 2]
     for j in range(BLOCK):
         ax, ay, az = block[AX + j], block[AY + j], block[AZ + j]
         bx, by, bz = block[BX + j], block[BY + j], block[BZ + j]
         dx, dy, dz = block[DX + j], block[DY + j], block[DZ + j]
-        gx, gy, gz = (ax + bx + dx) / 3.0, (ay + by + dy) / 3.0, (az + bz + dz) / 3.0
+        gx, gy, gz = THIRD * (ax + bx + dx), THIRD * (ay + by + dy), THIRD * (az + bz + dz)
         ux, uy, uz, vx, vy, vz = bx - ax, by - ay, bz - az, dx - ax, dy - ay, dz - az
         nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
         area2 = math.sqrt(nx * nx + ny * ny + nz * nz)
@@ -137,10 +140,12 @@ def _ask_cone(block, count, ring, radius_of_ring, lean, rise, diameter):
         block[GX + j], block[GY + j], block[GZ + j] = gx, gy, gz
         block[NX + j], block[NY + j], block[NZ + j], block[AREA2 + j] = nx, ny, nz, area2
         block[NEAR + j] = near if (axial > 0.0) & (area2 > 0.0) else -1.0
-    nearest = -1.0
+        first = gx * ring[1, 0] + gy * ring[1, 1] + gz * ring[1, 2]
+        block[AZIMUTH + j] = angle(first, gx * ring[2, 0] + gy * ring[2, 1] + gz * ring[2, 2])
+    near_ones = 0
     for j in range(count):
-        nearest = block[NEAR + j] if block[NEAR + j] > nearest else nearest
-    return nearest >= 0.0
+        near_ones += 1 if block[NEAR + j] >= 0.0 else 0
+    return near_ones > 0
 
 
 @spliced
@@ -190,10 +195,7 @@ def sort_out(triangles, walls, turned_round, positions, holes, frames, ring, dia
             continue
         for j in range(count):
             if block[NEAR + j] >= 0.0:
-                gx, gy, gz = block[GX + j], block[GY + j], block[GZ + j]
-                along = gx * ring[1, 0] + gy * ring[1, 1] + gz * ring[1, 2]
-                azimuth = math.atan2(gx * ring[2, 0] + gy * ring[2, 1] + gz * ring[2, 2], along)
-                k = math.floor(azimuth / pitch + 0.5)  # footprints of neighbouring jets hardly overlap
+                k = math.floor(block[AZIMUTH + j] / pitch + 0.5)  # footprints of neighbouring jets hardly overlap
                 k = k + jets if k < 0 else k - jets if k >= jets else k
                 jet_of[j] = k
                 block[HX + j], block[HY + j], block[HZ + j] = holes[k, 0] - cx, holes[k, 1] - cy, holes[k, 2] - cz
