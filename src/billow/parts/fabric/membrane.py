@@ -112,7 +112,8 @@ class Membrane:
     viscosity: damping modulus, [Pa s], (n,). altitude: smallest reference altitude, [m], (n,). lightness: a third of
     an element's mass over its share of the mass of the node at each corner, [-], (n, 3) (`share_mass`); squared_rate:
     1/dt^2 of its own stable step at rest with these shares, damping included, [1/s^2], (n,). behind, ahead: chambers
-    on either side of each, (n,) int32 as in `Chambers`.
+    on either side of each, (n,) int32 as in `Chambers`. mixed: whether a block is not full, or its elements do not all
+    lie between the same two chambers, (blocks,) bool.
     """
 
     fabric: FabricLaw
@@ -126,6 +127,7 @@ class Membrane:
     squared_rate: np.ndarray
     behind: np.ndarray
     ahead: np.ndarray
+    mixed: np.ndarray
 
     @classmethod
     def build(
@@ -152,9 +154,10 @@ class Membrane:
         elements = np.asarray(elements, np.int64)
         sides = Chambers.single(len(elements)) if chambers is None else chambers
         which = slice(None) if chambers is None else elements
+        behind, ahead = sides.behind[which], sides.ahead[which]
         membrane = cls(
             fabric, elements, inverse, fabric.along_yarns(inverse), volume, viscosity, altitude, np.empty((0, 3)),
-            np.empty(0), sides.behind[which], sides.ahead[which],
+            np.empty(0), behind, ahead, _mixed(behind, ahead),
         )  # fmt: skip
         return membrane.sharing(np.ones((len(elements), 3)))
 
@@ -167,7 +170,8 @@ class Membrane:
         """Some of its elements, by their places in it."""
         rows = {name: getattr(self, name)[:, which] for name in ("reference_inverse", "yarn_inverse")}
         each = ("elements", "volume", "viscosity", "altitude", "lightness", "squared_rate", "behind", "ahead")
-        return replace(self, **rows, **{name: getattr(self, name)[which] for name in each})
+        some = replace(self, **rows, **{name: getattr(self, name)[which] for name in each})
+        return replace(some, mixed=_mixed(some.behind, some.ahead))
 
     @cached_property
     def alone(self) -> Membrane:
@@ -209,19 +213,9 @@ class Membrane:
         rows[V, :n], rows[MU, :n], rows[RATE, :n] = self.volume, self.viscosity, self.squared_rate
         return rows
 
-    @cached_property
-    def _mixed(self) -> np.ndarray:
-        """Whether a block is not full, or its elements do not all lie between the same two chambers, (blocks,) bool."""
-        element = np.arange(len(self.elements))
-        first = element // BLOCK * BLOCK
-        differs = (self.behind != self.behind[first]) | (self.ahead != self.ahead[first])
-        mixed = np.zeros(-(-len(element) // BLOCK), np.bool_)
-        mixed[element[differs] // BLOCK] = mixed[len(element) // BLOCK :] = True
-        return mixed
-
     def for_kernels(self, positions: np.ndarray, velocities: np.ndarray) -> tuple[np.ndarray, ...]:
         """What the kernels of all laws read. positions [m] and velocities [m/s]: (nodes, 3)."""
-        return self._constants, self.behind, self.ahead, positions, velocities, self._mixed
+        return self._constants, self.behind, self.ahead, positions, velocities, self.mixed
 
     def by_itself(
         self, triangles: np.ndarray, positions: np.ndarray, velocities: np.ndarray, history: np.ndarray
@@ -265,6 +259,16 @@ class Membrane:
     def crossing_time(self) -> float:
         """Time [s] that the fastest wave takes across the smallest altitude."""
         return float(self.altitude.min() / self.fabric.wave_speed)
+
+
+def _mixed(behind: np.ndarray, ahead: np.ndarray) -> np.ndarray:
+    """As `Membrane.mixed`, of elements between these chambers, (n,) each."""
+    element = np.arange(len(behind))
+    first = element // BLOCK * BLOCK
+    differs = (behind != behind[first]) | (ahead != ahead[first])
+    mixed = np.zeros(-(-len(element) // BLOCK), np.bool_)
+    mixed[element[differs] // BLOCK] = mixed[len(element) // BLOCK :] = True
+    return mixed
 
 
 def damping_heat(power: float, late: float, turned: float, dt: float) -> float:
