@@ -140,8 +140,8 @@ def path(centre, radii, phases, turns, points):
     turns=st.tuples(*[st.sampled_from([1, 2, 3])] * 4),
 )
 def test_no_loop_creates_energy_and_all_of_it_is_booked(name, centre, radii, phases, turns):
-    """Work of moving the corners along closed ways in 300 steps, by the midpoint rule. It and the trapezoidal rule are of
-    second order and err to opposite sides, at kinks too: the sum of what sets them apart bounds the error."""
+    """Work of moving the corners along closed ways in 300 steps, by the midpoint rule. It and the trapezoidal rule are
+    of second order and err to opposite sides, at kinks too: the sum of what sets them apart bounds the error."""
     patch = Patch(name)
     way = path(centre, radii, phases, turns, 300)
     force, sums = patch.feel(flat_patch(way[0]))
