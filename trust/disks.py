@@ -32,6 +32,7 @@ from billow.results.ownership import LOCK
 from billow.results.run_file import read_run_file
 from billow.rom.judge import evaluate, report  # noqa: F401 - once, not in every copy of this process
 from billow.rom.learn.train import import_network
+from billow.rom.surrogate.surrogate import Surrogate
 from billow.run.interrupts import STOP_FILE
 from billow.run.simulate import simulate
 from trust.study_kills import CASE, STUDY
@@ -153,8 +154,9 @@ def _sweep(job: Job, disk: Path) -> Sweep:
         there = _contents(disk)
         _fill(disk, free)
         code, said = _attempt(job.words)
-        wrong = [] if code == 4 and said in FULL else [f"exit {code}, {said}"]
         (disk / "filler").unlink()
+        done = code == 0 and all(path.exists() for path in made)  # a file that gave way to a new one made room
+        wrong = [] if done or (code == 4 and said in FULL) else [f"exit {code}, {said}"]
         wrong += _damage(disk, there)
         if number % 16 == 7:  # once there is room
             code, said = _attempt(job.words)
@@ -197,7 +199,8 @@ def _damage(disk: Path, there: dict[str, str]) -> Iterator[str]:
     now = _contents(disk)
     replaceable = ("out.partial/fabric.vtkhdf", "out.partial/histories.csv", "out.partial/run.json")
     for name, digest in there.items():
-        if now.get(name) != digest and name not in replaceable and "checkpoint_" not in name:
+        kept = now.get(name) == digest or (name == "study/surrogate.safetensors" and _judged(disk / name))
+        if not kept and name not in replaceable and "checkpoint_" not in name:
             yield f"{name} was changed"
     slots = list(disk.glob("out.partial/checkpoint_*.safetensors"))
     if any("checkpoint_" in name for name in there) and not any(
@@ -216,6 +219,14 @@ def _damage(disk: Path, there: dict[str, str]) -> Iterator[str]:
         if path.suffix == ".html" and not path.read_text().rstrip().endswith("</html>"):
             yield f"half of {path.name}"
     yield from (f"{path.name} is left" for path in disk.rglob(".*.partial"))
+
+
+def _judged(path: Path) -> bool:
+    """Whether a surrogate is whole and has a verdict: `evaluate` keeps its verdict before it writes the report, which
+    shows the sum of that file."""
+    with contextlib.suppress(FileNotFoundError, BillowError):
+        return Surrogate.load(path).judgement is not None
+    return False
 
 
 def _attempt(words: tuple[str, ...]) -> tuple[int, str]:
