@@ -44,7 +44,7 @@ def test_the_post_mortem_names_the_node_and_its_surroundings(stopped):
 
 
 def test_the_last_good_state_is_whole(stopped, small_case):
-    state, _ = read_checkpoint(stopped / LAST_GOOD, build_model(small_case), small_case.digest())
+    state = read_checkpoint(stopped / LAST_GOOD, build_model(small_case), small_case.digest()).state
     assert 0 < state.step < SICK_STEP
     assert state.time == pytest.approx(Result.open(stopped).times[-1])
     assert np.isfinite(state.velocities).all()

@@ -11,7 +11,7 @@ import numpy as np
 
 from billow.case.build import build_model, build_schedule
 from billow.case.schema import Case
-from billow.run.checkpoint_file import write_checkpoint
+from billow.run.checkpoint_file import Start, write_checkpoint
 from billow.run.recorder import CHECKPOINT_SECONDS
 from billow.solver import run as time_loop
 from billow.solver.ledger import Ledger
@@ -43,7 +43,8 @@ def share() -> tuple[float, float]:
     state = time_loop.begin(model, schedule)
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "checkpoint.safetensors"
-        save = np.median([_seconds(lambda: write_checkpoint(path, state, case.digest(), 0)) for _ in range(REPEATS)])
+        start = Start(state)
+        save = np.median([_seconds(lambda: write_checkpoint(path, start, case.digest())) for _ in range(REPEATS)])
     return float(np.median(ratios)), float(save / CHECKPOINT_SECONDS)
 
 

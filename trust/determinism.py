@@ -18,7 +18,7 @@ import numba
 
 from billow.base import compiled
 from billow.case.build import build_model, build_schedule
-from billow.run.checkpoint_file import read_checkpoint, write_checkpoint
+from billow.run.checkpoint_file import Start, read_checkpoint, write_checkpoint
 from billow.solver.run import run
 from trust.scenes import Listener, impact, impact_case, state_sha256
 
@@ -73,8 +73,8 @@ def restarts(gas: str) -> dict[int, bool]:
             if state.step == k:
                 with tempfile.TemporaryDirectory() as folder:
                     path = Path(folder) / "checkpoint.safetensors"
-                    write_checkpoint(path, state, case.digest(), 0)
-                    raise Reached(read_checkpoint(path, build_model(case), case.digest())[0])
+                    write_checkpoint(path, Start(state), case.digest())
+                    raise Reached(read_checkpoint(path, build_model(case), case.digest()).state)
 
         numba.set_num_threads(1)
         try:

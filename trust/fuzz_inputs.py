@@ -230,12 +230,12 @@ def _read_all(result: Result) -> None:
 
 def damaged_checkpoints(attempt: Attempt, count: int, random: Random, bench: Bench) -> None:
     def use():
-        _, offset = newest_checkpoint(bench.interrupted, bench.model, bench.case.digest())
+        offset = newest_checkpoint(bench.interrupted, bench.model, bench.case.digest()).journal_offset
         journal = bench.place / "journal_copy.bin"
         shutil.copy(bench.interrupted / "journal.bin", journal)
         Journal(journal, offset).close()
 
-    offset = newest_checkpoint(bench.interrupted, bench.model, bench.case.digest())[1]
+    offset = newest_checkpoint(bench.interrupted, bench.model, bench.case.digest()).journal_offset
     for _ in range(count):
         path = bench.interrupted / random.choice(["checkpoint_a.safetensors", "journal.bin"])
         sound = path.read_bytes()

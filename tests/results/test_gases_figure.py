@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
@@ -57,5 +58,10 @@ def test_what_the_bag_strikes_has_its_curves_and_times_stand_beside_the_papers(r
         filtered = channel_filter(h["time [s]"], h[f"{name}_acceleration_z [m/s^2]"], 60)
         assert row["acceleration_m_s2"] == pytest.approx(filtered.max())
     page = (tmp_path / "gases.md").read_text()
+    later, h = results[0].times[-1] * 2.0 / 3.0, results[0].histories
+    volume = 1e3 * np.interp(later, h["time [s]"], h["volume [m^3]"])
+    line = next(line for line in page.splitlines() if line.startswith("| volume [l], 1: uniform pressure |"))
+    assert line.split(" | ")[3] == f"{volume:.3g}"
+    assert f" | {results[0].record['processor_seconds']:.0f} | 1 | 2,546 |" in page
     assert "2,546 |" in page
     assert "110,050 |" in page

@@ -88,10 +88,11 @@ def _number(value: float | None, unit: str) -> str:
 def _summary(result: Result) -> list[tuple[str, str]]:
     record, fabric = result.record, result.fabric
     parts, end = ", ".join(fabric.part_names), record.get("simulated_time", fabric.times[-1])
+    processor = f" ({record['processor_seconds']:.3g} s of processor time)" if "processor_seconds" in record else ""
     obstacles = [f"{name} ({'free' if free else 'locked'})" for name, free in result.obstacles.items()]
     return [
         ("simulated time", f"{1e3 * end:.4g} ms, {len(fabric.times)} frames"),
-        ("computing time", f"{result.wall_seconds:.3g} s for {record.get('steps', 0):,} steps"),
+        ("computing time", f"{result.wall_seconds:.3g} s{processor} for {record.get('steps', 0):,} steps"),
         ("mesh", f"{len(fabric.triangles):,} triangles, {len(fabric.reference):,} nodes; parts {parts}"),
         ("obstacles", ", ".join(obstacles) or "none"),
         ("made by", f"Billow {record.get('billow_version', 'of unknown version')}"),

@@ -55,7 +55,8 @@ class Result:
 
     folder: where it is; record: everything in run.json. Arrays are read from disk on first use and kept.
     status: "completed", "stopped" (for `record["reason"]`), or "interrupted" by the user; ledger: mass and energy
-    balance at the end of the run, by name; wall_seconds: [s] the run took.
+    balance at the end of the run, by name; wall_seconds: [s] the run took by the clock, with what came before it was
+    resumed.
     """
 
     def __init__(self, folder: str | Path, record: dict):

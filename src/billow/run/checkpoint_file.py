@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import NamedTuple
 
 import billow
 from billow.base.errors import IntegrityError
 from billow.results.atomic import CHECKPOINTS as SLOTS
 from billow.results.tensor_file import read_tensors, write_tensors
+from billow.run.spent import NOTHING, Spent
 from billow.solver.checkpoint import flatten, restore
 from billow.solver.model import Model, State, start_state
 
@@ -28,20 +30,32 @@ NO_CHECKPOINT = IntegrityError.declare(
 )
 
 
-def write_checkpoint(path: Path, state: State, case_digest: str, journal_offset: int) -> None:
-    """Write a state, and where the journal stood, to one file, atomically."""
-    arrays, numbers = flatten(state)
+class Start(NamedTuple):
+    """What a run begins with, or goes on from: its state, where its journal stood, and what it had cost."""
+
+    state: State | None = None
+    journal_offset: int = 0
+    spent: Spent = NOTHING
+
+
+BEGINNING = Start()
+
+
+def write_checkpoint(path: Path, start: Start, case_digest: str) -> None:
+    """Write what a run goes on from to one file, atomically."""
+    arrays, numbers = flatten(start.state)
     record = {
         "billow_version": billow.__version__,
         "case_digest": case_digest,
-        "journal_offset": journal_offset,
+        "journal_offset": start.journal_offset,
+        "spent": list(start.spent),
         "numbers": {key: value.hex() if isinstance(value, float) else value for key, value in numbers.items()},
     }
     write_tensors(path, arrays, record)
 
 
-def read_checkpoint(path: Path, model: Model, case_digest: str) -> tuple[State, int]:
-    """State and journal offset of a checkpoint.
+def read_checkpoint(path: Path, model: Model, case_digest: str) -> Start:
+    """What a checkpoint holds.
 
     Raises IntegrityError E-RES-031 if it is damaged, of another case, or of another version of Billow.
     """
@@ -56,7 +70,8 @@ def read_checkpoint(path: Path, model: Model, case_digest: str) -> tuple[State, 
         if record["case_digest"] != case_digest:
             raise damaged("it belongs to another case")
         fresh = start_state(model)
-        return restore(fresh, arrays, _numbers(record, fresh)), int(record["journal_offset"])
+        state = restore(fresh, arrays, _numbers(record, fresh))
+        return Start(state, int(record["journal_offset"]), Spent(*map(float, record["spent"])))
     except (OSError, KeyError, ValueError, TypeError, AttributeError) as error:
         raise damaged(error) from error
 
@@ -74,7 +89,7 @@ def _numbers(record: dict, fresh: State) -> dict:
     return numbers
 
 
-def newest_checkpoint(folder: Path, model: Model, case_digest: str) -> tuple[State, int]:
+def newest_checkpoint(folder: Path, model: Model, case_digest: str) -> Start:
     """The usable checkpoint with most steps; a damaged slot is passed over as long as the other can be used.
 
     Raises IntegrityError E-RES-031 if neither can be, E-RES-032 if there is none.
@@ -87,5 +102,5 @@ def newest_checkpoint(folder: Path, model: Model, case_digest: str) -> tuple[Sta
             except IntegrityError as error:
                 problem = error
     if found:
-        return max(found, key=lambda pair: pair[0].step)
+        return max(found, key=lambda start: start.state.step)
     raise problem or NO_CHECKPOINT(folder=folder)

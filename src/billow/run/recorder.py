@@ -25,9 +25,10 @@ from billow.results.histories import History, columns, values, write_histories
 from billow.results.journal import JOURNAL, Journal
 from billow.results.machine import machine
 from billow.results.run_file import write_run_file
-from billow.run.checkpoint_file import SLOTS, write_checkpoint
+from billow.run.checkpoint_file import BEGINNING, SLOTS, Start, write_checkpoint
 from billow.run.crossing_guard import CrossingGuard
 from billow.run.interrupts import Interrupts, RunInterrupted
+from billow.run.spent import Stopwatch
 from billow.run.status import Status
 from billow.solver.model import Model, State
 from billow.solver.run import Recorder, Schedule
@@ -102,17 +103,18 @@ class RunRecorder(Recorder):
         folder: Path,
         interrupts: Interrupts,
         progress: Callable[[Progress], None] | None = None,
-        journal_offset: int = 0,
+        start: Start = BEGINNING,
     ):
+        """start: what the run begins with, or goes on from."""
         self.told, self.model, self.folder, self.progress = told, model, folder, progress
         self.interrupts = interrupts
-        self.journal = Journal(folder / JOURNAL, journal_offset)
+        self.journal = Journal(folder / JOURNAL, start.journal_offset)
         self.log = open(folder / LOG, "a", encoding="utf-8")  # noqa: SIM115 - lives as long as the run
-        self.begun = self.saved = time.perf_counter()
+        self.stopwatch, self.saved = Stopwatch(start.spent), time.perf_counter()
         self.slot = 0
         self.guard = CrossingGuard(model, told.guard_crossings)
         self.state: State | None = None
-        self.last_good: tuple[State, int] | None = None
+        self.last_good: Start | None = None
         self.status: Status | None = None
         self.touched: set[str] | None = None
         self.last_steps: deque[tuple[float, ...]] = deque(maxlen=LAST_STEPS)
@@ -192,7 +194,7 @@ class RunRecorder(Recorder):
             on_lattice, boxes = model.gas.boxes(state.gas)
             arrays |= named("lattice" if on_lattice else "cloud", boxes, np.float32)
         self.journal.frame(arrays)
-        self.last_good = copy.deepcopy(state), self.journal.offset
+        self.last_good = Start(copy.deepcopy(state), self.journal.offset, self.stopwatch.spent)
         self.say(self._line(state))
 
     def step(self, model: Model, state: State) -> None:
@@ -209,7 +211,8 @@ class RunRecorder(Recorder):
     def save(self, state: State) -> None:
         """Write a checkpoint into the older of the two slots."""
         self.journal.sync()
-        write_checkpoint(self.folder / SLOTS[self.slot], state, self.told.digest, self.journal.offset)
+        start = Start(state, self.journal.offset, self.stopwatch.spent)
+        write_checkpoint(self.folder / SLOTS[self.slot], start, self.told.digest)
         self.slot = 1 - self.slot
         self.saved = time.perf_counter()
 
@@ -253,7 +256,8 @@ class RunRecorder(Recorder):
                 "title": self.told.title,
                 "billow_version": billow.__version__,
                 "case_digest": self.told.digest,
-                "wall_seconds": time.perf_counter() - self.begun,
+                "wall_seconds": self.stopwatch.spent.wall,
+                "processor_seconds": self.stopwatch.spent.processor,
                 "steps": self.state.step,
                 "threads": numba.get_num_threads(),
                 "simulated_time": self.state.time,
@@ -298,7 +302,7 @@ class RunRecorder(Recorder):
         write_atomically(self.folder / "postmortem.json", json.dumps(record, indent=1) + "\n")
         if self.last_good is not None:
             self.journal.sync()
-            write_checkpoint(self.folder / LAST_GOOD, self.last_good[0], self.told.digest, self.last_good[1])
+            write_checkpoint(self.folder / LAST_GOOD, self.last_good, self.told.digest)
 
     def _particles_wanted(self, state: State) -> bool:
         """Whether a wanted time lies between the last row of histories and this one; a resumed run answers the same."""
@@ -316,7 +320,7 @@ class RunRecorder(Recorder):
         cells = [f"{state.step:7d}", f"{1e3 * state.time:8.3f}"]
         *widths, last = list(COLUMNS.values())[len(cells) :]
         cells += (fitted(*cell) for cell in zip(numbers, widths, strict=True))
-        spent, end = time.perf_counter() - self.begun, self.told.schedule.end
+        spent, end = self.stopwatch.spent.wall, self.told.schedule.end
         to_go = fitted(spent * (end / state.time - 1.0), last) if state.time > 0.0 else f"{'-':>{last}}"
         return " ".join([*cells, to_go])
 

@@ -27,11 +27,11 @@ from billow.results.ownership import clear
 from billow.results.result import Result
 from billow.results.run_file import read_run_file
 from billow.run.case_folder import keep_case
-from billow.run.checkpoint_file import SLOTS, newest_checkpoint
+from billow.run.checkpoint_file import BEGINNING, SLOTS, Start, newest_checkpoint
 from billow.run.interrupts import STOP_FILE, Interrupts
 from billow.run.names import owners, require_distinct
 from billow.run.recorder import LOG, Progress, RunRecorder, Told
-from billow.solver.model import Model, State
+from billow.solver.model import Model
 from billow.solver.run import run
 
 NOTHING_TO_RESUME = InputError.declare(
@@ -78,7 +78,7 @@ def simulate(
                 except BaseException:
                     clear(partial)
                     raise
-                return _run(case, model, partial, final, (None, 0), progress, threads)
+                return _run(case, model, partial, final, BEGINNING, progress, threads)
 
 
 def resume(
@@ -118,19 +118,17 @@ def _run(
     model: Model,
     partial: Path,
     final: Path,
-    start: tuple[State | None, int],
+    start: Start,
     progress: Callable[[Progress], None] | None,
     threads: int | None,
 ) -> Result:
-    """start: the state to go on from, and where the journal stood then."""
-    state, offset = start
     with _threads(threads), Interrupts(partial) as interrupts:
         told = told_by(case, model)
-        recorder = RunRecorder(told, model, partial, interrupts, progress, offset)
-        recorder.greet(state)
+        recorder = RunRecorder(told, model, partial, interrupts, progress, start)
+        recorder.greet(start.state)
         status, failure = "completed", None
         try:
-            run(model, told.schedule, recorder, state)
+            run(model, told.schedule, recorder, start.state)
         except NumericalStop as stop:
             status, failure = "stopped", stop
             # What was odd about the case from the beginning is often why a run failed.

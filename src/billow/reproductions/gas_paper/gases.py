@@ -133,17 +133,39 @@ def figure_of(results: Mapping[str, Result]) -> Figure:
     return figure
 
 
+def on_the_way(results: Mapping[str, Result]) -> list[str]:
+    """Lines of a table of each run's curves at the times of the shapes."""
+    end = min(float(result.times[-1]) for result in results.values())
+    times = [share * end for share in SHOWN[1:]]
+    lines = [f"| | {' | '.join(f'{1e3 * time:.3g} ms' for time in times)} |", f"|---|{'---|' * len(times)}"]
+    for column, text, scale, off in reversed(CURVES):
+        for name, result in results.items():
+            h, away = result.histories, off * result.case_toml["ambient"]["pressure"]
+            values = scale * (np.interp(times, h["time [s]"], h[column]) - away)
+            if values.any():  # a bag without a way out lets nothing out
+                lines.append(f"| {text}, {name} | {' | '.join(f'{value:.3g}' for value in values)} |")
+    for name, result in results.items() if all(result.free_obstacles for result in results.values()) else ():
+        moments, _, velocity = motion(result)
+        values = " | ".join(f"{value:.3g}" for value in np.interp(times, moments, velocity))
+        lines.append(f"| velocity of what it strikes [m/s], {name} | {values} |")
+    return lines
+
+
 def times_taken(results: Mapping[str, Result]) -> list[str]:
     """Lines of a table of computing times, ours and the paper's if it gives any."""
     title = next(iter(results.values())).case_toml["title"]
     published = next((times for start, times in PUBLISHED.items() if title.startswith(start)), None)
-    lines = ["| | simulated [ms] | clock [s] | threads | the paper, SMP, AMD 2.8 GHz [s] |", "|---|---|---|---|---|"]
+    lines = [
+        "| | simulated [ms] | clock [s] | processor [s] | threads | the paper, SMP, AMD 2.8 GHz [s] |",
+        "|---|---|---|---|---|---|",
+    ]
     for name, result in results.items():
         record, method = result.record, METHODS.get(result.case_toml["gas"]["model"])
         theirs = "" if published is None or method is None else f"{published[method]:,}"
+        spent = f"{record['processor_seconds']:.0f}" if "processor_seconds" in record else ""
         lines.append(
-            f"| {name} | {1e3 * record['simulated_time']:.3g} | {record['wall_seconds']:.0f} | {record['threads']} | "
-            f"{theirs} |"
+            f"| {name} | {1e3 * record['simulated_time']:.3g} | {record['wall_seconds']:.0f} | {spent} | "
+            f"{record['threads']} | {theirs} |"
         )
     return lines
 
@@ -152,17 +174,18 @@ def write_gases(folder: Path, runs: Sequence[Result]) -> Path:
     """Write gases.md, its figure and its numbers, of runs of one case by several gases or on several meshes. Returns
     the page."""
     names = [f"{k + 1}: {label(result)}" for k, result in enumerate(runs)]
-    table = dict(zip(names, summary(runs), strict=True))
+    table, named = dict(zip(names, summary(runs), strict=True)), dict(zip(names, runs, strict=True))
     (folder / "gases.json").write_text(json.dumps(table, indent=1) + "\n")
     with styled():
-        figure_of(dict(zip(names, runs, strict=True))).savefig(folder / "gases.png")
+        figure_of(named).savefig(folder / "gases.png")
     shown = {key: text for key, text in COLUMNS.items() if all(key in row for row in table.values())}
     lines = [
         f"# {runs[0].case_toml['title'] or 'One case'} by several gases", "",
         "Numbers at the end of the shortest run.", "",
         f"| | {' | '.join(shown.values())} |", f"|---|{'---|' * len(shown)}",
         *(f"| {name} | {' | '.join(f'{row[key]:.4g}' for key in shown)} |" for name, row in table.items()), "",
-        *times_taken(dict(zip(names, runs, strict=True))), "",
+        *on_the_way(named), "",
+        *times_taken(named), "",
         "![sections and curves](gases.png)",
     ]  # fmt: skip
     page = folder / "gases.md"
