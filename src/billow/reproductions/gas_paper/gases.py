@@ -115,10 +115,12 @@ def figure_of(results: Mapping[str, Result]) -> Figure:
             draw_bag(axes, plane, points, results[name].triangles, colors="#0072b2", linewidths=0.7)
             title = f"{1e3 * results[name].times[k]:.1f} ms"
             title = f"{name}\n{title}" if axes is column[0] else title
-            axes.set(xlim=window[0], ylim=window[1], aspect="equal", title=title, xticks=[], yticks=[])
+            axes.set(xlim=window[0], ylim=window[1], aspect="equal", title=title)
+            axes.set_axis_off()
     moves = all(result.free_obstacles for result in results.values())
-    row = below.subplots(1, len(CURVES) + 2 * moves)
-    for axes, (name, text, scale, off) in zip(row, CURVES, strict=False):
+    curves = [curve for curve in CURVES if any(result.histories[curve[0]].any() for result in results.values())]
+    row = below.subplots(1, len(curves) + 2 * moves)  # a bag without a way out lets nothing out
+    for axes, (name, text, scale, off) in zip(row, curves, strict=False):
         for run, result in results.items():
             h = result.histories
             axes.plot(1e3 * h["time [s]"], scale * (h[name] - off * result.case_toml["ambient"]["pressure"]), label=run)
@@ -142,7 +144,7 @@ def on_the_way(results: Mapping[str, Result]) -> list[str]:
         for name, result in results.items():
             h, away = result.histories, off * result.case_toml["ambient"]["pressure"]
             values = scale * (np.interp(times, h["time [s]"], h[column]) - away)
-            if values.any():  # a bag without a way out lets nothing out
+            if values.any():
                 lines.append(f"| {text}, {name} | {' | '.join(f'{value:.3g}' for value in values)} |")
     for name, result in results.items() if all(result.free_obstacles for result in results.values()) else ():
         moments, _, velocity = motion(result)
