@@ -146,8 +146,10 @@ class Parting:
             pairs.gap, limits.near, limits.floor, pairs.impulse, step.inverse_mass, step.dt, step.velocities, slot,
             *constraints,
         )  # fmt: skip
+        if m or self.rubbed is not None:  # last impulses along normals that have turned may throw nodes anywhere
+            self._sweep(Constraints(m, *constraints, pairs, limits, step))
         short = 0.0
-        for looks in range(SCANS):
+        for _ in range(SCANS):
             if not self._allow():
                 return False
             goal, chunks = np.empty(len(self.able)), np.zeros((-(-len(self.able) // CHUNK) or 1, 3))
@@ -157,7 +159,7 @@ class Parting:
                 step.velocities, step.dt, self.changed, slot, aim, goal, chunks,
             )  # fmt: skip
             short = chunks[:, 2].sum()
-            if chunks[:, 1].max() == 0.0 and short == 0.0 and (looks > 0 or (m == 0 and self.rubbed is None)):
+            if chunks[:, 1].max() == 0.0 and short == 0.0:
                 break
             m = admit.serial(
                 len(self.able), self.able, goal, chunks, pairs.nodes, pairs.weight, step.inverse_mass, m, slot,
