@@ -13,6 +13,7 @@ from billow.case.schema import Case
 LEPORELLO = {"kind": "leporello", "first_line": 0.12, "panel": 0.06}
 ROLL = {"kind": "roll", "to": 0.1, "core": 0.03}
 TWO_LINES = {**LEPORELLO, "lines": [0.1, 0.2]}
+TWO_CHAMBERS = {"chambers": 2, "mouth_chamber": 1}
 TUBE = {"shape": "rectangular", "length": 0.8, "width": 0.2, "mouth_radius": 0.02, "element_size": 0.02}
 
 
@@ -35,7 +36,7 @@ TRIGGERS: dict[str, Callable[[Here], object]] = {
     "E-GEO-043": folded({"kind": "half", "line": 0.15}, {"kind": "roll", "to": 0.1}),
     "E-GEO-044": folded({"kind": "roll", "core": 0.003}),
     "E-GEO-045": folded(LEPORELLO, {**LEPORELLO, "across": "y"}, {"kind": "half", "line": 0.1}),
-    "E-GEO-046": bag(**TUBE, chambers=2, mouth_chamber=1, folds=[{"kind": "half", "line": 0.203}]),
+    "E-GEO-046": bag(**TUBE, **TWO_CHAMBERS, folds=[{"kind": "half", "line": 0.203}]),
     "E-GEO-047": lambda here: fold_case(case()(here), here.place / "folded"),
     "E-GEO-048": bag(element_size=0.02, folds=[{**LEPORELLO, "lines": [0.16, 0.345]}]),
     "E-GEO-049": bag(element_size=0.02, folds=[TWO_LINES, {**TWO_LINES, "lines": [0.12, 0.2], "across": "y"}]),
@@ -43,8 +44,19 @@ TRIGGERS: dict[str, Callable[[Here], object]] = {
         "W-MESH-008",
         case(LEPORELLO, vents={"count": 1, "diameter": 0.04, "distance": 0.175}, fabric={"self_contact": False}),
     ),
-    "W-GAS-020": warned("W-GAS-020", case(ROLL, gas={"model": "mesh", "cell": 0.05}, element_size=0.016)),
-    "W-GAS-140": warned("W-GAS-140", case(ROLL, gas={"model": "mesh", "cell": 0.05}, element_size=0.016)),
+    "W-GAS-020": warned(
+        "W-GAS-020",
+        case({"kind": "leporello", "lines": [0.1, 0.16]}, gas={"model": "mesh", "cell": 0.05}, **TUBE, **TWO_CHAMBERS),
+    ),
+    "W-GAS-140": warned(
+        "W-GAS-140",
+        case(
+            LEPORELLO,
+            gas={"model": "mesh", "cell": 0.05},
+            fabric={"self_contact": False},
+            vents={"count": 1, "diameter": 0.04, "distance": 0.175},
+        ),
+    ),
     "W-FAB-006": warned("W-FAB-006", case(LEPORELLO, fabric={"self_contact": True})),
     "W-FAB-007": warned("W-FAB-007", case(fabric={"friction": 0.2})),
     "W-MESH-009": warned("W-MESH-009", case({**LEPORELLO, "layer_gap": 0.0005})),

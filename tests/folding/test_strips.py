@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import dataclasses
+import itertools
+
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from billow.case.bag.build_bag import build_shape, fold_plan
 from billow.case.schema import Case
-from billow.geometry.folding.strips import find_strips
+from billow.geometry.folding.parting import parted
+from billow.geometry.folding.strips import find_strips, find_tiles
 from billow.geometry.surface import area_vectors
 
 TUBE = {
@@ -25,20 +31,23 @@ ROLLED = DRIVER | {
 }
 
 
+TILE = 0.05
+
+
 def strips_of(bag):
     case = Case.from_dict({"bag": bag})
     shape = build_shape(case.bag)
-    return shape, find_strips(fold_plan(case.bag), shape)
+    return shape, find_strips(fold_plan(case.bag), shape, TILE)
 
 
-@pytest.fixture(params=[(TUBE, 4), (DRIVER, 25)], ids=["tube", "driver"], scope="module")
-def parted(request):
+@pytest.fixture(params=[(TUBE, 4), (DRIVER, 25), (ROLLED, 5)], ids=["tube", "driver", "rolled"], scope="module")
+def folded(request):
     bag, count = request.param
     return *strips_of(bag), count
 
 
-def test_there_is_a_strip_between_neighbouring_lines(parted):
-    shape, strips, count = parted
+def test_there_is_a_strip_between_neighbouring_lines(folded):
+    shape, strips, count = folded
     assert strips.count == count
     assert strips.missing == ()
     assert set(strips.chambers.behind[: shape.surface.triangle_count]) == set(range(count))
@@ -48,8 +57,8 @@ def test_there_is_a_strip_between_neighbouring_lines(parted):
         assert lengths == pytest.approx(strips.area.sum() / 4, rel=0.02)
 
 
-def test_strips_are_closed_and_fill_the_bag(parted):
-    shape, strips, _ = parted
+def test_strips_are_closed_and_fill_the_bag(folded):
+    shape, strips, _ = folded
     for positions in (shape.positions, shape.positions * [1.0, 1.0, 30.0]):
         volumes = strips.chambers.volumes(strips.triangles, positions)
         assert (volumes > 0.0).all()
@@ -60,8 +69,8 @@ def test_strips_are_closed_and_fill_the_bag(parted):
             assert np.abs(vectors.sum(axis=0)).max() < 1e-12 * np.abs(vectors).sum()
 
 
-def test_walls_have_the_bag_s_nodes_and_lie_between_two_strips(parted):
-    shape, strips, _ = parted
+def test_walls_have_the_bag_s_nodes_and_lie_between_two_strips(folded):
+    shape, strips, _ = folded
     walls = slice(shape.surface.triangle_count, None)
     assert len(strips.triangles[walls]) > 0
     assert strips.triangles.max() < shape.surface.node_count
@@ -77,14 +86,60 @@ def test_a_line_through_a_hole_parts_nothing():
 
 
 def test_strips_with_gaps_are_none(monkeypatch):
-    monkeypatch.setattr("billow.geometry.folding.strips._is_closed", lambda *_: False)
+    monkeypatch.setattr("billow.geometry.folding.parting._is_closed", lambda *_: False)
     shape, strips = strips_of(TUBE)
     assert strips.count == 1
     assert len(strips.triangles) == shape.surface.triangle_count
     assert len(strips.missing) == 1
 
 
-def test_a_roll_has_no_strips():
-    _, strips = strips_of(ROLLED)
-    assert strips.count == 1
-    assert strips.missing == ("the roll across x",)
+def test_a_roll_is_parted_along_it():
+    """Into strips of about a tile, none over the bag that lies flat before it; gas goes from one to the next alone."""
+    shape, strips = strips_of(ROLLED)
+    flat = fold_plan(Case.from_dict({"bag": ROLLED}).bag).unfolded(shape.positions)[:, 0]
+    own, middle = len(strips.area), flat[shape.surface.triangles].mean(axis=1)
+    for strip in range(strips.count):
+        some = middle[strips.chambers.behind[:own] == strip]
+        assert np.ptp(some) < 1.3 * TILE if strip else some.max() < 0.16
+    neighbours = set(zip(strips.chambers.behind[own:].tolist(), strips.chambers.ahead[own:].tolist(), strict=True))
+    assert neighbours == {(k, k + 1) for k in range(strips.count - 1)}
+
+
+def folded_elsewhere(**bag):
+    """A folded bag as its start and its reference alone tell of it."""
+    return build_shape(Case.from_dict({"bag": bag}).bag)
+
+
+@pytest.mark.parametrize("bag", [TUBE, DRIVER, ROLLED], ids=["tube", "driver", "rolled"])
+def test_tiles_of_a_bag_folded_elsewhere_are_closed_and_fill_it(bag):
+    shape = folded_elsewhere(**bag)
+    strips = find_tiles(shape, 0.12)
+    assert strips.missing == ()
+    assert strips.count >= 6
+    volumes = strips.chambers.volumes(strips.triangles, shape.positions)
+    assert volumes.sum() == pytest.approx(shape.surface.volume(shape.positions), rel=1e-12)
+
+
+@settings(max_examples=25, deadline=None)
+@given(x=st.lists(st.floats(-0.3, 0.3), max_size=4), y=st.lists(st.floats(-0.3, 0.3), max_size=4))
+def test_lines_anywhere_part_a_bag_into_closed_rooms(x, y):
+    """Also where elements lie across them: rooms fill the bag, or there are none."""
+    shape = folded_elsewhere(**DRIVER)
+    flat = np.zeros((len(shape.positions), 2))
+    flat[shape.surface.triangles.ravel()] = shape.reference.reshape(-1, 2)
+    found = parted(shape.surface.triangles.astype(np.int64), shape.surface.chambers, flat, (sorted(x), sorted(y)))
+    gaps = [b - a for lines in (x, y) for a, b in itertools.pairwise(sorted(lines))]
+    if found is None:
+        assert min(gaps) < 0.06  # of two elements
+    else:
+        triangles, rooms = found
+        assert rooms.volumes(triangles, shape.positions).sum() == pytest.approx(
+            shape.surface.volume(shape.positions), rel=1e-12
+        )
+
+
+def test_panels_that_were_cut_apart_have_no_tiles():
+    shape = folded_elsewhere(**TUBE)
+    half = np.arange(len(shape.reference)) < len(shape.reference) // 2
+    apart = shape.reference + np.where(half, 2.0, 0.0)[:, None, None]
+    assert find_tiles(dataclasses.replace(shape, reference=apart), 0.12) is None

@@ -36,7 +36,7 @@ def tube(folded=True):
     """The bag, and its strips."""
     case = Case.from_dict({"bag": TUBE})
     shape, plan = build_shape(case.bag), fold_plan(case.bag)
-    strips = find_strips(plan, shape)
+    strips = find_strips(plan, shape, 3.0 * CELL)
     positions = shape.positions if folded else plan.unfolded(shape.positions)
     positions = np.ascontiguousarray(positions * [1.0, 1.0, APART])
     return Bag(shape.surface, positions, np.zeros_like(positions)), strips
@@ -85,6 +85,26 @@ def test_gas_comes_to_the_strips_one_after_the_other():
     assert parted[3] < 1e-3 * parted[0]  # the far end has felt nothing
     assert straight[3] < 1e-3 * straight[0]
     assert one[3] > 0.05 * one[0]
+
+
+def test_gas_goes_along_a_roll_and_not_across_its_laps():
+    """A tube of which the far half is rolled up, laps 10 mm apart in cells of 30 mm: its end feels nothing before sound
+    has come there along the roll. In one sheet of cells it does at once."""
+    rolled = {**TUBE, "element_size": 0.025, "folds": [{"kind": "roll", "to": 0.1, "core": 0.012, "layer_gap": 0.01}]}
+    case = Case.from_dict({"bag": rolled})
+    shape, plan = build_shape(case.bag), fold_plan(case.bag)
+    strips = find_strips(plan, shape, 3.0 * CELL)
+    bag = Bag(shape.surface, shape.positions, np.zeros_like(shape.positions))
+    along = plan.unfolded(shape.positions)[shape.surface.triangles][:, :, 0].mean(axis=1)
+    end, mouth = along > 0.4, along < -0.35
+    found = []
+    for parts in (strips, None):
+        gas = gas_of(bag, parts)
+        pressure = gas.fields(after(gas, bag, 1.2e-3))["gauge_pressure"] + gas.supply.ambient.pressure
+        found.append([np.average(pressure[some], weights=strips.area[some]) / 1e5 - 1.0 for some in (end, mouth)])
+    (far, near), (far_in_one, near_in_one) = found
+    assert far < 1e-3 * near
+    assert far_in_one > 0.2 * near_in_one
 
 
 def test_strips_of_a_straight_tube_join_and_change_nothing():

@@ -6,12 +6,15 @@ A builder imports its model itself, so that a run loads the kernels of its own g
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import NamedTuple
+
+import numpy as np
 
 from billow.base.errors import InputError
 from billow.geometry.bag_shapes import BagShape
 from billow.geometry.flat_cut import flat_area
-from billow.parts.gas.gas_model import GasModel
+from billow.parts.gas.gas_model import Bag, GasModel
 from billow.parts.gas.no_gas import NoGas
 from billow.parts.gas.supply.supply import Supply
 
@@ -57,20 +60,30 @@ def _corpuscular(case, shape: BagShape, supply: Supply) -> GasModel:
     return Corpuscular(supply, shape.surface, shape.reference, case.gas.particles, case.gas.seed)
 
 
+TILE = 3.0
+"""Length of a strip of a roll, or of a tile of a bag that was folded elsewhere [cells]."""
+
+
 def _mesh(case, shape: BagShape, supply: Supply) -> GasModel:
-    """Raises as `_require_geometry` and `find_strips`."""
+    """Raises as `_require_geometry`."""
     from billow.case.bag.build_bag import build_shape, fold_plan
-    from billow.geometry.folding.strips import find_strips
+    from billow.geometry.folding.strips import find_strips, find_tiles
+    from billow.parts.gas.mesh.concerns import MANY, crowded
     from billow.parts.gas.mesh.mesh_gas import MeshGas
 
     _require_geometry(supply)
-    area, plan, strips = float(flat_area(shape.reference).sum()), fold_plan(case.bag), None
-    if plan is not None and supply.chambers.count == 1:
-        strips = find_strips(plan, build_shape(case.bag))
-    return MeshGas(
-        supply, shape.surface, area, case.gas.cell, case.gas.advection, case.gas.flow_limit, strips,
+    area, plan, tile, strips = float(flat_area(shape.reference).sum()), fold_plan(case.bag), TILE * case.gas.cell, None
+    gas = MeshGas(
+        supply, shape.surface, area, case.gas.cell, case.gas.advection, case.gas.flow_limit, None,
         case.gas.film_friction,
     )  # fmt: skip
+    if supply.chambers.count > 1:
+        return gas
+    if plan is not None:
+        strips = find_strips(plan, build_shape(case.bag), tile)
+    elif crowded(gas.cut(gas.start(Bag(shape.surface, shape.positions, np.zeros_like(shape.positions))))) > MANY:
+        strips = find_tiles(shape, tile)
+    return replace(gas, strips=strips)
 
 
 class Kind(NamedTuple):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 
@@ -33,8 +33,8 @@ UNPARTED = Concern.declare(
     "the gas does not see {what}",
     where="bag.folds; gas.model",
     why="gas in a cell is one, unless fold lines with a row of nodes in either panel part the bag into strips",
-    cause="a roll, or a hole on a fold line",
-    remedy="fold with half or leporello folds, whose lines lie clear of holes, or take gas.model = corpuscular",
+    cause="a hole on a fold line",
+    remedy="move the line or the hole, or take gas.model = corpuscular",
 )
 FEW_CELLS = Concern.declare(
     "W-GAS-021",
@@ -53,20 +53,26 @@ MANY_CELLS = Concern.declare(
 )
 
 
-def mesh_concerns(
-    cell: float, cuts: tuple[CutCells, ...], strips: Strips | None, setting: Setting
-) -> Iterator[Concern]:
-    """cell: its edge [m]. cuts: the cells of each room at the start."""
-    for what in strips.missing if strips is not None else ():
-        yield UNPARTED(what=what)
+def crowded(cuts: Iterable[CutCells]) -> float:
+    """Share of the fabric [-] in cells that hold more than two panels of a room; cuts: the cells of each room."""
     shared, whole = 0.0, 0.0
     for cut in cuts:
         area = np.linalg.norm(cut.fragments.rows[:, NORMAL : NORMAL + 3], axis=1)
         in_cell = np.bincount(cut.cell, area, len(cut.key))
         shared += float(in_cell[in_cell > LAYERS].sum())
         whole += float(in_cell.sum())
-    if shared > MANY * whole:
-        yield SHARED(share=100.0 * shared / whole)
+    return shared / whole
+
+
+def mesh_concerns(
+    cell: float, cuts: tuple[CutCells, ...], strips: Strips | None, setting: Setting
+) -> Iterator[Concern]:
+    """cell: its edge [m]. cuts: the cells of each room at the start."""
+    for what in strips.missing if strips is not None else ():
+        yield UNPARTED(what=what)
+    share = crowded(cuts)
+    if share > MANY:
+        yield SHARED(share=100.0 * share)
     if setting.across < FEWEST * cell:
         yield FEW_CELLS(count=setting.across / cell)
     if setting.inflated_volume > MOST_CELLS * cell**3:
