@@ -23,6 +23,7 @@ from billow.parts.gas.gas_part import GasPart
 from billow.parts.gas.no_gas import NoGas
 from billow.parts.straps import NO_STRAPS
 from billow.parts.tear_seams import NOT_YET, TORN_AT, TearSeams
+from billow.run.check import describe
 from billow.solver.model import Model
 from billow.solver.run import Recorder, Schedule, run
 
@@ -161,6 +162,18 @@ def test_a_seam_of_a_ready_made_bag_joins_its_panels_along_the_line():
     assert (front[:, 2] > rear[:, 2]).all()
     assert line.length.sum() == pytest.approx(np.ptp(front[:, 0]), rel=0.05)
     assert line.strength.tolist() == [4000.0]
+
+
+@pytest.mark.parametrize("y", [0.10, 0.11, 0.13, -0.05])
+def test_a_seam_is_as_long_as_its_line_between_rows_of_nodes_too(y):
+    """Half way between two rows both are tied; there the seam once stood for the zigzag, 2.5 times its length."""
+    bag = {"shape": "square", "side": 0.6, "element_size": 0.02}
+    seam = SEAM | {"begin": [-0.12, y], "end": [0.12, y]}
+    case = Case.from_dict({"bag": bag | {"tear_seams": [seam]}})
+    (line,) = build_shape(case.bag).tear_lines
+    assert line.length.sum() == pytest.approx(0.24, rel=1e-9)
+    assert (line.length > 0.0).all()
+    assert f"seam      zip: {len(line.ties)} ties over 240 mm" in describe(case)
 
 
 def test_a_seam_holds_a_bag_together_until_it_tears():

@@ -84,6 +84,7 @@ def describe(case: Case) -> str:
         ),
         f"  fabric    {model.mass.sum():.4f} kg; start volume {1e3 * surface.volume(model.start):.3f} l, closed",
         *_snapped(case),
+        *_sewn(case),
         *_folded(case, model),
         f"  crossings {CrossingCount(surface).total(model.start):.0f} of fabric through fabric",
         f"  step      {1e6 * dt:.4g} us, about {steps} steps",
@@ -108,6 +109,12 @@ def _snapped(case: Case) -> Iterator[str]:
     moved = [1e3 * strap.moved for strap in build_shape(case.bag).straps]
     if any(moved):
         yield f"  straps    ends {', '.join(f'{way:.2g}' for way in moved)} mm from where they were asked for"
+
+
+def _sewn(case: Case) -> Iterator[str]:
+    """How much of each tear seam found nodes to tie."""
+    for line in build_shape(case.bag).tear_lines:
+        yield f"  seam      {line.name}: {len(line.ties)} ties over {1e3 * line.length.sum():.0f} mm"
 
 
 def _folded(case: Case, model: Model) -> Iterator[str]:

@@ -65,8 +65,9 @@ NO_SEAM = InputError.declare(
     "the tear seam {seam} has no length",
     where="bag.tear_seams, seam {seam}",
     why="force per length of seam has no meaning there; {ties} pairs of nodes were found for it",
-    cause="a line outside the bag or shorter than an element, or pairs of nodes that lie in one place",
-    remedy="make it longer than two elements, and give pairs of nodes in their order along the seam",
+    cause="a line outside the bag or shorter than an element, panels whose nodes do not lie over each other there, or "
+    "pairs of nodes that lie in one place",
+    remedy="make it longer than two elements, reduce bag.element_size, and give pairs of nodes in their order along it",
 )
 
 NO_NODE_THERE = InputError.declare(
@@ -79,6 +80,8 @@ NO_NODE_THERE = InputError.declare(
 )
 
 MOST_TRIANGLES = 500_000
+_SAME_PLACE = 9
+"""Decimals [m] that places along a seam have in common."""
 SHORTEST_STRAP = 1e-5
 """Length [m] below which a strap divides by next to nothing, and sets a step of nanoseconds."""
 MOST_TIMES_LARGER = 8.0
@@ -336,20 +339,37 @@ def _require_apart(vents: schema_bag.Vents) -> None:
 
 def _tear_lines(bag: schema_bag.PanelBag, shape: BagShape) -> tuple[TearLine, ...]:
     """Seams between front and rear, whose nodes are found on the flat bag."""
-    return tuple(
-        tear_line(seam, joined(shape, FRONT, REAR, np.array([seam.begin, seam.end]), 0.5 * bag.element_size), shape)
-        for seam in bag.tear_seams
-    )
+    seams = []
+    for seam in bag.tear_seams:
+        ties = joined(shape, FRONT, REAR, np.array([seam.begin, seam.end]), 0.5 * bag.element_size)
+        seams.append(tear_line(seam, ties, shape, _along(seam, shape.positions[ties[:, 0], :2])))
+    return tuple(seams)
 
 
-def tear_line(seam: schema_bag.TearStrength, ties: np.ndarray, shape: BagShape) -> TearLine:
-    """A tear seam of ties (n, 2) in their order along it; each stands for half of the way to its neighbours on either
-    side. Raises InputError E-GEO-060 if it has no length, E-GEO-010 if nodes to be tied lie in one place: contact of
-    layers knows no side of them, and would not let them part."""
-    middle = 0.5 * (shape.positions[ties[:, 0]] + shape.positions[ties[:, 1]])
-    steps = np.linalg.norm(np.diff(middle, axis=0), axis=1)
-    length = 0.5 * (np.append(steps, 0.0) + np.append(0.0, steps))
-    if not length.all():
+def _along(seam: schema_bag.PanelTearSeam, places: np.ndarray) -> np.ndarray:
+    """Length [m] that each place (n, 2) in the order along a straight seam stands for. It counts along the seam,
+    because a line between two rows of nodes ties both; places beside each other share theirs."""
+    way = np.subtract(seam.end, seam.begin)
+    along = places @ (way / np.linalg.norm(way))
+    _, first, station = np.unique(along.round(_SAME_PLACE), return_index=True, return_inverse=True)
+    return (_halves(np.diff(along[first])) / np.bincount(station))[station]
+
+
+def _halves(steps: np.ndarray) -> np.ndarray:
+    """Half of the steps (n - 1,) on either side of each of n places."""
+    return 0.5 * (np.append(steps, 0.0) + np.append(0.0, steps))
+
+
+def tear_line(
+    seam: schema_bag.TearStrength, ties: np.ndarray, shape: BagShape, length: np.ndarray | None = None
+) -> TearLine:
+    """A tear seam of ties (n, 2) in their order along it. length: [m], that each stands for, (n,); by default half of
+    the way to its neighbours on either side. Raises InputError E-GEO-060 if it has no length, E-GEO-010 if nodes to be
+    tied lie in one place: contact of layers knows no side of them, and would not let them part."""
+    if length is None:
+        middle = 0.5 * (shape.positions[ties[:, 0]] + shape.positions[ties[:, 1]])
+        length = _halves(np.linalg.norm(np.diff(middle, axis=0), axis=1))
+    if not (len(ties) and length.all()):
         raise NO_SEAM(seam=seam.name, ties=len(ties))
     apart = np.linalg.norm(shape.positions[ties[:, 1]] - shape.positions[ties[:, 0]], axis=1)
     if not apart.min() > SHORTEST_STRAP:
