@@ -62,12 +62,16 @@ def unit_of(result: Result, response: StudyResponse) -> str:
     else:
         natural = _curve(result, response)[2] + (" s" if response.measure == "integral" else "")
     factor(response, natural)
-    return natural if response.unit is None or response.measure == "time_to" else response.unit
+    return natural if response.unit is None or response.measure in _UNIT_OF_CURVE else response.unit
 
 
 def factor(response: StudyResponse, natural: str) -> float:
     """What one of the response's unit is in the natural one."""
-    if response.unit in (None, natural) or response.measure == "time_to":
+    return 1.0 if response.measure in _UNIT_OF_CURVE else _factor_of_curve(response, natural)
+
+
+def _factor_of_curve(response: StudyResponse, natural: str) -> float:
+    if response.unit in (None, natural):
         return 1.0
     known = CONVERSIONS.get(natural, {natural: 1.0})
     if response.unit not in known:
@@ -75,6 +79,8 @@ def factor(response: StudyResponse, natural: str) -> float:
     return known[response.unit]
 
 
+_UNIT_OF_CURVE = ("time_to", "rating")
+"""Measures whose unit is that of the level or the reference, and not that of the response."""
 _FIXED = {
     "time_of_peak": "s", "time_to": "s", "hic15": "-", "hic36": "-", "clip3ms": "m/s^2", "penetration": "m",
     "first_contact": "s", "contact_duration": "s", "energy_share": "-", "vented_mass": "kg", "fill_time": "s",
@@ -92,9 +98,7 @@ def _measured(result: Result, response: StudyResponse, folder: Path) -> tuple[fl
         return _of_shape(result, response), _FIXED[kind]
     if kind == "rating":
         times, values, natural = _curve(result, response)
-        return _rating(
-            response, times, values / factor(response.model_copy(update={"measure": "peak"}), natural), folder
-        )
+        return _rating(response, times, values / _factor_of_curve(response, natural), folder)
     return _SPECIAL[kind](result, response), _FIXED[kind]
 
 
@@ -113,8 +117,7 @@ def _of_curve(result: Result, response: StudyResponse) -> tuple[float, str]:
         if not times[0] <= response.time <= times[-1]:
             raise _lacks(result, response, f"it was recorded from {times[0]:g} to {times[-1]:g} s")
         return float(np.interp(response.time, times, values)), unit
-    one = CONVERSIONS.get(unit, {}).get(response.unit, 1.0) if response.unit else 1.0
-    return _first_time(times, values, response.level * one), "s"
+    return _first_time(times, values, response.level * _factor_of_curve(response, unit)), "s"
 
 
 def _first_time(times: np.ndarray, values: np.ndarray, level: float) -> float:
@@ -214,10 +217,10 @@ def _contact_duration(result: Result, response: StudyResponse) -> float:
 
 
 def _energy_share(result: Result, response: StudyResponse) -> float:
-    account = result.histories.find("", response.quantity)
+    _, account, unit = _history(result, response, response.quantity)
     injected = result.histories.find("", "enthalpy_in")
-    if account is None or injected is None or not injected[-1] > 0.0:
-        raise _lacks(result, response, f"its books have no account {response.quantity!r}, or nothing was blown in")
+    if unit != "J" or injected is None or not injected[-1] > 0.0:
+        raise _lacks(result, response, f"{response.quantity!r} is no energy, or nothing was blown in")
     return float(np.abs(account).max() / injected[-1])
 
 
