@@ -58,3 +58,9 @@ def test_only_an_energy_has_a_share_of_the_energy_blown_in():
     with pytest.raises(InputError) as caught:
         read(measure="energy_share", quantity="volume")
     assert caught.value.code == "E-DES-001"
+
+
+def test_limits_between_which_nothing_lies_are_refused():
+    table = {"name": "x", "measure": "peak", "quantity": "volume", "limit": {"below": 3.0, "above": 4.0}}
+    (found,) = StudyResponse.model_validate(table).contradictions()
+    assert "nothing lies between" in found

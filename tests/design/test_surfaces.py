@@ -14,6 +14,7 @@ from billow.design.sensitivity import correlations, indices, main_effects
 from billow.design.surface import _quantile, learn
 from billow.design.surfaces import ResponseSurfaces
 from billow.results.tensor_file import read_tensors, write_tensors
+from billow.study.responses import Limit
 from trust.small_surfaces import small_surfaces, small_table, truth
 
 
@@ -274,6 +275,24 @@ def test_the_chance_of_a_linear_response_is_known():
     assert chance.probability == pytest.approx(expected, abs=3 * np.sqrt(expected * (1 - expected) / 1e5))
     assert chance.with_error == pytest.approx(expected, abs=0.005)
     assert chance.low <= chance.with_error <= chance.high
+
+
+def test_a_limit_on_both_sides_is_broken_on_either(surfaces):
+    """The chance once was that of the upper side alone."""
+    around, scatter = {"vent": 35.0, "speed": 5.0, "gas": 0}, {"speed": 0.3}
+    hard = surfaces.responses[0]
+
+    def chance(**limit):
+        given = hard.model_copy(update={"limit": Limit(**limit)})
+        return robustness(replace(surfaces, responses=(given, *surfaces.responses[1:])), around, scatter)["hard"]
+
+    upper, lower, both = chance(below=230.0), chance(above=170.0), chance(below=230.0, above=170.0)
+    assert min(upper.probability, lower.probability) > 0.05
+    assert both.probability == pytest.approx(upper.probability + lower.probability, abs=1e-9)
+    assert both.with_error == pytest.approx(upper.with_error + lower.with_error, abs=1e-9)
+    assert both.low <= both.probability <= both.high
+    assert (both.broken, upper.broken, lower.broken) == ("below 170 or above 230", "above 230", "below 170")
+    assert (both.light, chance().light) == ("red", "grey")
 
 
 def test_robustness_says_which_limits_are_in_danger(surfaces, tmp_path):

@@ -198,9 +198,10 @@ def robust(
             print(f"{one.response}: {verify} runs there lie {away} from the surface, which was made again with them")
     found = robustness(surfaces, point, read_values(scatter), seed)
     keys = ("probability", "with_error", "low", "high", "outside", "near")
-    head = ["response", "unit", *(f"{p:g} %" for p in PERCENTILES), "limit", *keys, "light", "seed"]
+    head = ["response", "unit", *(f"{p:g} %" for p in PERCENTILES), "below", "above", *keys, "light", "seed"]
     rows = [
-        [name, one.unit, *map(float, one.percentiles), "" if one.limit is None else one.limit,
+        [name, one.unit, *map(float, one.percentiles),
+         *("" if end is None else end for end in (one.limit.below, one.limit.above)),
          *(float(getattr(one, key)) for key in keys), one.light, seed]
         for name, one in found.items()
     ]  # fmt: skip
@@ -211,10 +212,8 @@ def robust(
     for name, one in found.items():
         unit = f" {one.unit}" if one.unit != "-" else ""
         told = f"{name}: {', '.join(f'{p:.4g}' for p in one.percentiles)}{unit} (5, 50, 95 %)"
-        if one.limit is not None:
-            told += (
-                f"; P({'above' if one.above else 'below'} {one.limit:g}) = {one.probability:.3g}, with the surface's "
-            )
+        if one.broken:
+            told += f"; P({one.broken}) = {one.probability:.3g}, with the surface's "
             told += f"own error {one.with_error:.3g} ({one.low:.2g} to {one.high:.2g}): {one.light}"
         print(told)
     if found and not (one := next(iter(found.values()))).resolved:

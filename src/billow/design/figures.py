@@ -242,10 +242,11 @@ def robustness_histograms(chances: list[Chance]) -> Figure:
         for place in one.percentiles[[0, 2]]:
             axes.axvline(place, color=INK, lw=0.8, ls=":")
         axes.axvline(one.percentiles[1], color=INK, lw=1.0)
-        if one.limit is not None:
-            axes.axvline(one.limit, color=RED, lw=1.6)
-            word = ">" if one.above else "<"
-            told = f"P({word} {one.limit:g}) = {one.with_error:.3g}\n({one.low:.2g} to {one.high:.2g})"
+        if one.broken:
+            for place in (one.limit.above, one.limit.below):
+                if place is not None:
+                    axes.axvline(place, color=RED, lw=1.6)
+            told = f"P({one.broken}) = {one.with_error:.3g}\n({one.low:.2g} to {one.high:.2g})"
             axes.text(0.97, 0.96, told, transform=axes.transAxes, ha="right", va="top", fontsize=8)
         axes.set_title(one.response, fontsize=9)
         axes.set(xlabel="" if one.unit == "-" else f"[{one.unit}]", yticks=[])

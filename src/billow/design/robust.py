@@ -13,6 +13,7 @@ from billow.base.errors import InputError
 from billow.base.toml_file import read_toml
 from billow.design.optimum import unit_design
 from billow.rom.surrogate.design_space import bounds, to_unit
+from billow.study.responses import Limit
 
 SCATTER = InputError.declare(
     "E-DES-040",
@@ -45,19 +46,17 @@ SAME = 0.02
 class Chance:
     """Of a response under scatter, and of the limit it may exceed.
 
-    values: (samples,) of the surface; percentiles: (3,) of `PERCENTILES`; limit: None without; above: whether the limit
-    is broken above it; probability: that it is broken, by the surface alone; with_error: with the surface's own error,
-    as if it were another in every run; low, high: if the surface were at either end of its 90 % intervals everywhere;
-    outside: share of scattered designs that were moved to the edge of the ranges; near: runs among the scattered
-    designs, which the surface has learned from
+    values: (samples,) of the surface; percentiles: (3,) of `PERCENTILES`; limit: what is wanted; probability: that it
+    is broken, by the surface alone; with_error: with the surface's own error, as if it were another in every run; low,
+    high: if the surface were at either end of its 90 % intervals everywhere; outside: share of scattered designs that
+    were moved to the edge of the ranges; near: runs among the scattered designs, which the surface has learned from
     """
 
     response: str
     unit: str
     values: np.ndarray
     percentiles: np.ndarray
-    limit: float | None
-    above: bool
+    limit: Limit
     probability: float
     with_error: float
     low: float
@@ -71,9 +70,15 @@ class Chance:
         return self.near >= FEWEST_NEAR
 
     @property
+    def broken(self) -> str:
+        """Where the limit is broken, in words; empty without one."""
+        ends = (("below", self.limit.above), ("above", self.limit.below))
+        return " or ".join(f"{side} {end:g}" for side, end in ends if end is not None)
+
+    @property
     def light(self) -> str:
         """green: surely within 5 %; red: surely not; yellow: it depends on the surface's error."""
-        if self.limit is None:
+        if not self.broken:
             return "grey"
         return "green" if self.high <= 0.05 else "red" if self.low > 0.05 else "yellow"
 
@@ -100,16 +105,14 @@ def robustness(surfaces, design: Mapping[str, float], scatter: Mapping[str, floa
     found = {}
     for response, surface in zip(surfaces.responses, surfaces.surfaces, strict=True):
         if surface.verdict.usable:
-            limit = response.limit.below if response.limit.below is not None else response.limit.above
-            above = response.limit.below is not None
-            found[response.name] = _chance(surfaces, response.name, limit, above, design, scatter, seed)
+            found[response.name] = _chance(surfaces, response.name, response.limit, design, scatter, seed)
     return found
 
 
 def exceed(surfaces, name: str, limit: float, around: Mapping[str, float], scatter: Mapping[str, float], seed: int = 0):
     """The `Chance` that a response is above a limit, in its unit. Errors as `robustness`, E-DES-010."""
     with one_blas_thread():
-        return _chance(surfaces, name, limit, True, around, scatter, seed)
+        return _chance(surfaces, name, Limit(below=limit), around, scatter, seed)
 
 
 def scattered(surfaces, design: Mapping[str, float], scatter: Mapping[str, float], count: int, seed: int):
@@ -135,7 +138,7 @@ def scattered(surfaces, design: Mapping[str, float], scatter: Mapping[str, float
     return np.clip(points, 0.0, 1.0), outside
 
 
-def _chance(surfaces, name, limit, above, design, scatter, seed) -> Chance:
+def _chance(surfaces, name: str, limit: Limit, design, scatter, seed: int) -> Chance:
     from scipy.special import ndtr
 
     from billow.design.surface import SCALES
@@ -146,18 +149,19 @@ def _chance(surfaces, name, limit, above, design, scatter, seed) -> Chance:
     mean, deviation = surface.distribution(points)
     values = SCALES[surface.scale].back(mean)
     told = dict.fromkeys(("probability", "with_error", "low", "high"), float("nan"))
-    if limit is not None:
-        side = 1.0 if above else -1.0
-        excess = side * (mean - surface.scaled(limit))
-        half = 1.6448536269514722 * deviation
+    if limit.below is not None or limit.above is not None:
+        over = mean - (np.inf if limit.below is None else surface.scaled(limit.below))
+        under = (-np.inf if limit.above is None else surface.scaled(limit.above)) - mean
+        half, error = 1.6448536269514722 * deviation, np.maximum(deviation, 1e-300)
+        ends = [float(((over + by > 0.0) | (under - by > 0.0)).mean()) for by in (0.0, -half, half)]
         told = {
-            "probability": float((excess > 0.0).mean()),
-            "with_error": float(ndtr(excess / np.maximum(deviation, 1e-300)).mean()),
-            "low": float((excess - half > 0.0).mean()),
-            "high": float((excess + half > 0.0).mean()),
+            "probability": ends[0],
+            "with_error": float((ndtr(over / error) + ndtr(under / error)).mean()),
+            "low": min(ends),
+            "high": max(ends),
         }
     percentiles = np.percentile(values, PERCENTILES)
-    return Chance(name, surfaces.unit(name), values, percentiles, limit, above, outside=outside, near=near, **told)
+    return Chance(name, surfaces.unit(name), values, percentiles, limit, outside=outside, near=near, **told)
 
 
 def _near(surfaces, design: Mapping[str, float], scatter: Mapping[str, float]) -> int:

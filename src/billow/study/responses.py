@@ -65,7 +65,7 @@ class StudyResponse(StrictTable):
     scale: Literal["auto", "identity", "log", "root"] = "auto"
     """What the response surface is made of; auto: what has the least errors on runs held out."""
     limit: Limit = Limit()
-    """Feasible side, for optimum and robustness."""
+    """What is wanted of it, for robustness and figures; limits of an optimum stand in its goals.toml."""
 
     @field_validator("measure", mode="before")
     @classmethod
@@ -102,5 +102,8 @@ class StudyResponse(StrictTable):
         if self.quantity is not None and self.quantity.split(".")[0] == "pressure":
             why = "a pressure is absolute or above the ambient one, and both are in use"
             yield f"quantity = {self.quantity!r}", why, 'write "absolute_pressure" or "gauge_pressure"'
+        below, above = self.limit.below, self.limit.above
+        if below is not None and above is not None and not above < below:
+            yield f"limit below {below:g} and above {above:g}", "nothing lies between", "give above less than below"
         if self.normal is not None and not any(self.normal):
             yield "normal = [0, 0, 0]", "it has no direction", "write for example [0, 0, 1]"
