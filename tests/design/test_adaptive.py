@@ -29,6 +29,15 @@ def test_designs_are_chosen_where_the_deviation_is_and_no_run():
     assert set(rows[:, 2]) <= {0.0, 1.0}
 
 
+def test_designs_are_chosen_among_those_that_the_study_may_have():
+    known = np.array([[35.0, 5.0, 0.0]])
+    drawable = lambda designs: designs[designs[:, 0] + designs[:, 1] < 27.0]  # noqa: E731
+    rows = spread_out(lambda unit: np.ones(len(unit)), known, PARAMETERS, drawable)
+    assert len(rows) == BATCH
+    assert (rows[:, 0] + rows[:, 1] < 27.0).all()
+    assert len(spread_out(lambda unit: np.ones(len(unit)), known, PARAMETERS, lambda designs: designs[:3])) == 3
+
+
 @pytest.fixture
 def growing(monkeypatch):
     """A study whose error is 100 over its runs."""
@@ -77,6 +86,14 @@ def test_the_learning_curve_says_plain_numbers(runs, errors):
         assert low <= min(values)
         assert max(values) <= high
         assert all(low <= tick <= high for tick in ticks)
+
+
+def test_it_ends_when_no_other_design_is_left(growing, monkeypatch):
+    study = adaptive.Study.open("study")
+    study.with_run = lambda values: (study, "0")  # the study has it
+    grown = grow("study", Aim("hic15", 3.0, ""))
+    assert not grown.reached
+    assert "no other design" in grown.why
 
 
 def test_it_ends_when_the_error_is_level(growing, monkeypatch):

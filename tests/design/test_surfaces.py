@@ -15,6 +15,7 @@ from billow.design.surface import _quantile, learn
 from billow.design.surfaces import ResponseSurfaces
 from billow.results.tensor_file import read_tensors, write_tensors
 from billow.study.responses import Limit
+from billow.study.variables import StudyConstraint
 from trust.small_surfaces import small_surfaces, small_table, truth
 
 
@@ -235,6 +236,28 @@ def test_an_optimum_stays_within_reach_and_on_its_steps(surfaces):
     assert target.responses["hard"][0] == pytest.approx(300.0, rel=1e-3)
 
 
+def test_a_fixed_value_is_not_moved_to_a_step(surfaces):
+    assert surfaces.optimise(minimise="hard", fixed={"vent": 33.0}, steps={"vent": 7.0}).design["vent"] == 33.0
+
+
+def test_an_optimum_keeps_to_the_steps_and_constraints_of_its_study(surfaces, tmp_path):
+    """Otherwise the solver would be given another design than was predicted, or one that cannot be built."""
+    free = surfaces.optimise(minimise="hard").design
+    assert free["vent"] - 4.0 * free["speed"] > 15.0
+    constraint = StudyConstraint(terms={"vent": 1.0, "speed": -4.0}, at_most=15.0)
+    bound = replace(surfaces, steps={"vent": 4.0}, constraints=(constraint,))
+    again = ResponseSurfaces.load(bound.save(tmp_path / "r.safetensors"))
+    for made in (bound, again):
+        best = made.optimise(minimise="hard").design
+        assert best["vent"] - 4.0 * best["speed"] <= 15.0
+        assert best["vent"] in (20.0, 24.0, 28.0, 32.0, 36.0, 40.0, 44.0, 48.0)
+        for goal in ({"vent": 33.0}, {"vent": 48.0, "speed": 3.0}):  # between steps; none is allowed there
+            with pytest.raises(InputError) as caught:
+                made.optimise(minimise="hard", fixed=goal)
+            assert caught.value.code == ("E-DES-030" if len(goal) == 1 else "E-DES-031")
+            assert "steps" in caught.value.why or "constraints of the study" in caught.value.why
+
+
 def test_an_optimum_keeps_away_from_designs_whose_runs_do_not_hold(surfaces):
     goal = Goal(minimise="hard")
     first = optimise(surfaces, goal).design
@@ -253,6 +276,11 @@ def test_an_optimum_keeps_away_from_designs_whose_runs_do_not_hold(surfaces):
         {"minimise": "hard", "fixed": {"spead": 4.0}},
         {"minimise": "hard", "steps": {"vent": 0.0}},
         {"minimise": "hard", "level": 0.33},
+        {"minimise": "hard", "seed": -1},
+        {"minimise": "hard", "below": {"pressure": float("nan")}},
+        {"target": ("hard", float("inf"))},
+        {"minimise": "hard", "steps": {"vent": float("inf")}},
+        {"minimise": "hard", "fixed": {"gas": 0.4}},
     ],
 )
 def test_goals_that_make_no_sense_are_refused(surfaces, goal):

@@ -38,6 +38,20 @@ def test_uncertainty_decides_where(surrogate, monkeypatch):
     assert (unit[:, 3] > 0.8).all()
 
 
+def test_suggestions_are_designs_that_the_study_may_have(surrogate):
+    """Added designs are run as they stand: one between steps is refused by the case, one beyond a constraint is not."""
+
+    def drawable(designs):
+        designs = designs.copy()
+        designs[:, 0] = np.round(designs[:, 0], 3)
+        return designs[to_unit(designs, surrogate.parameters)[:, 1] < 0.3]
+
+    rows = suggest(surrogate, 6, [], drawable=drawable)
+    np.testing.assert_array_equal(rows, drawable(rows))
+    with pytest.raises(InputError, match="constraints of the study"):
+        suggest(surrogate, 6, [], drawable=lambda designs: designs[:5])
+
+
 def test_none_is_refused(surrogate):
     with pytest.raises(InputError, match="E-ROM-021"):
         suggest(surrogate, 0, [])

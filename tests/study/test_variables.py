@@ -90,6 +90,15 @@ def test_maximin_keeps_strata_and_points_apart():
     assert least[0] > max(least[1:])
 
 
+def test_designs_that_a_study_may_have_lie_on_its_steps_and_fulfil_its_constraints(tmp_path):
+    text = HEAD + PAIR + "step = 0.5\n[[constraints]]\nterms = {a = 1.0, b = 1.0}\nat_most = 3.0\n"
+    rows = np.array([[1.2, 1.3], [1.2, 1.9], [1.9, 1.9]])
+    definition = study(tmp_path, text)
+    assert definition.drawable(rows).tolist() == [[1.2, 1.5]]
+    assert rows[0].tolist() == [1.2, 1.3]
+    assert definition.steps == {"b": 0.5}
+
+
 @pytest.mark.parametrize(
     "wrong",
     [

@@ -176,7 +176,8 @@ def suggest(
     if study.definition.added_designs is not None:
         added = read_added_designs(folder / ADDED_FILE, study.definition.axes)
     with owned_file(out, added_designs_text(study.definition.axes, []).encode()):
-        rows = next_designs(surrogate, count, list(study.runs.values()), seed=len(study.runs))
+        known, drawable = list(study.runs.values()), study.definition.drawable
+        rows = next_designs(surrogate, count, known, seed=len(study.runs), drawable=drawable)
         write_atomically(out, added_designs_text(study.definition.axes, [*added, *rows.tolist()]))
     print(f"{out}: {len(added)} designs added before, {count} new ones")
     print(f'next: write added_designs = "{out.name}" into the study file, and run the study command again')

@@ -95,8 +95,8 @@ def grow(
     """
     begun, stages, summary = time.monotonic(), [], None
     while True:
-        error, choose = _judged(Path(folder), aim)
         study = Study.open(folder)
+        error, choose = _judged(study, aim)
         stages.append(Stage(len(Dataset.open(folder).trusted), error))
         if say is not None:
             say(f"{stages[-1].runs} runs: {aim.name} {error:.4g}{aim.suffix}, wanted below {aim.limit:g}{aim.suffix}")
@@ -104,9 +104,13 @@ def grow(
             return Growth(stages, True, "", summary)
         if why := _enough(time.monotonic() - begun, hours, len(study.train)) or out_of_reach(stages, aim):
             return Growth(stages, False, why, summary)
+        known = len(study.runs)
         for row in choose(np.array(list(study.runs.values()))):
             values = tuple(v.stepped(value) for v, value in zip(study.definition.variables, row, strict=True))
             study, _ = study.with_run(values)
+        if len(study.runs) == known:
+            why = "no other design fulfils the constraints and keeps to the steps of the study"
+            return Growth(stages, False, why, summary)
         summary = study.run(**running)
 
 
@@ -131,11 +135,11 @@ def out_of_reach(stages: list[Stage], aim: Aim) -> str:
     return f"the error is level: by the last {LEVEL_STAGES} stages {told}; narrow the ranges, or loosen the aim"
 
 
-def _judged(folder: Path, aim: Aim):
+def _judged(study: Study, aim: Aim):
     """Error of the aim, and what chooses the next designs from those known."""
     if aim.name == FIELD:
-        return _of_field(folder, aim)
-    surfaces = ResponseSurfaces.train(folder)
+        return _of_field(study, aim)
+    surfaces = ResponseSurfaces.train(study)
     if aim.name not in surfaces.names:
         raise NO_AIM(text=aim.name, why=f"responses are {', '.join(surfaces.names)}; of the moving bag it is {FIELD}")
     unit = surfaces.unit(aim.name)
@@ -146,35 +150,44 @@ def _judged(folder: Path, aim: Aim):
         raise NO_AIM(text=aim.name, why=surface.verdict.why)
 
     def choose(known: np.ndarray) -> np.ndarray:
-        return spread_out(lambda unit: surface.process.predict(unit)[1], known, surfaces.parameters)
+        return spread_out(lambda unit: surface.process.predict(unit)[1], known, surfaces.parameters,
+                          study.definition.drawable)  # fmt: skip
 
     return surface.verdict.rmse, choose
 
 
-def _of_field(folder: Path, aim: Aim):
+def _of_field(study: Study, aim: Aim):
     from billow.rom.learn.suggest import suggest
     from billow.rom.learn.train import train
 
-    surrogate = train(Dataset.open(folder))
-    surrogate.save(folder / "surrogate.safetensors")
+    surrogate, drawable = train(study.dataset()), study.definition.drawable
+    surrogate.save(study.folder / "surrogate.safetensors")
     millimetres = surrogate.judgement.comparisons[0].own if surrogate.judgement else np.inf
     unit = CONVERSIONS["m"][aim.unit or "m"]
-    return 1e-3 * millimetres / unit, lambda known: suggest(surrogate, BATCH, known, seed=len(known))
+    return 1e-3 * millimetres / unit, lambda known: suggest(surrogate, BATCH, known, seed=len(known), drawable=drawable)
 
 
-def spread_out(uncertain: Callable[[np.ndarray], np.ndarray], known: np.ndarray, parameters) -> np.ndarray:
+def spread_out(
+    uncertain: Callable[[np.ndarray], np.ndarray],
+    known: np.ndarray,
+    parameters,
+    drawable: Callable[[np.ndarray], np.ndarray] = np.asarray,
+) -> np.ndarray:
     """The next designs, (BATCH, parameters): one after the other the candidate with the largest deviation times
-    distance to the nearest design known or chosen. uncertain: (designs, parameters) in [0, 1] -> (designs,)."""
+    distance to the nearest design known or chosen; fewer if there are no others. uncertain: (designs, parameters) in
+    [0, 1] -> (designs,); drawable: as in `suggest`."""
     from scipy.stats import qmc
 
     points = levelled(qmc.Sobol(len(parameters), rng=np.random.default_rng(len(known))).random(CANDIDATES), parameters)
+    designs = drawable(from_unit(points, parameters))
+    points = to_unit(designs, parameters)
     weight = uncertain(points)
     nearest = np.min([np.linalg.norm(points - one, axis=1) for one in to_unit(known, parameters)], axis=0)
     chosen = []
-    for _ in range(BATCH):
+    for _ in range(min(BATCH, len(points))):
         chosen.append(int((weight * nearest).argmax()))
         nearest = np.minimum(nearest, np.linalg.norm(points - points[chosen[-1]], axis=1))
-    return from_unit(points[chosen], parameters)
+    return designs[chosen]
 
 
 def learning_curve(stages: list[Stage], aim: Aim) -> Figure:

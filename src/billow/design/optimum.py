@@ -7,7 +7,7 @@ farther from the runs than they lie from each other. An optimum is a proposal un
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -16,7 +16,7 @@ import numpy as np
 from billow.base.blas_threads import one_blas_thread
 from billow.base.errors import InputError
 from billow.base.toml_file import read_toml
-from billow.rom.surrogate.design_space import from_unit, to_unit
+from billow.rom.surrogate.design_space import bounds, from_unit, to_unit
 
 GOAL = InputError.declare(
     "E-DES-030",
@@ -48,15 +48,17 @@ STRATEGY = "rand1bin"
 TOLERANCE = 1e-6
 FRONT, FRONT_GENERATIONS, FEWEST_GENERATIONS = 64, 12, 60
 """Designs of a front, generations for each parameter that is free, and the fewest."""
+SAME_STEP = 1e-6
+"""Part of a step by which a fixed value may be off."""
 AWAY = 0.2
 """Distance, with every range scaled to 1, that an optimum keeps from designs whose runs do not hold."""
 
 
 @dataclass(frozen=True)
 class Goal:
-    """What is wanted. One of minimise, maximise and target, a name or for target (name, value); below, above: response
-    -> limit in its unit; fixed: parameter -> value; steps: parameter -> step, counted from its low end; level: of the
-    intervals whose ends keep to the limits; seed."""
+    """What is wanted. One of minimise, maximise and target, a name or for target (name, value); below, above:
+    response -> limit in its unit; fixed: parameter -> value; steps: parameter -> step, counted from its low end,
+    instead of that of the study; level: of the intervals whose ends keep to the limits; seed."""
 
     minimise: str | None = None
     maximise: str | None = None
@@ -168,6 +170,12 @@ class _Space:
         for name, step in goal.steps.items():
             if not step > 0.0:
                 raise GOAL(where="goal", why=f"the step of {name} is not above zero")
+        for place, number in _numbers(goal):
+            if not np.isfinite(number):
+                raise GOAL(where="goal", why=f"{place} = {number} is no number")
+        if goal.seed < 0:
+            raise GOAL(where="goal", why=f"seed = {goal.seed} is below zero")
+        self.steps = {**surfaces.steps, **goal.steps}
         self.surface = surfaces.usable(goal.response)
         self.spread = float(np.nanstd(surfaces.values[:, surfaces.index(goal.response)]))
         self.limits = [(name, float(limit), side) for side, limits in ((1.0, goal.below), (-1.0, goal.above))
@@ -182,6 +190,12 @@ class _Space:
                 raise GOAL(
                     where="goal", why=f"fixed {name} = {value:g} is not between {p.low:g} and {p.high:g} {p.unit}"
                 )
+            if p.levels and value != round(value):
+                raise GOAL(where="goal", why=f"fixed {name} = {value:g} is the number of no level")
+            steps = (value - p.low) / surfaces.steps.get(name, np.inf)
+            if abs(steps - round(steps)) > SAME_STEP:
+                why = f"fixed {name} = {value:g} is not {p.low:g} and whole steps of {surfaces.steps[name]:g}"
+                raise GOAL(where="goal", why=why)
             self.base[k] = (value - p.low) / (p.high - p.low)
 
     @property
@@ -198,7 +212,7 @@ class _Space:
         for k, parameter in enumerate(self.surfaces.parameters):
             if count := len(parameter.levels):
                 unit[:, k] = np.round(unit[:, k] * (count - 1)) / (count - 1)
-            elif (step := self.goal.steps.get(parameter.name)) is not None:
+            elif k in self.free and (step := self.steps.get(parameter.name)) is not None:
                 step = step / (parameter.high - parameter.low)
                 unit[:, k] = np.minimum(np.round(unit[:, k] / step), np.floor(1.0 / step + 1e-9)) * step
         return unit
@@ -223,7 +237,20 @@ class _Space:
         near = np.zeros(len(unit))
         for point in self.avoid:
             near = np.maximum(near, AWAY - np.linalg.norm(unit - point, axis=1))
-        return near + self.surfaces.beyond(unit) + sum(self._excess(k, unit) for k in range(len(self.limits)))
+        limits = sum(self._excess(k, unit) for k in range(len(self.limits)))
+        return near + self.surfaces.beyond(unit) + self._forbidden(unit) + limits
+
+    def _forbidden(self, unit: np.ndarray) -> np.ndarray:
+        """How far designs are from fulfilling the constraints of the study, over the range of each sum; 0 if they
+        do."""
+        low, high = bounds(self.surfaces.parameters)
+        names = [parameter.name for parameter in self.surfaces.parameters]
+        wide = dict(zip(names, high - low, strict=True))
+        designs, missed = from_unit(unit, self.surfaces.parameters), np.zeros(len(unit))
+        for constraint in self.surfaces.constraints:
+            spread = sum(abs(factor) * wide[name] for name, factor in constraint.terms.items())
+            missed += constraint.missed(designs, names) / max(spread, np.finfo(float).tiny)
+        return missed
 
     def _excess(self, k: int, unit: np.ndarray) -> np.ndarray:
         """How far the end of an interval lies beyond a limit, over the runs' deviation; 0 within."""
@@ -237,6 +264,8 @@ class _Space:
         told = []
         if self.surfaces.beyond(unit)[0] > 0.0:
             told.append("the reach of the runs")
+        if self._forbidden(unit)[0] > 0.0:
+            told.append("the constraints of the study")
         if len(self.avoid) and np.linalg.norm(unit - self.avoid, axis=1).min() < AWAY:
             told.append("a distance from designs whose runs do not hold")
         for k, (name, limit, side) in enumerate(self.limits):
@@ -245,6 +274,15 @@ class _Space:
                 word = "below" if side > 0 else "above"
                 told.append(f"{name} {word} {limit:g} {self.surfaces.unit(name)} (its interval reaches {end:.4g})")
         return told
+
+
+def _numbers(goal: Goal) -> Iterator[tuple[str, float]]:
+    """Every number of a goal, and where it stands."""
+    tables = {"below": goal.below, "above": goal.above, "fixed": goal.fixed, "steps": goal.steps}
+    tables["target"] = dict([goal.target]) if goal.target else {}
+    for table, entries in tables.items():
+        for name, number in entries.items():
+            yield f"{table} {name}", number
 
 
 _BROKEN = 1e6

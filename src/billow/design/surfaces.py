@@ -27,6 +27,7 @@ from billow.rom.surrogate.design_space import (
     to_unit,
 )
 from billow.study.responses import StudyResponse
+from billow.study.variables import StudyConstraint
 
 NO_SURFACE = InputError.declare(
     "E-DES-010",
@@ -49,8 +50,8 @@ DAMAGED = IntegrityError.declare(
     cause="a copy that was cut short, a file of another kind, or of another version",
     remedy="make it again: billow design train STUDY --out responses.safetensors",
 )
-FILE_FORMAT = 3
-"""3: with the processes that miss a fold, and what intervals held."""
+FILE_FORMAT = 4
+"""4: with the steps and constraints of the study."""
 UNREADABLE = InputError.declare(
     "E-DES-013",
     "the file of response surfaces cannot be read",
@@ -76,7 +77,8 @@ class ResponseSurfaces:
         surfaces.verdict("hic15")
 
     parameters: axes; responses, units: of each surface; runs, designs: (runs, parameters) learned from; values: (runs,
-    responses); unseen: (test runs, parameters + responses); digest: of the table it was made from
+    responses); unseen: (test runs, parameters + responses); digest: of the table it was made from; steps, constraints:
+    of the study, which an optimum keeps to
     """
 
     title: str
@@ -89,6 +91,8 @@ class ResponseSurfaces:
     unseen: np.ndarray
     digest: str
     runs: tuple[str, ...] = field(default=())
+    steps: Mapping[str, float] = field(default_factory=dict)
+    constraints: tuple[StudyConstraint, ...] = ()
 
     @classmethod
     def train(cls, study, responses: Sequence[StudyResponse] | None = None) -> ResponseSurfaces:
@@ -113,7 +117,7 @@ class ResponseSurfaces:
         )
         unseen = np.column_stack([table.designs[train:], table.values[train:]])
         return cls(table.title, table.parameters, table.responses, table.units, surfaces, designs, values, unseen,
-                   table.digest, table.runs[:train])  # fmt: skip
+                   table.digest, table.runs[:train], table.steps, table.constraints)  # fmt: skip
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -201,6 +205,7 @@ class ResponseSurfaces:
             "format": FILE_FORMAT, "kind": "response surfaces", "title": self.title, "digest": self.digest,
             "runs": list(self.runs), "parameters": [asdict(p) for p in self.parameters], "units": list(self.units),
             "responses": [r.model_dump(mode="json") for r in self.responses], "surfaces": told,
+            "steps": dict(self.steps), "constraints": [c.model_dump(mode="json") for c in self.constraints],
         }  # fmt: skip
         return write_tensors(path, tensors, record)
 
@@ -221,6 +226,12 @@ class ResponseSurfaces:
             axes = Axes(tuple(len(parameter.levels) for parameter in parameters))
             surfaces = tuple(_surface(axes, tensors, k, told) for k, told in enumerate(record["surfaces"]))
             responses = tuple(map(StudyResponse.model_validate, record["responses"]))
+            constraints = tuple(map(StudyConstraint.model_validate, record["constraints"]))
+            steps, names = dict(record["steps"]), {parameter.name for parameter in parameters}
+            if not {*steps, *(name for c in constraints for name in c.terms)} <= names or not all(
+                type(step) in (int, float) and 0.0 < step < float("inf") for step in steps.values()
+            ):
+                raise ValueError("its steps or constraints do not fit its parameters")
             width = len(parameters), len(responses)
             shapes = [tensors[name].shape[1:] for name in ("designs", "values", "unseen")]
             if shapes != [width[:1], width[1:], (sum(width),)] or not len(surfaces) == len(record["units"]) == width[1]:
@@ -229,7 +240,7 @@ class ResponseSurfaces:
                 raise ValueError("a parameter has no range")
             return cls(str(record["title"]), parameters, responses, tuple(map(str, record["units"])), surfaces,
                        tensors["designs"], tensors["values"], tensors["unseen"], str(record["digest"]),
-                       tuple(map(str, record["runs"])))  # fmt: skip
+                       tuple(map(str, record["runs"])), steps, constraints)  # fmt: skip
         except (KeyError, TypeError, ValueError, IndexError, AttributeError) as error:
             why = f"{error} is missing" if isinstance(error, KeyError) else str(error)
             raise DAMAGED(path=path, why=why) from error

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +19,7 @@ from billow.results.dataset_files import Parameter, design_columns
 from billow.results.result import UNREADABLE_CASE, Result
 from billow.study.responses import StudyResponse
 from billow.study.study import STUDY_FILE, Study
+from billow.study.variables import StudyConstraint
 
 MIXED_SAMPLING = InputError.declare(
     "E-DES-004",
@@ -47,7 +48,8 @@ class ResponseTable:
 
     parameters: axes of the design space; responses, units: of each column; runs; unseen: how many of the last runs are
     test runs; designs: (runs, parameters); values: (runs, responses), NaN for what did not happen; left_out: run ->
-    why; digest: SHA-256 of designs and values
+    why; steps: parameter -> step of the study, from its low end; constraints: of the study on every design; digest:
+    SHA-256 of designs and values
     """
 
     title: str
@@ -59,6 +61,8 @@ class ResponseTable:
     designs: np.ndarray
     values: np.ndarray
     left_out: dict[str, str]
+    steps: Mapping[str, float] = field(default_factory=dict)
+    constraints: tuple[StudyConstraint, ...] = ()
 
     @property
     def digest(self) -> str:
@@ -97,16 +101,16 @@ def respond(folder: str | Path, responses: Sequence[StudyResponse] | None = None
         first = next(iter(left_out.values()), "no run")
         raise NO_RESPONSE(folder=folder, why=f"every run is left out, the first for: {first}", remedy=MEND)
     _require_one_interval(folder, runs, results)
+    study = Study.open(folder).definition if (folder / STUDY_FILE).is_file() else None
     if responses is None:
-        named = Study.open(folder).definition.responses if (folder / STUDY_FILE).is_file() else ()
-        responses = named or usual_responses(results[0])
+        responses = (study and study.responses) or usual_responses(results[0])
     if not responses:
         raise NO_RESPONSE(folder=folder)
     units = tuple(unit_of(results[0], response) for response in responses)
     values = np.array([[measure(result, response, folder) for response in responses] for result in results])
     return ResponseTable(
         dataset.title, tuple(dataset.parameters), tuple(responses), units, runs, len(test), dataset.design(runs),
-        values, left_out,
+        values, left_out, study.steps if study else {}, study.constraints if study else (),
     )  # fmt: skip
 
 

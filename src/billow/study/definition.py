@@ -140,6 +140,20 @@ class StudyDefinition(StrictTable):
         return allowed
 
     @property
+    def steps(self) -> dict[str, float]:
+        """Step of each parameter that has one, counted from its low end."""
+        return {p.name: p.step for p in self.parameters if p.step is not None}
+
+    def drawable(self, values: np.ndarray) -> np.ndarray:
+        """Designs (designs, variables) brought to the steps of their parameters, without those that break a
+        constraint."""
+        values = np.array(values, float)
+        for k, variable in enumerate(self.variables):
+            if variable.name in self.steps:
+                values[:, k] = [variable.stepped(value) for value in values[:, k].tolist()]
+        return values[self.allows(values)]
+
+    @property
     def own_starts(self) -> bool:
         """Whether each run may have a start shape of its own: a size of the bag is among the variables."""
         return any(key.startswith("bag.") for variable in self.variables for key in variable.keys)

@@ -187,10 +187,14 @@ class StudyConstraint(StrictTable):
 
     def holds(self, values: np.ndarray, names: Sequence[str]) -> np.ndarray:
         """(designs,) bool; values: (designs, parameters)."""
+        return self.missed(values, names) == 0.0
+
+    def missed(self, values: np.ndarray, names: Sequence[str]) -> np.ndarray:
+        """(designs,): how far the sum is from where it is wanted, 0 there; values: (designs, parameters)."""
         total = sum(factor * values[:, names.index(name)] for name, factor in self.terms.items())
         low = -np.inf if self.at_least is None else self.at_least
         high = np.inf if self.at_most is None else self.at_most
-        return (total >= low) & (total <= high)
+        return np.maximum(np.maximum(low - total, total - high), 0.0)
 
 
 Variable = StudyParameter | StudyFactor

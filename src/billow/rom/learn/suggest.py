@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from scipy.spatial.distance import cdist
 from scipy.stats import qmc
@@ -25,10 +27,17 @@ CANDIDATES = 2_048
 _AT_ONCE = 64
 
 
-def suggest(surrogate: Surrogate, count: int, known: np.ndarray, seed: int = 0) -> np.ndarray:
+def suggest(
+    surrogate: Surrogate,
+    count: int,
+    known: np.ndarray,
+    seed: int = 0,
+    drawable: Callable[[np.ndarray], np.ndarray] = np.asarray,
+) -> np.ndarray:
     """Designs to simulate next, most useful first: (count, parameters), in each parameter's unit.
 
-    known: (runs, parameters), every design made or planned, unseen ones too
+    known: (runs, parameters), every design made or planned, unseen ones too; drawable: which of some designs (designs,
+    parameters) a study may have, as `StudyDefinition.drawable`
 
     Candidates are a scrambled Sobol sequence over the trained ranges, with factors at their levels. Each represents its
     surroundings with a power of its `uncertainty` times its distance to the nearest design known or chosen. The next
@@ -40,7 +49,11 @@ def suggest(surrogate: Surrogate, count: int, known: np.ndarray, seed: int = 0) 
         raise NO_DESIGNS(count=count, recipe=surrogate.recipe)
     surrogate, parameters = surrogate.despite_verdict(), surrogate.parameters
     unit = levelled(qmc.Sobol(len(parameters), rng=seed).random(CANDIDATES), parameters)
-    uncertain = uncertainty(surrogate, from_unit(unit, parameters))
+    designs = drawable(from_unit(unit, parameters))
+    if len(designs) < count:
+        why = f"of {CANDIDATES} designs tried {len(designs)} keep to the constraints of the study"
+        raise NO_DESIGNS(count=count, recipe=surrogate.recipe, why=why)
+    unit, uncertain = to_unit(designs, parameters), uncertainty(surrogate, designs)
     nearest = np.full(len(unit), np.sqrt(len(parameters)))  # the diagonal: nothing is farther
     for point in to_unit(np.reshape(known, (-1, len(parameters))), parameters):
         nearest = np.minimum(nearest, np.linalg.norm(unit - point, axis=1))
@@ -50,7 +63,7 @@ def suggest(surrogate: Surrogate, count: int, known: np.ndarray, seed: int = 0) 
         best = int((np.maximum(nearest - between, 0.0) @ uncertain**POWER).argmax())
         chosen.append(best)
         nearest = np.minimum(nearest, between[best])
-    return from_unit(unit[chosen], parameters)
+    return designs[chosen]
 
 
 def uncertainty(surrogate: Surrogate, designs: np.ndarray) -> np.ndarray:
