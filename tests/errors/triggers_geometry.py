@@ -94,6 +94,7 @@ TRIGGERS: dict[str, Callable[[Here], object]] = {
     "E-GEO-036": checked(mesh(reference=with_points("0 0 0  0.3 0 0  0 0.3 0  0.1 0.5 0"))),
     "E-GEO-037": checked(mesh(parts=[PARTS[0], {**PARTS[1], "seen_from": "inside", "warp_angle": 30.0}])),
     "E-GEO-038": checked(mesh(reference=TETRAHEDRON.replace("0.3", "300"))),
+    "E-GEO-039": checked(mesh(with_points("2000 0 0  2000.3 0 0  2000 0.3 0  2000 0 0.3"))),
     "E-GEO-070": bag(mesh_of={"vent_diameter": 0.1}, vents={"diameter": 0.004}),
     "E-GEO-110": lambda here: describe(mesh(TWO)(here).vary({"fabric.self_contact": "layers"})),
     "E-UNIT-001": checked(mesh(TETRAHEDRON.replace("0.3", "300"))),

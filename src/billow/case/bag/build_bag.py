@@ -17,6 +17,7 @@ from billow.case.bag.build_folds import build_plan
 from billow.case.named_files import files_digest
 from billow.geometry.bag_shapes import DOES_NOT_FIT, BagShape, StrapLine, TearLine, along_warp, joined
 from billow.geometry.cover import covered
+from billow.geometry.crossings import FARTHEST
 from billow.geometry.driver_bag import driver_bag
 from billow.geometry.driver_sizes import DriverSizes, resized
 from billow.geometry.folding.fold_plan import FoldPlan
@@ -60,6 +61,14 @@ ANOTHER_UNIT = InputError.declare(
     remedy="write both files in one unit, and name it in bag.unit",
 )
 
+TOO_FAR = InputError.declare(
+    "E-GEO-039",
+    "a node of the mesh lies {away:.4g} m from the origin",
+    where="bag.start, {path}",
+    why="results keep places in single precision, {rounding:.2g} mm there; at most {most:g} m are allowed",
+    cause="a mesh in the coordinates of a plant or a map, a node that no cell uses, or a file in another unit",
+    remedy="move the mesh to the origin, remove nodes without cells, or write bag.unit",
+)
 NO_SEAM = InputError.declare(
     "E-GEO-060",
     "the tear seam {seam} has no length",
@@ -93,7 +102,7 @@ def build_shape(bag: schema_bag.Bag) -> BagShape:
     """The bag's geometry.
 
     Raises InputError E-GEO-010 (something does not fit), E-GEO-011 (too many triangles), E-GEO-012 (no such chamber),
-    and of a mesh E-GEO-030..035 and those of `mesh_bag`.
+    and of a mesh E-GEO-030..035, -038, -039 and those of `mesh_bag`.
     """
     return _mesh(bag) if isinstance(bag, schema_bag.MeshBag) else _ready_made(bag)
 
@@ -271,6 +280,9 @@ def _mesh(bag: schema_bag.MeshBag) -> BagShape:
             require_possible(
                 "bag size", mesh.size, f"the width of the mesh in bag.{key}", getattr(bag, key), change, bag.unit
             )
+    if not (away := float(np.abs(start.points).max())) < FARTHEST:
+        rounding = 1e3 * away * np.finfo(np.float32).eps
+        raise TOO_FAR(away=away, path=bag.start, rounding=rounding, most=FARTHEST)
     parts = tuple(
         MeshPart(
             **part.model_dump(include={"name", "kind", "layers", "behind", "ahead", "fixed"}),
