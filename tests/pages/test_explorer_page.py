@@ -18,6 +18,7 @@ from typer.testing import CliRunner
 from billow.cli.main import app
 from billow.injury.criteria import assess
 from billow.pages.explorer import LEAST_BOUND, PART_OF_WIDTH, in_half_precision
+from billow.results.dataset_files import Parameter
 from billow.results.obstacles import outline
 from billow.rom.coupled.injury_metrics import METRICS, metric_values
 from billow.rom.surrogate.design_space import from_unit
@@ -171,6 +172,22 @@ def test_a_slider_moves_by_keyboard_and_the_link_brings_the_design_back(opened):
     opened("(link) => { location.hash = link; return new Promise((done) => setTimeout(done, 50)); }", link)
     assert opened("page.sliders.values") == pytest.approx(asked, rel=1e-8)
     assert opened("page.clock.time") == pytest.approx(0.05)
+
+
+def test_a_slider_of_a_factor_stands_at_levels_only(open_page, place):
+    gas = Parameter("gas", "Gas", "-", 0.0, 1.0, ("air", "argon"))
+    made = made_surrogate(parameters=(PARAMETERS[0], gas))
+    designs = made.designs * [1.0, 0.0] + np.outer(np.arange(len(made.designs)) % 2, [0.0, 1.0])
+    opened = open_page(written(place, replace(made, designs=designs), "gases"))
+    assert opened("page.sliders.values[1]") in (0, 1)
+    for asked, level in ((0.4, 0), (0.6, 1)):
+        opened(f"page.sliders.set(1, {asked})")
+        assert opened("page.sliders.values[1]") == level
+    opened.page.locator("#p1").focus()
+    opened.page.keyboard.press("ArrowLeft")
+    assert opened("page.sliders.values[1]") == 0
+    assert opened.page.locator("#p1").get_attribute("aria-valuetext") == "air"
+    assert "argon" in opened.page.locator("#sliders").inner_text()
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -10,13 +11,16 @@ from scipy.stats import qmc
 from synthetic import disc
 
 from billow.base.errors import InputError, IntegrityError
+from billow.pages.explorer import explorer_page
 from billow.results.dataset_files import Parameter
 from billow.results.tensor_file import read_tensors, write_tensors
+from billow.rom.judge.effects import effects
 from billow.rom.learn.clock import clock_helps, learn_clock
 from billow.rom.learn.suggest import suggest
 from billow.rom.learn.train import Recipe, train
 from billow.rom.surrogate.clock import Clock
-from billow.rom.surrogate.prediction import describe_trust, trust_of
+from billow.rom.surrogate.onnx_export import export_onnx
+from billow.rom.surrogate.prediction import describe_surrogate, describe_trust, trust_of
 from billow.rom.surrogate.surrogate import Surrogate
 
 TIMES = np.arange(1, 31) * 2e-3
@@ -224,6 +228,18 @@ def test_two_levels_of_a_factor_have_clocks_of_their_own():
         model.predict({"first": 2.0, "gas": 0.5})
     assert caught.value.code == "E-ROM-001"
     assert set(suggest(model, 6, dataset.design(dataset.train))[:, 1]) <= {0.0, 1.0}
+
+
+def test_whatever_asks_a_surrogate_by_itself_asks_at_levels_of_a_factor(tmp_path):
+    """Evaluation, the explorer, the export and the command that is suggested asked between two levels, and were
+    refused."""
+    model = train(ByGas(2), Recipe(modes=3, epochs=3))
+    assert {effect.label for effect in effects(model)} == {p.label for p in model.parameters}
+    path = model.save(tmp_path / "m.safetensors")
+    assert "gas" in explorer_page(model.despite_verdict(), None, path)
+    assert export_onnx(model.despite_verdict(), tmp_path / "m.onnx") < 1e-4
+    values = re.findall(r"--set (\w+)=(\S+)", describe_surrogate(model))
+    assert np.isfinite(model.despite_verdict().predict({name: float(value) for name, value in values})).all()
 
 
 def test_clocks_that_reach_otherwise_are_calibrated_together():

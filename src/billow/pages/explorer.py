@@ -20,7 +20,7 @@ from billow.rom.coupled.calibration_file import calibration_content
 from billow.rom.coupled.coupled_model import Coupled
 from billow.rom.coupled.injury_metrics import METRICS, not_usable
 from billow.rom.surrogate.basis import Z
-from billow.rom.surrogate.design_space import distinct, from_unit, to_unit
+from billow.rom.surrogate.design_space import distinct, from_unit, levelled, to_unit
 from billow.rom.surrogate.judgement import require_won
 from billow.rom.surrogate.prediction import LEVEL, describe_judgement
 from billow.rom.surrogate.surrogate import Surrogate
@@ -149,7 +149,7 @@ def in_half_precision(surrogate: Surrogate, modes: np.ndarray) -> np.ndarray:
     """Modes as float16 if that changes no answer by more than its bound, else as they are: (3, modes, nodes)."""
     halves = modes.astype(np.float16)
     lost = modes - halves.astype(np.float32)
-    unit = np.random.default_rng(0).random((TRIED, len(surrogate.parameters)))
+    unit = levelled(np.random.default_rng(0).random((TRIED, len(surrogate.parameters))), surrogate.parameters)
     designs = from_unit(unit, surrogate.parameters)
     bound = LEAST_BOUND
     if surrogate.intervals is not None:

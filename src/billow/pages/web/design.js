@@ -4,20 +4,25 @@ import { digits, make } from "./elements.js";
 
 const STEPS = 400;
 
-export const clamped = (value, { low, high }) => Math.min(high, Math.max(low, value));
+// The nearest value that a parameter may have: inside its range, and of a factor the number of a level.
+export const clamped = (value, { low, high, levels = [] }) => {
+  const inside = Math.min(high, Math.max(low, value));
+  return levels.length ? Math.round(inside) : inside;
+};
 
 export class Sliders {
   // changed: called when a value changes
   constructor(parent, parameters, changed) {
     this.parameters = parameters;
     this.changed = changed;
-    this.values = parameters.map(({ low, high }) => 0.5 * (low + high));
+    this.values = parameters.map((parameter) => clamped(0.5 * (parameter.low + parameter.high), parameter));
     this.fields = parameters.map((parameter, k) => this.field(parent, parameter, k));
     this.show();
   }
 
   field(parent, parameter, k) {
-    const { label, unit, low, high } = parameter, step = (high - low) / STEPS, id = `p${k}`;
+    const { label, unit, low, high, levels = [] } = parameter, id = `p${k}`;
+    const step = levels.length ? 1 : (high - low) / STEPS, ends = levels.length ? levels : [digits(low), digits(high)];
     const name = unit === "-" ? label : `${label} [${unit}]`;
     const slider = make("input", { type: "range", id, min: low, max: high, step: "any" });
     const number = make("input", { type: "number", min: low, max: high, step: "any" });
@@ -33,7 +38,7 @@ export class Sliders {
     parent.append(make("div", { className: "slider" },
       make("label", { htmlFor: id }, name),
       make("div", { className: "row" }, slider, number),
-      make("div", { className: "ends" }, make("span", {}, digits(low)), make("span", {}, digits(high)))));
+      make("div", { className: "ends" }, ...ends.map((end) => make("span", {}, end)))));
     return { slider, number };
   }
 
@@ -53,7 +58,7 @@ export class Sliders {
     this.fields.forEach(({ slider, number }, k) => {
       slider.value = this.values[k];
       number.value = Number(this.values[k].toPrecision(6));
-      slider.setAttribute("aria-valuetext", `${digits(this.values[k])} ${this.parameters[k].unit}`);
+      slider.setAttribute("aria-valuetext", this.parameters[k].levels?.[this.values[k]] ?? `${digits(this.values[k])} ${this.parameters[k].unit}`);
     });
   }
 }

@@ -1,5 +1,5 @@
 """What each parameter of a design does, as the surrogate says it: one goes through its range, the others stay in the
-middle of theirs."""
+middle of theirs, factors at a level."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from billow.rom.surrogate.basis import Z
-from billow.rom.surrogate.design_space import from_unit
+from billow.rom.surrogate.design_space import from_unit, levelled
 from billow.rom.surrogate.surrogate import Surrogate
 
 STEPS = 9
@@ -34,7 +34,8 @@ def effects(surrogate: Surrogate) -> list[Effect]:
     for k, parameter in enumerate(surrogate.parameters):
         unit = np.full((STEPS, len(surrogate.parameters)), 0.5)
         unit[:, k] = np.linspace(0.0, 1.0, STEPS)
-        shapes = [asked.predict(design) for design in from_unit(unit, surrogate.parameters)]
+        designs = from_unit(levelled(unit, surrogate.parameters), surrogate.parameters)
+        shapes = [asked.predict(design) for design in designs]
         heights = np.array([(start + shape[..., Z]).max() for shape in shapes])
         squares = np.square(shapes[-1] - shapes[0]).sum(axis=2, dtype=float)
         found.append(Effect(parameter.label, heights, float(np.sqrt(squares.mean()))))

@@ -20,7 +20,7 @@ from billow import __version__
 from billow.base.errors import InputError, NumericalStop, ResourceError
 from billow.results.atomic import write_atomically
 from billow.rom.surrogate.clock import LARGEST, Clock
-from billow.rom.surrogate.design_space import from_unit
+from billow.rom.surrogate.design_space import from_unit, levelled
 from billow.rom.surrogate.regression import InputScaling, Regression
 from billow.rom.surrogate.surrogate import Surrogate
 
@@ -62,7 +62,8 @@ def export_onnx(surrogate: Surrogate, path: str | Path) -> float:
     NumericalStop E-ROM-020, and writes nothing, if ONNX Runtime's answers differ by more than `TOLERANCE`.
     """
     content = onnx_bytes(surrogate)
-    designs = from_unit(np.random.default_rng(0).random((8, len(surrogate.parameters))), surrogate.parameters)
+    unit = levelled(np.random.default_rng(0).random((8, len(surrogate.parameters))), surrogate.parameters)
+    designs = from_unit(unit, surrogate.parameters)
     difference = largest_difference(content, surrogate, designs)
     if not difference <= TOLERANCE:
         raise EXPORT_DIFFERS(path=path, difference=difference)

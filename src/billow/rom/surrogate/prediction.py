@@ -13,7 +13,7 @@ from billow.results.atomic import write_atomically
 from billow.results.dataset_files import MeshParts
 from billow.results.vtkhdf import FabricWriter
 from billow.rom.surrogate.basis import by_axis
-from billow.rom.surrogate.design_space import Standing
+from billow.rom.surrogate.design_space import Standing, from_unit, levelled
 from billow.rom.surrogate.judgement import Judgement, judgement_of
 from billow.rom.surrogate.surrogate import Surrogate
 
@@ -34,7 +34,11 @@ def describe_surrogate(surrogate: Surrogate) -> str:
     """Parameters with their trained ranges, and a command to try."""
     lines = [repr(surrogate), f"times {surrogate.times[0]:g} to {surrogate.times[-1]:g} s; parameters:"]
     lines += [f"  {p.name:<24} {p.low:g} to {p.high:g} {p.unit}   {p.label}" for p in surrogate.parameters]
-    middle = " ".join(f"--set {p.name}={0.5 * (p.low + p.high):g}" for p in surrogate.parameters)
+    half = levelled(np.full((1, len(surrogate.parameters)), 0.5), surrogate.parameters)
+    middle = " ".join(
+        f"--set {p.name}={value:g}"
+        for p, value in zip(surrogate.parameters, from_unit(half, surrogate.parameters)[0], strict=True)
+    )
     return "\n".join([*lines, f"try: billow predict SURROGATE {middle} --out deployment.vtkhdf"])
 
 
