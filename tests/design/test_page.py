@@ -58,6 +58,14 @@ def test_the_python_of_the_page(definition, monkeypatch):
     assert session["surfaces"].verdict("hic15").word == "usable"
 
 
+@pytest.mark.parametrize(("given", "missing"), [("--scatter", "--optimum or --design"), ("--design", "--scatter")])
+def test_a_report_of_robustness_needs_a_design_and_its_scatter(given, missing):
+    """It was written without a word of robustness."""
+    done = CliRunner().invoke(app, ["design", "report", "none.safetensors", given, "x.toml", "--out", "x.html"])
+    assert done.exception.code == "E-DES-040"
+    assert missing in done.exception.remedy
+
+
 def test_commands_of_the_page(definition, monkeypatch):
     monkeypatch.setattr(table, "respond", lambda folder: made_up(definition))
     assert COMMANDS[0].startswith("billow study")

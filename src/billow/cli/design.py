@@ -231,10 +231,13 @@ def report(
 ) -> None:
     """All figures on one page that needs no other file: verdicts, sensitivity, optimum, robustness."""
     from billow.design.report import rounds_of, write_report
-    from billow.design.robust import read_values, robustness
+    from billow.design.robust import SCATTER, read_values, robustness
     from billow.design.surfaces import ResponseSurfaces
     from billow.results.ownership import owned_file
 
+    if (design and not scatter) or (scatter and not (design or optimum)):
+        given, missing = ("--design", "--scatter") if design else ("--scatter", "--optimum or --design")
+        raise SCATTER(where=given, why="it takes a design and what scatters about it", remedy=f"give {missing}, too")
     surfaces = ResponseSurfaces.load(responses)
     rounds = rounds_of(optimum) if optimum else []
     point = read_values(design) if design else rounds[-1].optimum.design if rounds else None
