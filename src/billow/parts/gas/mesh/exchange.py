@@ -254,9 +254,9 @@ class Exchange:
             else:
                 moved = self.chambers[c]
                 mass, cluster = moved.total[:, :-4].sum(axis=1), moved.of[moved.cells_of(own, place.old)]
-                coming = np.zeros(P + 1) if row.kind == FABRIC else moved.before(cluster)
+                coming, leaving = (np.zeros(P + 1), 0.0) if row.kind == FABRIC else moved.about(cluster)
                 patch = (moved.patches.of_old if place.old else moved.patches.of_new)[own]
-                found.append(Side(moved.state, moved.gained, mass, cluster, coming, patch, moved.through))
+                found.append(Side(moved.state, moved.gained, mass, cluster, coming, leaving, patch, moved.through))
         return found[0], found[1]
 
     def _pressures(self, chamber: int, own: np.ndarray | None, fragments: int) -> np.ndarray:

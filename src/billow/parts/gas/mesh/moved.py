@@ -17,7 +17,7 @@ from billow.parts.gas.mesh.cell_maps import blend, find_pace, geometry, spread, 
 from billow.parts.gas.mesh.clusters import find_clusters
 from billow.parts.gas.mesh.film import Drag, brake, find_drag, pull_along
 from billow.parts.gas.mesh.fluxes import face_fluxes
-from billow.parts.gas.mesh.passages import gas_before
+from billow.parts.gas.mesh.passages import gas_before, gas_leaving
 from billow.parts.gas.mesh.patches import Patches
 from billow.parts.gas.mesh.sheet import Sheet, Walls
 from billow.parts.gas.mesh.slopes import HALF, VALUES, find_slopes
@@ -251,10 +251,12 @@ class Moved:
         behind = np.hstack([other.place[cluster], other.state[cluster, :VALUES]])
         self.beyond = np.concatenate([self.beyond, behind])
 
-    def before(self, cluster: np.ndarray) -> np.ndarray:
-        """The gas that comes to a hole, (5,); cluster: of each of its fragments."""
+    def about(self, cluster: np.ndarray) -> tuple[np.ndarray, float]:
+        """The gas that comes to a hole, (5,), and what leaves it, as from `gas_leaving`; cluster: of each of its
+        fragments."""
         found = self.clusters
-        return gas_before(cluster, found.start, found.members, found.of, self.beside, self.aperture, self.state)
+        where = cluster, found.start, found.members, found.of, self.beside, self.aperture, self.state
+        return gas_before(*where), gas_leaving(*where)
 
     def fragments(self, old: bool) -> tuple[np.ndarray, np.ndarray]:
         """Fragments of the old surface or the new one: rows, and the triangle of each."""

@@ -26,14 +26,15 @@ LARGEST_SHARE = 0.25
 class Side(NamedTuple):
     """The gas on one side of a passage. state: (clusters, Y + species); gained: (clusters, species + 4), what is given
     to each; mass: [kg], (clusters,), infinite for the surroundings; cluster: of each fragment, (fragments,) int32;
-    coming: the gas that comes to it if it is a hole, as from `gas_before`; patch: of each fragment, through which gas
-    leaves at the speeds `through` [m/s]."""
+    coming: the gas that comes to it if it is a hole, as from `gas_before`; leaving: the gas that flows away from it, as
+    from `gas_leaving`; patch: of each fragment, through which gas leaves at the speeds `through` [m/s]."""
 
     state: np.ndarray
     gained: np.ndarray
     mass: np.ndarray
     cluster: np.ndarray
     coming: np.ndarray
+    leaving: float
     patch: np.ndarray
     through: np.ndarray
 
@@ -48,7 +49,7 @@ def surroundings(table: np.ndarray, ambient: Ambient, fragments: int) -> Side:
     state[0, C], state[0, Y:] = np.sqrt(gamma * rt), fractions
     gained, mass = np.zeros((1, len(table) + 4)), np.full(1, np.inf)
     cluster, patch = np.zeros(fragments, np.int32), np.zeros(fragments, np.int32)
-    return Side(state, gained, mass, cluster, state[0, : P + 1], patch, np.zeros(1))
+    return Side(state, gained, mass, cluster, state[0, : P + 1], 0.0, patch, np.zeros(1))
 
 
 @scalar
@@ -80,6 +81,46 @@ def gas_before(cluster, start, members, of, beside, aperture, state):
     for m in range(len(cluster)):
         found += state[cluster[m], : P + 1]
     return found / max(len(cluster), 1)
+
+
+@scalar
+def gas_leaving(cluster, start, members, of, beside, aperture, state):
+    """Mass flow [kg/(m^2 s)], times area in faces of a cell, from the clusters at a hole to those beside them, by the
+    velocities on both sides of each open face; arguments as of `gas_before`."""
+    flow, at_hole = 0.0, np.zeros(len(state), np.bool_)
+    for m in range(len(cluster)):
+        at_hole[cluster[m]] = True
+    for c in range(len(state)):
+        if at_hole[c]:
+            for g in range(start[c], start[c + 1]):
+                i = members[g]
+                for face in range(6):
+                    j, d = beside[i, face], face // 2
+                    if j >= 0 and not at_hole[of[j]] and state[of[j], P] > 0.0:
+                        a = max(aperture[i, d], 0.0) if face % 2 else -max(aperture[j, d], 0.0)
+                        flow += 0.5 * a * (state[c, RHO] * state[c, U + d] + state[of[j], RHO] * state[of[j], U + d])
+    return flow
+
+
+@scalar
+def _most_taken(filled, coming, wanted, face, dt, weight):
+    """Mass [kg] that the clusters at a hole can take in a share `weight` of a part of a step: what lifts their pressure
+    to that of the gas that comes, and what flows on in dt [s], this share. filled: their Side. coming: as from
+    `gas_before`. wanted: of each fragment [kg], zero where nothing flows. face: area of a cell's face [m^2].
+
+    Through a hole over a layer much thinner than it is wide flows in a part of a step, at a few pascals, more than the
+    layer holds. By the pressure at its start alone it would end far above the surroundings, and the bag would be
+    pumped up by air at rest.
+    """
+    taken, counted = max(filled[5], 0.0) * face * dt, np.zeros(len(filled[2]), np.bool_)
+    for m in range(len(wanted)):
+        c = filled[3][m]
+        if wanted[m] != 0.0 and not counted[c]:
+            counted[c] = True
+            gamma = filled[0][c, C] ** 2 * filled[0][c, RHO] / filled[0][c, P]
+            volume = filled[2][c] / filled[0][c, RHO]
+            taken += weight * max(coming[P] - filled[0][c, P], 0.0) * volume * coming[RHO] / (gamma * coming[P])
+    return taken
 
 
 @scalar
@@ -186,6 +227,13 @@ def flow_through(
             share = _throttled(behind, ahead, rows, fragments, whole / (dt * free)) if whole > 0.0 else 1.0
             if share == 1.0:
                 break
+    if not porous and whole > 0.0:
+        forth = behind[4][P] >= ahead[4][P]
+        coming, filled = (behind[4], ahead) if forth else (ahead[4], behind)
+        if filled[2][filled[3][0]] < np.inf:
+            most = _most_taken(filled, coming, wanted, face, dt, weight)
+            for m in range(n):
+                wanted[m] *= min(1.0, most / whole)
     for m in range(n):
         from_behind[behind[3][m]] += abs(wanted[m])
         from_ahead[ahead[3][m]] += abs(wanted[m])
@@ -201,7 +249,7 @@ def flow_through(
         up, still = side[0], side[2][c] == np.inf
         if not porous and not still:
             size = np.sqrt(rows[f, NORMAL] ** 2 + rows[f, NORMAL + 1] ** 2 + rows[f, NORMAL + 2] ** 2)
-            side[6][side[5][m]] = mass / (dt * face * size * up[c, RHO])
+            side[7][side[6][m]] = mass / (dt * face * size * up[c, RHO])
         energy = mixture_enthalpy(table, up[c, Y:], up[c, T])
         for d in range(3):
             u = moves[m, d] if still else up[c, U + d]  # air comes in at the speed of the fabric
