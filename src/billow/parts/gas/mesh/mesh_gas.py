@@ -318,7 +318,7 @@ class MeshGas(Setup, SwitchableGas):
         lines = [f"mesh gas: {cells} cells at the end, {gas.parts} parts of steps, {gas.donors} donor clusters"]
         if self.strips is not None:
             rooms = len(self.rooms(gas).lived_in)
-            lines.append(f"mesh gas: {self.strips.count} strips between fold lines, {rooms} rooms at the end")
+            lines.append(f"mesh gas: {self.strips.count} strips at the start, {rooms} rooms at the end")
         return lines
 
     def seconds_per_step(self, gas: MeshState, dt: float, end: float) -> float:
