@@ -213,6 +213,34 @@ MUTANTS = (
         "fcntl.LOCK_SH",
         CACHE + "test_processes_that_need_the_same_kernels_compile_each_once",
     ),
+    Mutant(
+        "walls of strips with normals into them",
+        "geometry/folding/parting.py",
+        "[(a, c, b) for a, b, c in _between(forth, back, at)]",
+        "[(a, b, c) for a, b, c in _between(forth, back, at)]",
+        "tests/folding/test_strips.py::test_strips_are_closed_and_fill_the_bag",
+    ),
+    Mutant(
+        "vents that take what they like",
+        "parts/gas/mesh/passages.py",
+        "min(1.0, most / whole)",
+        "1.0",
+        "tests/gas/mesh/test_bag_at_rest.py",
+    ),
+    Mutant(
+        "impulses of the last step not swept",
+        "parts/layers/parting.py",
+        "if m or self.rubbed is not None:",
+        "if m < 0:",
+        "tests/contact/test_tight_layers.py",
+    ),
+    Mutant(
+        "processor time of the last sitting alone",
+        "run/spent.py",
+        "time.process_time() - before.processor",
+        "time.process_time()",
+        "tests/run/test_spent.py",
+    ),
 )
 
 

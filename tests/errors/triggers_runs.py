@@ -12,9 +12,11 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+import pytest
 from here import Here, dotted
 
 from billow.case.schema import Case
+from billow.parts.layers.parting import Parting
 from billow.results import ownership, run_file
 from billow.results.dataset import Dataset
 from billow.results.floor_file import read_floor
@@ -85,6 +87,19 @@ def bag_turned_inside_out():
         state.positions[:, 2] *= -1.0
 
     return inject.at_step(20, damage)
+
+
+@contextlib.contextmanager
+def layers_that_do_not_part():
+    """A step in which every try asks for faster nodes, and for a wider list."""
+
+    def run(self) -> bool:
+        self.step.velocities[0] += 1e6
+        return False
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Parting, "run", run)
+        yield
 
 
 def changed_file(name: str, load: Callable[[Path], object]) -> Callable[[Here], object]:
@@ -170,6 +185,7 @@ TRIGGERS: dict[str, Callable[[Here], object]] = {
     "E-NUM-006": spoilt(contextlib.nullcontext, obstacles__1__slope=1.0),
     "E-NUM-008": spoilt(losing_a_particle, gas={"model": "corpuscular", "particles": 2000}),
     "E-NUM-010": spoilt(contextlib.nullcontext, obstacles__0__slope=1.0, obstacles__1=THROWN_PAST_THE_BAG),
+    "E-NUM-011": spoilt(layers_that_do_not_part, fabric__self_contact="layers"),
     "E-NUM-020": spoilt(node_far_away, gas={"model": "mesh", "cell": 0.1}),
     "E-NUM-021": spoilt(gas_without_energy, gas={"model": "mesh", "cell": 0.1}),
     "E-NUM-009": spoilt(bag_turned_inside_out),

@@ -12,6 +12,7 @@ import numpy as np
 from numba import prange
 
 from billow.base.compiled import CHUNK, kernel
+from billow.base.errors import NumericalStop
 from billow.base.quality import SMALLER_STEPS, Criterion, criterion
 from billow.geometry.surface import Surface
 from billow.parts.layers.carry import carry_over
@@ -72,6 +73,18 @@ more in proportion to a wider one, and at most."""
 GROWTH = 0.15
 """Speed [m/s] at which own gaps are let out while the reference moves in."""
 
+THROWN_OFF = NumericalStop.declare(
+    "E-NUM-011",
+    "impulses between layers would throw node {node} {way:.3g} m off its way in one step",
+    where="contact of layers, {when}",
+    why="that is more than {most:g} elements: nothing was found that keeps the layers there apart",
+    cause="layers that have crossed, or steps too long for how fast they meet",
+    remedy="reduce run.dt_scale, after a look for crossings at the start: billow check CASE.toml",
+)
+
+MOST_THROWN = 5.0
+"""Way that impulses may throw a node off in a step, in mean edges. Lists for more would hold pairs without end."""
+
 FARTHEST, FASTEST = 1e3, 1e4
 """Distance of a node from the origin [m], and speed [m/s], from which on there is no bag any more."""
 
@@ -123,7 +136,7 @@ class Layers(Part):
         self, pairs: Pairs, positions: np.ndarray, velocities: np.ndarray, rows: Rows, time: float, dt: float
     ) -> list[Booking]:
         """Change velocities [m/s] (nodes, 3) before a drift from `time` over dt [s], so that layers stay apart; books
-        the heat.
+        the heat. Raises NumericalStop E-NUM-011.
 
         rows: of the bodies, which push on the same nodes and are solved in the same sweeps.
         """
@@ -152,6 +165,11 @@ class Layers(Part):
             if parting.run():
                 break
             thrown = np.maximum(thrown, 2.0 * parting.thrown())
+            if not thrown.max() < MOST_THROWN * self.edge:
+                node = int(np.argmax(thrown))
+                stop = THROWN_OFF(node=node, way=thrown[node], when=f"after {1e3 * time:.4g} ms", most=MOST_THROWN)
+                stop.nodes = (node,)
+                raise stop
             rows.restart()
             self._search(pairs, positions, velocities, dt, way, thrown)
             stray[:], used = 0.0, 0.0
