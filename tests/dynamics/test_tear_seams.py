@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from billow.base.errors import InputError
-from billow.case.bag.build_bag import build_shape, tear_line
+from billow.case.bag.build_bag import build_shape
+from billow.case.bag.build_tear_seams import tear_line
 from billow.case.build import build_model as model_of_case
 from billow.case.schema import Case
 from billow.geometry.chambers import OUTSIDE

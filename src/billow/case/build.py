@@ -9,7 +9,8 @@ import numpy as np
 
 from billow.base.errors import InputError
 from billow.case import schema
-from billow.case.bag.build_bag import build_shape, build_straps, build_tear_seams, fold_plan
+from billow.case.bag.build_bag import build_shape, build_straps, fold_plan
+from billow.case.bag.build_tear_seams import build_tear_seams
 from billow.case.fabric.build_fabric import build_fabric
 from billow.case.gas.build_gas import build_gas
 from billow.case.gas.models import GAS_MODELS

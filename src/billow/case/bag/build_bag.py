@@ -14,8 +14,9 @@ from billow.base.plausible import require_possible
 from billow.base.units import CONVERSIONS
 from billow.case.bag import schema_bag
 from billow.case.bag.build_folds import build_plan
+from billow.case.bag.build_tear_seams import panel_tear_lines, tear_line
 from billow.case.named_files import files_digest
-from billow.geometry.bag_shapes import DOES_NOT_FIT, BagShape, StrapLine, TearLine, along_warp, joined
+from billow.geometry.bag_shapes import DOES_NOT_FIT, BagShape, StrapLine, along_warp
 from billow.geometry.cover import covered
 from billow.geometry.crossings import FARTHEST
 from billow.geometry.driver_bag import driver_bag
@@ -28,7 +29,6 @@ from billow.geometry.rectangle_mesh import NO_ROWS
 from billow.geometry.rectangular_bag import FRONT, REAR, Gap, PanelVent, Seam, mouth_centre, rectangular_bag
 from billow.parts.fabric.membrane import FabricLaw
 from billow.parts.straps import NO_STRAPS, Straps
-from billow.parts.tear_seams import TearSeams
 
 TOO_MANY_TRIANGLES = InputError.declare(
     "E-GEO-011",
@@ -69,16 +69,6 @@ TOO_FAR = InputError.declare(
     cause="a mesh in the coordinates of a plant or a map, a node that no cell uses, or a file in another unit",
     remedy="move the mesh to the origin, remove nodes without cells, or write bag.unit",
 )
-NO_SEAM = InputError.declare(
-    "E-GEO-060",
-    "the tear seam {seam} has no length",
-    where="bag.tear_seams, seam {seam}",
-    why="force per length of seam has no meaning there; {ties} pairs of nodes were found for it",
-    cause="a line outside the bag or shorter than an element, panels whose nodes do not lie over each other there, or "
-    "pairs of nodes that lie in one place",
-    remedy="make it longer than two elements, reduce bag.element_size, and give pairs of nodes in their order along it",
-)
-
 NO_NODE_THERE = InputError.declare(
     "E-GEO-061",
     "strap {strap} ends at ({x:g}, {y:g}) m, where the {panel} panel has no fabric",
@@ -89,8 +79,6 @@ NO_NODE_THERE = InputError.declare(
 )
 
 MOST_TRIANGLES = 500_000
-_SAME_PLACE = 9
-"""Decimals [m] that places along a seam have in common."""
 SHORTEST_STRAP = 1e-5
 """Length [m] below which a strap divides by next to nothing, and sets a step of nanoseconds."""
 MOST_TIMES_LARGER = 8.0
@@ -118,7 +106,7 @@ def _ready_made(bag: schema_bag.PanelBag) -> BagShape:
         leak[shape.surface.triangles_of(panel)] = 0.0
     angles = {FRONT: math.radians(bag.warp_angle.front), REAR: math.radians(bag.warp_angle.rear)}
     shape = along_warp(replace(shape, leak=leak), angles)
-    shape = replace(shape, tear_lines=_tear_lines(bag, shape))
+    shape = replace(shape, tear_lines=panel_tear_lines(bag, shape))
     plan = fold_plan(bag)
     shape = plan.applied(shape) if plan else shape
     for cover in bag.covers:
@@ -347,84 +335,6 @@ def _require_apart(vents: schema_bag.Vents) -> None:
             why=f"{vents.count} vents of {vents.diameter:g} m have their centres {apart:.3g} m apart",
             remedy="reduce bag.vents.diameter or bag.vents.count, or raise bag.vents.distance",
         )
-
-
-def _tear_lines(bag: schema_bag.PanelBag, shape: BagShape) -> tuple[TearLine, ...]:
-    """Seams between front and rear, whose nodes are found on the flat bag."""
-    seams = []
-    for seam in bag.tear_seams:
-        ties = joined(shape, FRONT, REAR, np.array([seam.begin, seam.end]), 0.5 * bag.element_size)
-        seams.append(tear_line(seam, ties, shape, _along(seam, shape.positions[ties[:, 0], :2])))
-    return tuple(seams)
-
-
-def _along(seam: schema_bag.PanelTearSeam, places: np.ndarray) -> np.ndarray:
-    """Length [m] that each place (n, 2) in the order along a straight seam stands for. It counts along the seam,
-    because a line between two rows of nodes ties both; places beside each other share theirs."""
-    way = np.subtract(seam.end, seam.begin)
-    along = places @ (way / np.linalg.norm(way))
-    _, first, station = np.unique(along.round(_SAME_PLACE), return_index=True, return_inverse=True)
-    return (_halves(np.diff(along[first])) / np.bincount(station))[station]
-
-
-def _halves(steps: np.ndarray) -> np.ndarray:
-    """Half of the steps (n - 1,) on either side of each of n places."""
-    return 0.5 * (np.append(steps, 0.0) + np.append(0.0, steps))
-
-
-def tear_line(
-    seam: schema_bag.TearStrength, ties: np.ndarray, shape: BagShape, length: np.ndarray | None = None
-) -> TearLine:
-    """A tear seam of ties (n, 2) in their order along it. length: [m], that each stands for, (n,); by default half of
-    the way to its neighbours on either side. Raises InputError E-GEO-060 if it has no length, E-GEO-010 if nodes to be
-    tied lie in one place: contact of layers knows no side of them, and would not let them part."""
-    if length is None:
-        middle = 0.5 * (shape.positions[ties[:, 0]] + shape.positions[ties[:, 1]])
-        length = _halves(np.linalg.norm(np.diff(middle, axis=0), axis=1))
-    if not (len(ties) and length.all()):
-        raise NO_SEAM(seam=seam.name, ties=len(ties))
-    apart = np.linalg.norm(shape.positions[ties[:, 1]] - shape.positions[ties[:, 0]], axis=1)
-    if not apart.min() > SHORTEST_STRAP:
-        one, other = ties[apart.argmin()]
-        raise DOES_NOT_FIT(
-            what=f"nodes of the tear seam {seam.name} lie in one place",
-            key="tear_seams",
-            why=f"nodes {one} and {other} are {1e3 * apart.min():.3g} mm apart, and contact knows no side of them",
-            remedy="leave a slit of a tenth of a millimetre between the rows",
-        )
-    single = isinstance(seam.strength, float)
-    rate, strength = ([0.0], [seam.strength]) if single else (seam.strength.loading_rate, seam.strength.value)
-    return TearLine(seam.name, ties, length, np.array(rate), np.array(strength), seam.stiffness or None)
-
-
-def build_tear_seams(shape: BagShape, fabric: FabricLaw) -> TearSeams | None:
-    """The ties of all tear seams; at rest up to the distance at which their nodes start."""
-    lines = shape.tear_lines
-    if not lines:
-        return None
-    counts, points = [len(line.ties) for line in lines], max(len(line.rate) for line in lines)
-    ties, length = np.concatenate([line.ties for line in lines]), np.concatenate([line.length for line in lines])
-    width = np.repeat([line.length.max() for line in lines], counts)  # of a row of elements
-    own = fabric.warp_modulus * fabric.thickness / width
-    stated = np.repeat([np.nan if line.stiffness is None else line.stiffness for line in lines], counts)
-    stiffness = np.where(np.isnan(stated), own, stated) * length
-    mass = fabric.density * fabric.thickness * width * length
-
-    def padded(values: np.ndarray, step: float) -> np.ndarray:
-        more = points - len(values)
-        return np.append(values, values[-1] + step * np.arange(1.0, more + 1.0))
-
-    return TearSeams(
-        names=tuple(line.name for line in lines),
-        ties=ties.astype(np.int64),
-        seam=np.repeat(np.arange(len(lines)), counts),
-        length=length,
-        rest=np.linalg.norm(shape.positions[ties[:, 1]] - shape.positions[ties[:, 0]], axis=1),
-        stiffness=stiffness,
-        viscosity=fabric.damping * np.sqrt(stiffness * mass),
-        rate=np.array([padded(line.rate, 1.0) for line in lines]),
-        strength=np.array([padded(line.strength, 0.0) for line in lines]),
-    )
 
 
 def strap_line(cloth: schema_bag.StrapCloth, bars: np.ndarray, positions: np.ndarray) -> StrapLine:
