@@ -218,7 +218,7 @@ MUTANTS = (
         "geometry/folding/parting.py",
         "[(a, c, b) for a, b, c in _between(forth, back, at)]",
         "[(a, b, c) for a, b, c in _between(forth, back, at)]",
-        "tests/folding/test_strips.py::test_strips_are_closed_and_fill_the_bag",
+        "tests/folding/test_strips.py::test_there_is_a_strip_between_neighbouring_lines",
     ),
     Mutant(
         "vents that take what they like",
