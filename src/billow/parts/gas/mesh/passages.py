@@ -87,18 +87,21 @@ def gas_before(cluster, start, members, of, beside, aperture, state):
 def gas_leaving(cluster, start, members, of, beside, aperture, state):
     """Mass flow [kg/(m^2 s)], times area in faces of a cell, from the clusters at a hole to those beside them, by the
     velocities on both sides of each open face; arguments as of `gas_before`."""
-    flow, at_hole = 0.0, np.zeros(len(state), np.bool_)
+    flow, at_hole, counted = 0.0, np.zeros(len(state), np.bool_), np.zeros(len(state), np.bool_)
     for m in range(len(cluster)):
         at_hole[cluster[m]] = True
-    for c in range(len(state)):
-        if at_hole[c]:
-            for g in range(start[c], start[c + 1]):
-                i = members[g]
-                for face in range(6):
-                    j, d = beside[i, face], face // 2
-                    if j >= 0 and not at_hole[of[j]] and state[of[j], P] > 0.0:
-                        a = max(aperture[i, d], 0.0) if face % 2 else -max(aperture[j, d], 0.0)
-                        flow += 0.5 * a * (state[c, RHO] * state[c, U + d] + state[of[j], RHO] * state[of[j], U + d])
+    for m in range(len(cluster)):
+        c = cluster[m]
+        if counted[c]:
+            continue
+        counted[c] = True
+        for g in range(start[c], start[c + 1]):
+            i = members[g]
+            for face in range(6):
+                j, d = beside[i, face], face // 2
+                if j >= 0 and not at_hole[of[j]] and state[of[j], P] > 0.0:
+                    a = max(aperture[i, d], 0.0) if face % 2 else -max(aperture[j, d], 0.0)
+                    flow += 0.5 * a * (state[c, RHO] * state[c, U + d] + state[of[j], RHO] * state[of[j], U + d])
     return flow
 
 
