@@ -11,10 +11,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from billow.case.bag.build_bag import build_shape, fold_plan
+from billow.case.gas.build_gas import build_gas
 from billow.case.schema import Case
+from billow.geometry.folding.fold_plan import panel_side
 from billow.geometry.folding.parting import parted
 from billow.geometry.folding.strips import find_strips, find_tiles
 from billow.geometry.surface import area_vectors
+from billow.results.vtkhdf import FabricWriter
 
 TUBE = {
     "shape": "rectangular", "length": 1.0, "width": 0.16, "mouth_radius": 0.02, "mouth_offset": [-0.42, 0.0],
@@ -31,7 +34,7 @@ ROLLED = DRIVER | {
 }
 
 
-TILE = 0.05
+TILE, CELL = 0.05, 0.03
 
 
 def strips_of(bag):
@@ -143,3 +146,24 @@ def test_panels_that_were_cut_apart_have_no_tiles():
     half = np.arange(len(shape.reference)) < len(shape.reference) // 2
     apart = shape.reference + np.where(half, 2.0, 0.0)[:, None, None]
     assert find_tiles(dataclasses.replace(shape, reference=apart), 0.12) is None
+
+
+@pytest.mark.parametrize("comes_folded", [True, False])
+def test_a_bag_that_comes_folded_as_a_mesh_has_tiles_and_a_flat_one_has_none(comes_folded, tmp_path):
+    shape = folded_elsewhere(**TUBE)
+    surface, flat = shape.surface, np.zeros_like(shape.positions)
+    flat[surface.triangles.ravel(), :2] = shape.reference.reshape(-1, 2)
+    pressed = np.column_stack([flat[:, :2], 4e-4 * panel_side(shape, flat)])
+    for name, places in (("start", shape.positions if comes_folded else pressed), ("flat", flat)):
+        with FabricWriter(
+            tmp_path / f"{name}.vtkhdf", places, surface.triangles, surface.part, surface.part_names
+        ) as file:
+            file.append(0.0, places)
+    parts = [
+        {"name": name, "kind": kind, "seen_from": "outside" if name == "front" else "inside"}
+        for name, kind in zip(surface.part_names, surface.part_kinds, strict=True)
+    ]
+    bag = {"shape": "mesh", "start": f"{tmp_path}/start.vtkhdf", "reference": f"{tmp_path}/flat.vtkhdf", "parts": parts}
+    case = Case.from_dict({"bag": bag, "gas": {"model": "mesh", "cell": CELL}, "obstacles": []})
+    strips = build_gas(case, build_shape(case.bag)).model.strips
+    assert (strips is not None and strips.count > 6) == comes_folded

@@ -65,8 +65,9 @@ TILE = 3.0
 
 
 def _mesh(case, shape: BagShape, supply: Supply) -> GasModel:
-    """Raises as `_require_geometry`."""
+    """Raises as `_require_geometry`, and for a mesh as `MeshGas.start`."""
     from billow.case.bag.build_bag import build_shape, fold_plan
+    from billow.case.bag.schema_mesh import MeshBag
     from billow.geometry.folding.strips import find_strips, find_tiles
     from billow.parts.gas.mesh.concerns import MANY, crowded
     from billow.parts.gas.mesh.mesh_gas import MeshGas
@@ -81,8 +82,9 @@ def _mesh(case, shape: BagShape, supply: Supply) -> GasModel:
         return gas
     if plan is not None:
         strips = find_strips(plan, build_shape(case.bag), tile)
-    elif crowded(gas.cut(gas.start(Bag(shape.surface, shape.positions, np.zeros_like(shape.positions))))) > MANY:
-        strips = find_tiles(shape, tile)
+    elif isinstance(case.bag, MeshBag):  # which may have been folded elsewhere
+        bag = Bag(shape.surface, shape.positions, np.zeros_like(shape.positions))
+        strips = find_tiles(shape, tile) if crowded(gas.cut(gas.start(bag))) > MANY else None
     return replace(gas, strips=strips)
 
 
