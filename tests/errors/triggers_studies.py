@@ -179,6 +179,9 @@ TRIGGERS: dict[str, Callable[[Here], object]] = {
     "E-STU-041": define(
         "[[parameters]]", "[[constraints]]\nterms = {permeability = 1.0}\nat_least = 1.0\n[[parameters]]"
     ),
+    "E-STU-042": define(
+        "[[parameters]]", '[[responses]]\nname = "x"\nmeasure = "penetration"\nof = "y"\n[[parameters]]'
+    ),
     "E-STU-012": failing_runs(full),
     "E-STU-014": failing_runs(stopping_quietly),
     "E-STU-015": lambda here: fresh_study(here).run(scheduler="nonsense://host"),

@@ -26,7 +26,7 @@ MAY_IMPORT = {
     "injury": {"base", "results"},
     "pictures": {"base", "geometry", "results", "injury"},
     "run": MODEL | {"case", "results"},
-    "study": {"base", "geometry", "results", "case", "run", "decks"},
+    "study": {"base", "geometry", "results", "injury", "case", "run", "decks"},
     "rom": {"base", "geometry", "results", "injury", "pictures"},
     "pages": {"base", "geometry", "results", "injury", "pictures", "rom"},
     "design": {"base", "geometry", "results", "injury", "study", "rom"},

@@ -10,6 +10,7 @@ def definition(tmp_path, monkeypatch):
     """A study.toml around the fake case."""
     monkeypatch.setattr(study_module, "_load_case", fake_solver.FakeCase.load)
     monkeypatch.setattr(study_module, "_outline", fake_solver.outline)
+    monkeypatch.setattr(study_module, "_recorded", fake_solver.recorded)
     (tmp_path / "square.toml").write_text(fake_solver.CASE)
     path = tmp_path / "definition.toml"
     path.write_text(fake_solver.STUDY)

@@ -21,7 +21,7 @@ from billow.results.dataset_files import mesh_sha256
 from billow.results.histories import write_histories
 from billow.results.run_file import write_run_file
 from billow.results.vtkhdf import FabricWriter
-from billow.run.check import Outline
+from billow.run.check import Outline, Recorded
 
 POINTS = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
 TRIANGLES = np.array([[0, 1, 2], [0, 2, 3]])
@@ -93,6 +93,10 @@ class FakeCase:
 def outline(case):
     size = case.content["square"]["size"]
     return Outline(len(POINTS), len(TRIANGLES), mesh_sha256(size * POINTS, TRIANGLES), tuple(TIMES))
+
+
+def recorded(case):
+    return Recorded(("time [s]", "pressure [Pa]"), ("square",), {}, float(TIMES[1]))
 
 
 def simulate(case, folder, *, progress=None, threads=None, status="completed", quality=None):

@@ -13,6 +13,7 @@ from billow.study.definition import StudyDefinition
 from billow.study.design import draw, latin_hypercube, refine
 from billow.study.grow import read_added_designs
 from billow.study.study import Study
+from billow.study.variables import StudyConstraint
 
 ROWS = "lift [m],slope [N/m]\n1.5,2000.0\n1.25,30000.0\n"
 
@@ -146,6 +147,24 @@ def test_rows_that_cannot_be_added_are_refused(definition, tmp_path, rows, told)
         Study.create(definition, tmp_path / "study2")
     assert told in caught.value.why
     assert not (tmp_path / "study2").exists()
+
+
+def test_a_row_that_breaks_a_constraint_is_refused(definition, tmp_path):
+    (tmp_path / "next.csv").write_text(ROWS)
+    limit = "[[constraints]]\nterms = {slope = 1e-4, lift = -2.0}\nat_most = LIMIT\n[[parameters]]"
+    text = STUDY.replace("train = 4", 'train = 4\nadded_designs = "next.csv"').replace("[[parameters]]", limit, 1)
+    definition.write_text(text.replace("LIMIT", "0.4"))
+    with pytest.raises(InputError, match="E-STU-024") as caught:
+        Study.create(definition, tmp_path / "study2")
+    assert "line 3 breaks number 1 of [[constraints]]" in caught.value.why
+    definition.write_text(text.replace("LIMIT", "0.5"))
+    assert len(Study.create(definition, tmp_path / "study2").train) == 6
+
+
+def test_a_row_on_a_constraint_fulfils_it_whatever_rounding_does():
+    assert 0.1 + 0.2 > 0.3
+    on = StudyConstraint(terms={"a": 1.0, "b": 1.0}, at_most=0.3)
+    assert on.holds(np.array([[0.1, 0.2], [0.1, 0.2 + 1e-9]]), ["a", "b"]).tolist() == [True, False]
 
 
 def test_a_row_between_two_levels_is_refused(tmp_path):

@@ -8,12 +8,12 @@ import numpy as np
 
 from billow.base.errors import InputError
 from billow.base.table_file import read_table
-from billow.base.units import CONVERSIONS
 from billow.injury.criteria import assess, mean_acceleration
 from billow.injury.filters import channel_filter
 from billow.injury.rating import rate
 from billow.results.result import Result
-from billow.study.responses import OF_FRAMES, OF_HISTORY, StudyResponse
+from billow.study.response_units import FIXED_UNITS, UNIT_OF_CURVE, factor, factor_of_curve, natural_unit
+from billow.study.responses import INJURIES, OF_FRAMES, OF_HISTORY, StudyResponse
 
 NOT_IN_RUN = InputError.declare(
     "E-DES-001",
@@ -21,14 +21,6 @@ NOT_IN_RUN = InputError.declare(
     where="{folder}",
     cause="a misspelt obstacle or quantity, or a run of another solver, which has frames and no histories",
     remedy="correct the entry of [[responses]]; docs/histories.md lists the quantities",
-)
-WRONG_UNIT = InputError.declare(
-    "E-DES-002",
-    "response {name} is not in {unit}",
-    where="[[responses]] {name}",
-    why="it is in {natural}; units that fit are {known}",
-    cause="a unit of another quantity",
-    remedy="write one of these, or leave unit out",
 )
 UNREADABLE_REFERENCE = InputError.declare(
     "E-DES-003",
@@ -57,36 +49,10 @@ def measure(result: Result, response: StudyResponse, folder: Path) -> float:
 
 def unit_of(result: Result, response: StudyResponse) -> str:
     """Unit of the response. InputError E-DES-001 and -002 as `measure`."""
-    if response.measure in _FIXED:
-        natural = _FIXED[response.measure]
-    else:
-        natural = _curve(result, response)[2] + (" s" if response.measure == "integral" else "")
+    of_curve = "" if response.measure in FIXED_UNITS else _curve(result, response)[2]
+    natural = natural_unit(response, of_curve)
     factor(response, natural)
-    return natural if response.unit is None or response.measure in _UNIT_OF_CURVE else response.unit
-
-
-def factor(response: StudyResponse, natural: str) -> float:
-    """What one of the response's unit is in the natural one."""
-    return 1.0 if response.measure in _UNIT_OF_CURVE else _factor_of_curve(response, natural)
-
-
-def _factor_of_curve(response: StudyResponse, natural: str) -> float:
-    if response.unit in (None, natural):
-        return 1.0
-    known = CONVERSIONS.get(natural, {natural: 1.0})
-    if response.unit not in known:
-        raise WRONG_UNIT(name=response.name, unit=response.unit, natural=natural, known=", ".join(known))
-    return known[response.unit]
-
-
-_UNIT_OF_CURVE = ("time_to", "rating")
-"""Measures whose unit is that of the level or the reference, and not that of the response."""
-_FIXED = {
-    "time_of_peak": "s", "time_to": "s", "hic15": "-", "hic36": "-", "clip3ms": "m/s^2", "penetration": "m",
-    "first_contact": "s", "contact_duration": "s", "energy_share": "-", "vented_mass": "kg", "fill_time": "s",
-    "height": "m", "width": "m", "distance": "m", "section_area": "m^2", "contact_area": "m^2", "rating": "-",
-}  # fmt: skip
-"""Units of measures that do not depend on the curve."""
+    return natural if response.unit is None or response.measure in UNIT_OF_CURVE else response.unit
 
 
 def _measured(result: Result, response: StudyResponse, folder: Path) -> tuple[float, str]:
@@ -95,11 +61,11 @@ def _measured(result: Result, response: StudyResponse, folder: Path) -> tuple[fl
     if kind in OF_HISTORY:
         return _of_curve(result, response)
     if kind in OF_FRAMES:
-        return _of_shape(result, response), _FIXED[kind]
+        return _of_shape(result, response), FIXED_UNITS[kind]
     if kind == "rating":
         times, values, natural = _curve(result, response)
-        return _rating(response, times, values / _factor_of_curve(response, natural), folder)
-    return _SPECIAL[kind](result, response), _FIXED[kind]
+        return _rating(response, times, values / factor_of_curve(response, natural), folder)
+    return _SPECIAL[kind](result, response), FIXED_UNITS[kind]
 
 
 def _of_curve(result: Result, response: StudyResponse) -> tuple[float, str]:
@@ -117,7 +83,7 @@ def _of_curve(result: Result, response: StudyResponse) -> tuple[float, str]:
         if not times[0] <= response.time <= times[-1]:
             raise _lacks(result, response, f"it was recorded from {times[0]:g} to {times[-1]:g} s")
         return float(np.interp(response.time, times, values)), unit
-    return _first_time(times, values, response.level * _factor_of_curve(response, unit)), "s"
+    return _first_time(times, values, response.level * factor_of_curve(response, unit)), "s"
 
 
 def _first_time(times: np.ndarray, values: np.ndarray, level: float) -> float:
@@ -135,8 +101,8 @@ def _curve(result: Result, response: StudyResponse) -> tuple[np.ndarray, np.ndar
     """Times [s], values (filtered, of a vector its length or one axis), and the unit."""
     quantity, _, axis = response.quantity.partition(".")
     times, values, unit = _history(result, response, quantity)
-    if response.filter is not None:
-        values = channel_filter(times, values, int(response.filter.removeprefix("CFC")))
+    if response.channel_class is not None:
+        values = channel_filter(times, values, response.channel_class)
     if values.ndim == 2:
         if axis and axis not in AXES[: values.shape[1]]:
             raise _lacks(result, response, f"{quantity} has no axis {axis!r}")
@@ -244,7 +210,7 @@ def _penetration(result: Result, response: StudyResponse) -> float:
 
 
 _SPECIAL = {
-    **dict.fromkeys(("hic15", "hic36", "clip3ms"), _injury),
+    **dict.fromkeys(INJURIES, _injury),
     "penetration": _penetration,
     "first_contact": _first_contact,
     "contact_duration": _contact_duration,

@@ -62,6 +62,14 @@ def sample_interval(times: np.ndarray, curve: np.ndarray) -> float:
     return interval
 
 
+def require_samples(channel_class: int, interval: float) -> None:
+    """Raises InputError E-INJ-003 if samples at this interval [s] are too few for a channel class."""
+    if interval * SAMPLES_PER_CLASS * channel_class > 1.0 + 1e-6:
+        raise SAMPLED_TOO_SLOWLY(
+            rate=1.0 / interval, channel_class=channel_class, needed=SAMPLES_PER_CLASS * channel_class
+        )
+
+
 def channel_filter(times: np.ndarray, curve: np.ndarray, channel_class: int) -> np.ndarray:
     """A curve filtered to a channel frequency class: same unit and shape.
 
@@ -74,10 +82,7 @@ def channel_filter(times: np.ndarray, curve: np.ndarray, channel_class: int) -> 
     interval = sample_interval(times, curve)
     if channel_class not in CLASSES:
         raise UNKNOWN_CLASS(channel_class=channel_class, known=", ".join(map(str, CLASSES)))
-    if interval * SAMPLES_PER_CLASS * channel_class > 1.0 + 1e-6:
-        raise SAMPLED_TOO_SLOWLY(
-            rate=1.0 / interval, channel_class=channel_class, needed=SAMPLES_PER_CLASS * channel_class
-        )
+    require_samples(channel_class, interval)
     from scipy.signal import filtfilt  # half a second to load, for those who filter
 
     forward, backward = coefficients(channel_class, interval)

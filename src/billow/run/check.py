@@ -16,7 +16,9 @@ from billow.case.gas.models import GAS_MODELS
 from billow.case.schema import Case
 from billow.geometry.crossings import CrossingCount
 from billow.results.dataset_files import fingerprint
+from billow.results.histories import columns
 from billow.run.names import owners, require_distinct
+from billow.run.recorder import quantities
 from billow.solver.checkpoint import flatten
 from billow.solver.model import Model, start_state
 from billow.solver.step_size import stable_dt
@@ -34,6 +36,29 @@ class Outline(NamedTuple):
     mesh: str
     times: tuple[float, ...]
     topology: str = ""
+
+
+class Recorded(NamedTuple):
+    """What a run will hold. columns: of its histories, such as "volume [m^3]"; parts: of the fabric; obstacles: name ->
+    whether it moves; interval: between two rows of the histories [s]."""
+
+    columns: tuple[str, ...]
+    parts: tuple[str, ...]
+    obstacles: dict[str, bool]
+    interval: float
+
+
+def recorded(case: Case) -> Recorded:
+    """Build the model of a case and say what its run will hold. InputError as `describe`."""
+    model, schedule = build_model(case), build_schedule(case.run)
+    sensors = {sensor.name: sensor.position for sensor in case.run.sensors}
+    interval = schedule.end / (schedule.frames * schedule.histories_per_frame)
+    return Recorded(
+        tuple(columns(quantities(model, start_state(model), sensors))),
+        model.surface.part_names,
+        {body.name: body.moves for body in model.bodies.bodies},
+        interval,
+    )
 
 
 def outline(case: Case) -> Outline:

@@ -14,6 +14,7 @@ from billow.results.csv_files import csv_text
 from billow.results.dataset_files import Parameter, design_columns
 from billow.study.definition import StudyDefinition
 from billow.study.design import Design, Values, draw, numbered
+from billow.study.variables import StudyConstraint
 
 ANOTHER_STUDY = InputError.declare(
     "E-STU-008",
@@ -93,11 +94,13 @@ def added_designs_text(parameters: Sequence[Parameter], rows: Sequence[Sequence[
     return csv_text([design_columns(parameters), *(map(float, row) for row in rows)])
 
 
-def read_added_designs(path: str | Path, parameters: Sequence[Parameter]) -> list[Values]:
+def read_added_designs(
+    path: str | Path, parameters: Sequence[Parameter], constraints: Sequence[StudyConstraint] = ()
+) -> list[Values]:
     """Rows of a table of designs, in file order.
 
     InputError E-STU-024 if it cannot be read, has other columns, a value that is missing, no number or outside its
-    parameter's range, or a row twice.
+    parameter's range, a row twice, or one that breaks a constraint.
     """
     try:
         table, columns = read_table(path), design_columns(parameters)
@@ -113,6 +116,10 @@ def read_added_designs(path: str | Path, parameters: Sequence[Parameter]) -> lis
                     raise ValueError(f"line {line}: {p.name} = {value:g} is the number of no level")
         if len(set(rows)) != len(rows):
             raise ValueError("a design stands in it twice")
+        for number, constraint in enumerate(constraints, start=1):
+            holds = constraint.holds(values, [p.name for p in parameters])
+            if not holds.all():
+                raise ValueError(f"line {lines[int(holds.argmin())]} breaks number {number} of [[constraints]]")
     except (OSError, ValueError) as error:
         raise UNUSABLE_DESIGNS(path=path, why=error) from error
     return rows

@@ -12,7 +12,8 @@ from billow.study.variables import StrictTable, Text, Unit, VariableName
 
 OF_HISTORY = ("peak", "least", "final", "mean", "at", "time_of_peak", "time_to", "integral")
 """Measures of a curve over time, which need a quantity."""
-OF_OBSTACLE = ("hic15", "hic36", "clip3ms", "penetration", "first_contact", "contact_duration")
+INJURIES = ("hic15", "hic36", "clip3ms")
+OF_OBSTACLE = (*INJURIES, "penetration", "first_contact", "contact_duration")
 OF_BOOKS = ("energy_share", "vented_mass", "fill_time")
 OF_FRAMES = ("height", "width", "distance", "section_area", "contact_area")
 OF_REFERENCE = ("rating",)
@@ -66,6 +67,11 @@ class StudyResponse(StrictTable):
     """What the response surface is made of; auto: what has the least errors on runs held out."""
     limit: Limit = Limit()
     """What is wanted of it, for robustness and figures; limits of an optimum stand in its goals.toml."""
+
+    @property
+    def channel_class(self) -> int | None:
+        """Channel frequency class of its filter."""
+        return None if self.filter is None else int(self.filter.removeprefix("CFC"))
 
     @field_validator("measure", mode="before")
     @classmethod

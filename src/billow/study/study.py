@@ -18,6 +18,7 @@ from billow.study.definition import StudyDefinition
 from billow.study.design import Design, Values, draw
 from billow.study.drive import Drive, ProgressEvent, StudySummary
 from billow.study.grow import ANOTHER_STUDY, added_designs_text, grown, merged, read_added_designs
+from billow.study.readable import require_readable
 from billow.study.store import RunStore
 
 NO_STUDY = InputError.declare(
@@ -72,16 +73,17 @@ class Study:
         there; its test runs never change. Before anything is written, every design is tried on the case, and models are
         built at the ends of each range and at some corners of the design space.
         InputError E-STU-001 to -006: the definition; -024: its added designs; -007: the case does not accept a value;
-        -040: a parameter changes mesh or times; -008: `folder` holds something else; -025: `train` cannot grow to this
-        number; E-RES-023: another process makes the study, or runs the one that is to grow. ResourceError E-STU-012,
-        -023: it cannot be written.
+        -040: a parameter changes mesh or times; -042, E-DES-002, E-INJ-003: no run would hold a response; -008:
+        `folder` holds something else; -025: `train` cannot grow to this number; E-RES-023: another process makes the
+        study, or runs the one that is to grow. ResourceError E-STU-012, -023: it cannot be written.
         """
         definition_file, folder = Path(definition_file), Path(folder).absolute()  # "." has a name only in full
         definition = StudyDefinition.load(definition_file)
         case = meshed_once(_load_case(definition_file.parent / definition.case), definition)
         check_values(definition_file, definition, case)
-        table = definition.added_designs
-        added = read_added_designs(definition_file.parent / table, definition.axes) if table else []
+        table, added = definition.added_designs, []
+        if table:
+            added = read_added_designs(definition_file.parent / table, definition.axes, definition.constraints)
         # Inside the study's folder its files have names of their own.
         definition = definition.model_copy(update={"case": CASE_FILE, "added_designs": table and ADDED_FILE})
         try:
@@ -98,6 +100,11 @@ class Study:
             design = grown(existing, definition, added, folder)
             for run in design.runs.keys() - (study.runs.keys() if study else ()):
                 vary(case, definition.variables, design.runs[run], f"{definition_file}: run {run} of its design")
+            if definition.responses and (study is None or definition.responses != study.definition.responses):
+                first = vary(
+                    case, definition.variables, next(iter(design.runs.values())), f"{definition_file}: a design"
+                )
+                require_readable(definition_file, definition.responses, _recorded(first))
             if study is None:
                 fresh = not folder.exists()
                 with owned(folder):
@@ -199,6 +206,12 @@ def _outline(case):
     from billow.run.check import outline
 
     return outline(case)
+
+
+def _recorded(case):
+    from billow.run.check import recorded
+
+    return recorded(case)
 
 
 def _may_become_a_study(folder: Path) -> bool:

@@ -175,6 +175,10 @@ class StudyFactor(StrictTable):
         return float(min(max(round(value), 0), len(self.levels) - 1))
 
 
+ROUNDING = 1e-14
+"""Part of the terms of a constraint by which rounding may move their sum."""
+
+
 class StudyConstraint(StrictTable):
     """A linear condition on parameters: the sum of factors times values, in the parameters' units."""
 
@@ -186,8 +190,9 @@ class StudyConstraint(StrictTable):
     """The sum is not above it."""
 
     def holds(self, values: np.ndarray, names: Sequence[str]) -> np.ndarray:
-        """(designs,) bool; values: (designs, parameters)."""
-        return self.missed(values, names) == 0.0
+        """(designs,) bool, but for rounding of the sum; values: (designs, parameters)."""
+        size = sum(abs(factor * values[:, names.index(name)]) for name, factor in self.terms.items())
+        return self.missed(values, names) <= ROUNDING * size
 
     def missed(self, values: np.ndarray, names: Sequence[str]) -> np.ndarray:
         """(designs,): how far the sum is from where it is wanted, 0 there; values: (designs, parameters)."""
