@@ -20,6 +20,7 @@ ODD = {
     "W-GAS-004": {"fabric.permeability": 10.0},
     "W-GAS-005": {"bag.vents.opening_pressure": 0.3},
     "W-GAS-006": {"inflator.jets.ring_radius": 0.1},
+    "W-GAS-007": {"gas.initial.pressure": 2e4},
 }
 COARSE = {"bag": {"element_size": 0.06, "initial_gap": 0.01}}
 

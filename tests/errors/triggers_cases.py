@@ -114,6 +114,7 @@ TRIGGERS: dict[str, Callable[[Here], object]] = {
     "W-GAS-001": warns("W-GAS-001", run__end_time=0.002),
     "W-GAS-002": warns("W-GAS-002", inflator__mass_flow__time=[0, 2e-5, 8e-5]),
     "W-GAS-003": warns("W-GAS-003", inflator__mass_flow__value=[0, 0.0125, 0]),
+    "W-GAS-007": warns("W-GAS-007", gas__initial__pressure=2e4),
     "W-GAS-004": warns("W-GAS-004", fabric__permeability=10.0),
     "W-GAS-005": warns("W-GAS-005", bag__vents__opening_pressure=0.3),
     "W-GAS-021": warns("W-GAS-021", gas={"model": "mesh", "cell": 0.1}),

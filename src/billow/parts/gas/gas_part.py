@@ -77,8 +77,9 @@ CHAMBER_COLLAPSED = NumericalStop.declare(
     where="chamber {chamber}, {when}",
     why="its walls passed through each other, or were pushed together by more than the gas can bear; its pressure, "
     "{pressure:.4g} Pa, has no meaning any more",
-    cause="a start shape that is too flat, or an obstacle that squeezes all gas out of a chamber",
-    remedy="look at the last frames; reduce run.dt_scale, or raise bag.initial_gap",
+    cause="a start shape that is too flat, gas.initial.pressure far below the ambient pressure, or an obstacle that "
+    "squeezes all gas out of a chamber",
+    remedy="look at the last frames; reduce run.dt_scale, or raise bag.initial_gap or gas.initial.pressure",
 )
 
 

@@ -59,10 +59,23 @@ RING_WIDER_THAN_MOUTH = Concern.declare(
     cause="a diameter given as a radius",
     remedy="reduce inflator.jets.ring_radius, or enlarge bag.mouth_radius",
 )
+PRESSED_FLAT = Concern.declare(
+    "W-GAS-007",
+    "the bag starts with gas at {pressure:.4g} Pa, the pressure around it is {ambient:.4g} Pa",
+    where="gas.initial.pressure",
+    why="the surroundings press it together before the inflator can fill it: the run may stop with E-NUM-009 or -003",
+    cause="a pressure above the ambient one where the absolute one is meant",
+    remedy="leave gas.initial.pressure out, or write the absolute pressure",
+)
+FIRM = 0.9
+"""Part of the ambient pressure below which a bag is pressed together at the start."""
 
 
 def supply_concerns(supply: Supply, setting: Setting) -> Iterator[Concern]:
     """Amounts, times, sizes and pressures that do not go together."""
+    start, ambient = float(np.min(supply.start_gas.pressure)), supply.ambient.pressure
+    if start < FIRM * ambient:
+        yield PRESSED_FLAT(pressure=start, ambient=ambient)
     inflators = supply.inflators
     if not inflators:
         return
