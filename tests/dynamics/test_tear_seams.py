@@ -257,3 +257,12 @@ def test_a_seam_outside_the_bag_is_refused():
     lost = SEAM | {"begin": [1.0, 1.0], "end": [2.0, 1.0]}
     with pytest.raises(InputError, match="has no length"):
         build_shape(Case.from_dict({"bag": BAG | {"tear_seams": [lost]}}).bag)
+
+
+def test_a_seam_across_the_mouth_is_refused_since_ties_at_its_rim_would_stand_for_the_hole():
+    across = SEAM | {"begin": [-0.12, 0.0], "end": [0.12, 0.0]}
+    with pytest.raises(InputError, match=r"E-GEO-010(.|\n)*zip is interrupted between .-37.5, 0. and .37.5, 0. mm"):
+        build_shape(Case.from_dict({"bag": BAG | {"tear_seams": [across]}}).bag)
+    beside = [across | {"end": [-0.04, 0.0]}, across | {"name": "other", "begin": [0.04, 0.0]}]
+    one, other = build_shape(Case.from_dict({"bag": BAG | {"tear_seams": beside}}).bag).tear_lines
+    assert one.length.sum() == pytest.approx(other.length.sum())

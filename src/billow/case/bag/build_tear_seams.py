@@ -23,6 +23,8 @@ NO_SEAM = InputError.declare(
 
 SAME_PLACE = 9
 """Decimals [m] that places along a seam have in common."""
+WIDEST = 2.5
+"""Elements between neighbours along a seam from which on something else lies between them."""
 CLOSEST = 1e-5
 """Distance [m] of two tied nodes below which contact knows no side of them."""
 
@@ -32,17 +34,30 @@ def panel_tear_lines(bag: schema_bag.PanelBag, shape: BagShape) -> tuple[TearLin
     seams = []
     for seam in bag.tear_seams:
         ties = joined(shape, FRONT, REAR, np.array([seam.begin, seam.end]), 0.5 * bag.element_size)
-        seams.append(tear_line(seam, ties, shape, _along(seam, shape.positions[ties[:, 0], :2])))
+        seams.append(tear_line(seam, ties, shape, _along(seam, shape.positions[ties[:, 0], :2], bag.element_size)))
     return tuple(seams)
 
 
-def _along(seam: schema_bag.PanelTearSeam, places: np.ndarray) -> np.ndarray:
+def _along(seam: schema_bag.PanelTearSeam, places: np.ndarray, element: float) -> np.ndarray:
     """Length [m] that each place (n, 2) in the order along a straight seam stands for. It counts along the seam,
-    because a line between two rows of nodes ties both; places beside each other share theirs."""
+    because a line between two rows of nodes ties both; places beside each other share theirs. element: size [m].
+    Raises InputError E-GEO-010 if a part of the seam has no nodes to be tied, such as over a mouth or a vent."""
     way = np.subtract(seam.end, seam.begin)
     along = places @ (way / np.linalg.norm(way))
     _, first, station = np.unique(along.round(SAME_PLACE), return_index=True, return_inverse=True)
-    return (_halves(np.diff(along[first])) / np.bincount(station))[station]
+    steps = np.diff(along[first])
+    if steps.max(initial=0.0) > WIDEST * element:
+        gap = int(steps.argmax())
+        a, b = (1e3 * places[first[k]] for k in (gap, gap + 1))
+        raise DOES_NOT_FIT(
+            what=f"the tear seam {seam.name} is interrupted between ({a[0]:.4g}, {a[1]:.4g}) and ({b[0]:.4g}, "
+            f"{b[1]:.4g}) mm",
+            key="tear_seams",
+            why="no nodes of one panel lie over nodes of the other there; ties at the ends would stand for all of it",
+            remedy="end it at the mouth or vent that lies there, and write what follows as a seam of its own; or shift "
+            "it, if nodes lie beside it there",
+        )
+    return (_halves(steps) / np.bincount(station))[station]
 
 
 def _halves(steps: np.ndarray) -> np.ndarray:
