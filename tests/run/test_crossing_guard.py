@@ -63,10 +63,13 @@ def test_no_crossings_pass(tmp_path):
     assert result.ledger["crossings_at_worst"] == 0.0
 
 
-def test_fabric_that_may_cross_is_counted_and_not_judged(tmp_path):
-    result = simulate(Case.from_dict(bag(tmp_path, True)), tmp_path / "run")
+@pytest.mark.parametrize("through", [True, False])
+def test_fabric_that_may_cross_is_counted_and_told_and_not_judged(tmp_path, through):
+    result = simulate(Case.from_dict(bag(tmp_path, through)), tmp_path / "run")
     assert NAME not in judged(result)
-    assert result.ledger["crossings_at_end"] > 0.0
+    assert (result.ledger["crossings_at_end"] > 0.0) is through
+    worst = f"fabric passes through fabric in {result.ledger['crossings_at_worst']:.0f} places"
+    assert (worst in (tmp_path / "run" / "solver.log").read_text()) is through
 
 
 @pytest.mark.parametrize("through", [True, False])

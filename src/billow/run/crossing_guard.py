@@ -37,9 +37,21 @@ class CrossingGuard:
             "crossings_at_worst": float(np.max([start, end, *between])),
         }
 
+    @property
+    def _judged(self) -> bool:
+        """Where layers of fabric are to be kept apart, or where it was asked for."""
+        return self._model.layers is not None or self._every_frame
+
+    def remarks(self, books: Mapping[str, float]) -> Iterator[str]:
+        """What the log says of crossings that are not judged."""
+        if not self._judged and (worst := books["crossings_at_worst"]):
+            yield (
+                f"fabric passes through fabric in {worst:.0f} places, which the verdict leaves out: nothing was to "
+                f'keep layers apart (fabric.self_contact = "layers" does)'
+            )
+
     def verdicts(self, books: Mapping[str, float]) -> Iterator[Criterion]:
-        """Judged where layers of fabric are to be kept apart, or where it was asked for."""
-        if self._model.layers is None and not self._every_frame:
+        if not self._judged:
             return
         apart = 'fabric.self_contact = "layers", a start shape without crossings, or a smaller run.dt_scale'
         worst, fails = books["crossings_at_worst"], math.inf if self._model.layers is None else 1

@@ -242,6 +242,8 @@ class RunRecorder(Recorder):
         for name, part in self.model.parts:
             for remark in part.remarks(self.state.of(name)):
                 self.say(remark)
+        for remark in self.guard.remarks(books):
+            self.say(remark)
         self.say(f"quality: {overall(criteria)}")
         for c in criteria:
             if c.verdict != "PASS":
