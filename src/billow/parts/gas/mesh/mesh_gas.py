@@ -133,6 +133,7 @@ class MeshGas(Setup, SwitchableGas):
         steps = (chamber.parts(gas.sheets[c], before, dt, parts, time) for c, chamber in chambers.items())
         for middle, *_ in zip(*steps, strict=True):
             exchange.flow(middle, dt / parts)
+        exchange.open_passages(time + dt, dt)
         for c, chamber in chambers.items():
             work, against = chamber.push(gas.sheets[c], before, positions, self.supply.ambient.pressure)
             gas.work, gas.ambient_work = gas.work + float(work.sum()), gas.ambient_work + float(against.sum())
@@ -143,7 +144,6 @@ class MeshGas(Setup, SwitchableGas):
             gas.inverted = max(gas.inverted, -inside_out / max(whole, 1e-300))
         gas.positions, gas.cuts, gas.time = positions, (positions, new, gas.joined.copy()), time + dt
         gas.parts += parts
-        exchange.open_passages(time + dt, dt)
         if self.strips is not None and gas.parts // LOOK_EVERY > (gas.parts - parts) // LOOK_EVERY:
             for pair in rooms.meeting(new):
                 self._join(gas, *pair)

@@ -21,6 +21,10 @@ from billow.parts.gas.supply.passages import FABRIC, KIND, LAW, effective_area
 
 LARGEST_SHARE = 0.25
 """Of a cluster's mass that may leave, or come, in a part of a step."""
+LARGEST_RELIEF = 0.5
+"""Of what makes the pressures on both sides of porous fabric equal, that may pass in a part of a step. Gas of stiffness
+k between sheets of mass m swings with w^2 = k/m; with a relief r in each step dt, gas and sheets by turns are stable
+while (w dt)^2 < 4 - 2 r (docs/mesh_gas.md)."""
 
 
 class Side(NamedTuple):
@@ -127,6 +131,14 @@ def _most_taken(filled, coming, wanted, face, dt, weight):
 
 
 @scalar
+def _pressure_change(side, c, mass, rt):
+    """Pressure [Pa] by which a mass [kg] of gas that flows with R T = rt [J/kg] changes cluster c of a Side."""
+    if side[2][c] == np.inf:
+        return 0.0
+    return side[0][c, C] ** 2 * side[0][c, RHO] ** 2 / side[0][c, P] * rt * mass / side[2][c]
+
+
+@scalar
 def _stagnation(coming, gamma, inside, moves, m, rows, f, way):
     """Total pressure [Pa] and R T [J/kg] of the coming gas that flows towards fragment f, which moves as moves[m];
     static ones if it is not inside the bag. way: 1/|N|, or the opposite if the rows point to the gas."""
@@ -197,6 +209,7 @@ def flow_through(
         f = fragments[m]
         total += np.sqrt(rows[f, NORMAL] ** 2 + rows[f, NORMAL + 1] ** 2 + rows[f, NORMAL + 2] ** 2)
     share, wanted, moves = 1.0, np.zeros(n), np.zeros((n, 3))
+    relief_behind, relief_ahead = np.zeros(len(behind[2])), np.zeros(len(ahead[2]))
     from_behind, from_ahead = np.zeros(len(behind[2])), np.zeros(len(ahead[2]))
     for m in range(n):
         f, t = fragments[m], triangle[fragments[m]]
@@ -224,6 +237,9 @@ def flow_through(
             high, low = max(p_behind, p_ahead), min(p_behind, p_ahead)
             flow = dt * area * conductance(plan[k, LAW], high, low, gamma, rt) * (high - low)
             wanted[m] = flow if forth else -flow
+            if porous and flow > 0.0:
+                relief_behind[b] += _pressure_change(behind, b, flow, rt) / (high - low)
+                relief_ahead[a] += _pressure_change(ahead, a, flow, rt) / (high - low)
             whole += flow
             free += present * size / total * open_share[m]
         if not porous and throttling == 0:
@@ -238,6 +254,8 @@ def flow_through(
             for m in range(n):
                 wanted[m] *= min(1.0, most / whole)
     for m in range(n):
+        if porous:
+            wanted[m] /= max(1.0, (relief_behind[behind[3][m]] + relief_ahead[ahead[3][m]]) / LARGEST_RELIEF)
         from_behind[behind[3][m]] += abs(wanted[m])
         from_ahead[ahead[3][m]] += abs(wanted[m])
     for m in range(n):
