@@ -34,6 +34,10 @@ ROLLED = DRIVER | {
 }
 
 
+TUCKED = DRIVER | {
+    "folds": [{"kind": "tuck", "across": "y", "depth": 0.1}, {"kind": "leporello", "across": "x", "lines": LINES}],
+}
+
 TILE, CELL = 0.05, 0.03
 
 
@@ -43,7 +47,11 @@ def strips_of(bag):
     return shape, find_strips(fold_plan(case.bag), shape, TILE)
 
 
-@pytest.fixture(params=[(TUBE, 4), (DRIVER, 25), (ROLLED, 5)], ids=["tube", "driver", "rolled"], scope="module")
+@pytest.fixture(
+    params=[(TUBE, 4), (DRIVER, 25), (ROLLED, 5), (TUCKED, 5)],
+    ids=["tube", "driver", "rolled", "tucked"],
+    scope="module",
+)
 def folded(request):
     bag, count = request.param
     return *strips_of(bag), count
@@ -56,6 +64,7 @@ def test_there_is_a_strip_between_neighbouring_lines(folded):
     assert set(strips.chambers.behind[: shape.surface.triangle_count]) == set(range(count))
     lengths = np.bincount(strips.chambers.behind[: len(strips.area)], strips.area)
     assert lengths.sum() == pytest.approx(strips.area.sum())
+    assert (strips.chambers.volumes(strips.triangles, shape.positions) > 0.0).all()
     if count == 4:  # of equal length
         assert lengths == pytest.approx(strips.area.sum() / 4, rel=0.02)
 

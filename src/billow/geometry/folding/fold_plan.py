@@ -115,11 +115,12 @@ class FoldPlan:
         before = {stage.across for stage in self.stages[:-1]} | ({self.tuck.across} if self.tuck else set())
         return self.stages[-1].across if self.stages and before - {self.stages[-1].across} else None
 
-    def rows(self, across: int) -> tuple[Row, ...]:
-        """Where the mesh needs rows of nodes along an axis, ascending: the middle of every crease."""
+    def rows(self, across: int, tucked: bool = True) -> tuple[Row, ...]:
+        """Where the mesh needs rows of nodes along an axis, ascending: the middle of every crease, without those of the
+        tuck if `tucked` is False."""
         turns = [turn for stage in self.stages if stage.across == across for turn in stage.curve.turns]
         rows = [(turn.middle, turn.radius) for turn in turns]
-        if self.tuck and self.tuck.across == across:
+        if tucked and self.tuck and self.tuck.across == across:
             rows += [(line, self.tuck.half) for line in self.tuck.lines]
         shift = self.mouth[across]
         return tuple(sorted(Row(shift + place, BESIDE * 0.5 * np.pi * radius) for place, radius in rows))

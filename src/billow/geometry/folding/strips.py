@@ -39,11 +39,12 @@ class Strips:
 
 def find_strips(plan: FoldPlan, folded: BagShape, tile: float) -> Strips:
     """The strips of a bag of one chamber; folded: as the plan's map leaves it; tile: length of a strip of what is
-    rolled [m], about."""
+    rolled [m], about. A tuck makes none: between its creases and the rim are two sleeves of gas, with the surroundings
+    between them, and a wall from panel to panel would take those for gas."""
     flat = plan.unfolded(folded.positions)[:, :2]
     corners, missing, lines = _corners(folded, flat), [], ([], [])
     for axis in (0, 1):
-        for row in plan.rows(axis):
+        for row in plan.rows(axis, tucked=False):
             if _lie_across(corners[:, :, axis], row.place):
                 missing.append(f"the line at {row.place:.4g} m across {'xy'[axis]}, which elements lie across")
             else:
@@ -101,4 +102,6 @@ def _strips(
     found = parted(triangles, bag, flat, lines)
     if found is None:
         missing, found = [*missing, f"{all_of_it}, between which the bag is not closed"], (triangles, bag)
+    elif not (found[1].volumes(found[0], shape.positions) > 0.0).all():
+        missing, found = [*missing, f"{all_of_it}, of which some enclose no gas"], (triangles, bag)
     return Strips(found[0].astype(np.uint32), found[1], flat_area(shape.reference), tuple(missing))

@@ -140,6 +140,8 @@ def on_triangles(setup: Setup, gas: MeshState, cuts: tuple[CutCells, ...]) -> di
         push = np.einsum("ij,ij->i", sheet.force[: walls.own].sum(axis=1), normals)
         np.add.at(gauge, index, push / np.maximum(area[index], 1e-300) ** 2)
         at, _, temperature, density, velocity, _ = _states(setup, sheet, cut)
+        if not len(at):
+            continue
         where = np.full(len(cut.key), -1)
         where[at] = np.arange(len(at))
         fragments = cut.fragments.number[: first[-1]]
