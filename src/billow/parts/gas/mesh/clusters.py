@@ -33,6 +33,7 @@ LEAST = 1e-4
 """Volume [cells] below which there is no room for gas: such a cluster is adopted by the largest one about it."""
 ROUNDS = 50
 """In which a cluster may be adopted, one after the other."""
+NOBODY = np.empty(0, np.bool_)
 
 
 class Clusters(NamedTuple):
@@ -53,12 +54,13 @@ class Clusters(NamedTuple):
 
 def find_clusters(
     key: np.ndarray, beside: np.ndarray, volume: np.ndarray, aperture: np.ndarray, walls: np.ndarray, pace: np.ndarray,
-    doors: np.ndarray, courant: float, scratch: Scratch,
+    doors: np.ndarray, courant: float, scratch: Scratch, starved: np.ndarray = NOBODY,
 ) -> Clusters:  # fmt: skip
     """key: of the cells, ascending, (n,). beside: their neighbours, (n, 6). volume: (2, n), at the start and at the
     end [cells]. aperture: mean of each upper face, (n, 3). walls: first patch of each, (n + 1,). pace: |u_d| + c [m/s],
     (n, 3). doors: openings to other rooms in each [faces], (n,). courant: dt/h [s/m]. scratch: lends "slope" meanwhile,
-    and what is found lies in it until the next time."""
+    and what is found lies in it until the next time. starved: cells, (n,) bool, whose clusters would be without mass
+    or energy, and are adopted like those without room."""
     n = len(key)
     of, members = scratch.take("of", n, kind=np.int32), scratch.take("members", n, kind=np.int32)
     start = scratch.take("first", n + 2, kind=np.int32)
@@ -70,7 +72,7 @@ def find_clusters(
     _choose(n, beside, volume, aperture, pace, doors, courant, leaving, chosen, root, plain, first, last)
     adopted, lost = _join(
         key, beside, volume, aperture, pace, leaving, courant, plain, chosen, root, first, last, need, widest, door,
-        room, crowded,
+        room, crowded, starved,
     )  # fmt: skip
     count, special = _number(root, walls, first, last, of, start, members, before, after)
     return Clusters(of, start[: count + 1], members, before[:count], after[:count], special, adopted, lost)
@@ -205,15 +207,20 @@ def _join_inside_out(some, beside, aperture, chosen):
 
 
 @scalar
-def _adopt(some, key, chosen, root, before, after, crowded, best, at):
-    """Clusters without room, and crowded ones, join the largest one among the cells about them. Returns how many did,
-    and how many without room found none. best, at: scratch."""
+def _adopt(some, key, chosen, root, before, after, crowded, starved, best, at):
+    """Clusters without room, and crowded or starved ones, join the largest one among the cells about them. Returns how
+    many did, and how many without room found none. best, at: scratch."""
     adopted, lost = 0, 0
     for i in some:
         best[i], at[i] = 0.0, -1
+    if len(starved) > 0:
+        for i in some:
+            if starved[i]:
+                starved[root[i]] = True
     for i in some:
         r = root[i]
-        if before[r] > LEAST and after[r] > LEAST and not crowded[r]:
+        hungry = len(starved) > 0 and starved[r]
+        if before[r] > LEAST and after[r] > LEAST and not crowded[r] and not hungry:
             continue
         for dx in range(-1, 2):
             for dy in range(-1, 2):
@@ -226,7 +233,8 @@ def _adopt(some, key, chosen, root, before, after, crowded, best, at):
     for r in some:
         if at[r] >= 0:
             k = _follow(chosen, at[r])
-            if k != r and (not crowded[r] or min(before[k], after[k]) > min(before[r], after[r])):
+            hungry = len(starved) > 0 and starved[r]
+            if k != r and (hungry or not crowded[r] or min(before[k], after[k]) > min(before[r], after[r])):
                 chosen[r] = k
                 adopted += 1
         elif root[r] == r and not (before[r] > LEAST and after[r] > LEAST) and (before[r] != 0.0 or after[r] != 0.0):
@@ -251,12 +259,14 @@ def _not_plain(plain, chosen, some_out):
 @scalar
 def _join(
     key, beside, volume, aperture, pace, leaving, courant, plain, chosen, root_out, before_out, after_out, need,
-    widest, door, room, crowded,
+    widest, door, room, crowded, starved,
 ):  # fmt: skip
-    """Join clusters until all of them have room; returns how many were taken in, and how many found nobody. need and
-    the rest: scratch."""
+    """Join clusters until all of them have room; returns how many were taken in, and how many found nobody. need to
+    crowded: scratch."""
     for i in range(len(key)):
         crowded[i] = False
+    for i in range(len(starved)):
+        plain[i] = plain[i] and not starved[i]
     some = room[: _not_plain(plain, chosen, room)]
     joined, lost = _join_inside_out(some, beside, aperture, chosen), 0
     if joined > 0:
@@ -270,7 +280,8 @@ def _join(
         if taken > 0:
             some = room[: _not_plain(plain, chosen, room)]
             _settle(some, chosen, volume, root_out, before_out, after_out)
-        adopted, lost = _adopt(some, key, chosen, root_out, before_out, after_out, crowded, widest, door)
+        adopted, lost = _adopt(some, key, chosen, root_out, before_out, after_out, crowded, starved, widest, door)
+        starved = starved[:0]  # who has adopted them is not
         joined += taken + adopted
         if taken + adopted == 0:
             break

@@ -18,7 +18,7 @@ from billow.parts.gas.mesh.exchange import Exchange
 from billow.parts.gas.mesh.fields import at_places, boxes_of, chamber_totals, is_inside, on_triangles
 from billow.parts.gas.mesh.longest_step import fastest, parts_of
 from billow.parts.gas.mesh.moved import Moved
-from billow.parts.gas.mesh.rooms import NO_CELLS, join_sheets
+from billow.parts.gas.mesh.rooms import NO_CELLS, inside_out, join_sheets
 from billow.parts.gas.mesh.setup import VAN_LEER, Setup
 from billow.parts.gas.mesh.sheet import Sheet
 from billow.parts.gas.mesh.state import MeshState
@@ -140,12 +140,15 @@ class MeshGas(Setup, SwitchableGas):
             gas.adopted, gas.lost = gas.adopted + chamber.adopted, gas.lost + chamber.lost
             gas.donors += chamber.donors
         for some in rooms.of_chamber:
-            inside_out, whole = sum(new[c].inverted for c in some), sum(new[c].total for c in some)
-            gas.inverted = max(gas.inverted, -inside_out / max(whole, 1e-300))
+            whole = max(sum(new[c].total for c in some), 1e-300)
+            share = -sum(new[c].inverted for c in some) / whole
+            if share > gas.inverted and len(some) > 1:  # by strips it is never less
+                share = -inside_out([new[c] for c in some]) / whole
+            gas.inverted = max(gas.inverted, share)
         gas.positions, gas.cuts, gas.time = positions, (positions, new, gas.joined.copy()), time + dt
         gas.parts += parts
         if self.strips is not None and gas.parts // LOOK_EVERY > (gas.parts - parts) // LOOK_EVERY:
-            for pair in rooms.meeting(new):
+            for pair in rooms.joining(new):
                 self._join(gas, *pair)
         self._close_books(gas)
 

@@ -14,7 +14,7 @@ from billow.geometry.cut_cells import CutCells, neighbours, unite
 from billow.geometry.lattice_clipping import NORMAL
 from billow.parts.gas.mesh.balance import add_fluxes, forget_slopes, gather, share_out
 from billow.parts.gas.mesh.cell_maps import blend, find_pace, geometry, spread, through
-from billow.parts.gas.mesh.clusters import find_clusters
+from billow.parts.gas.mesh.clusters import NOBODY, Clusters, find_clusters
 from billow.parts.gas.mesh.film import Drag, brake, find_drag, pull_along
 from billow.parts.gas.mesh.fluxes import face_fluxes
 from billow.parts.gas.mesh.passages import gas_before, gas_leaving
@@ -24,6 +24,9 @@ from billow.parts.gas.mesh.slopes import HALF, VALUES, find_slopes
 from billow.parts.gas.mesh.thermodynamics import P, Y
 from billow.parts.gas.mesh.walls import BOOKS, add_walls, load
 from billow.parts.gas.mesh.work import debts, settle
+
+MOST_TRIES = 50
+"""To find clusters that all hold gas; in each, those that do not are adopted."""
 
 NEGATIVE = NumericalStop.declare(
     "E-NUM-021",
@@ -123,23 +126,8 @@ class Moved:
             if parts > 1:
                 patches.turn(self.old, self.new, middle)
             find_pace(n, self.held, self.sound, pace)
-            clusters = find_clusters(
-                self.key, self.beside, volume, aperture, patches.start, pace, doors, dt / self.h, self.scratch
-            )  # fmt: skip
-            self.of, self.clusters, self.aperture = clusters.of, clusters, aperture
-            self.door_area = np.bincount(clusters.of, doors, len(clusters.before)) if self.is_link.any() else doors
-            self.adopted, self.lost = self.adopted + clusters.adopted, self.lost + clusters.lost
+            clusters = self._gather(volume, aperture, centroid, pace, doors, dt, time + part * dt)
             count, special = len(clusters.before), clusters.special
-            self.total, self.state = take("total", special, species + 4), take("state", count, Y + species)
-            self.place, bad = take("place", count, 3), np.empty(count, np.bool_)
-            gather(
-                count, special, clusters.start, clusters.members, clusters.before, clusters.after, self.table,
-                self.held, self.temperature, self.sound, volume[1], centroid, self.h**3, self.total, self.state,
-                self.place, bad,
-            )  # fmt: skip
-            if bad.any():
-                first = int(bad.argmax())
-                raise self._negative(self.held[clusters.members[clusters.start[first]]], first, time + part * dt)
             self.gained, self.fed = self.scratch.zeros("gained", special, species + 4), np.empty(0, np.int32)
             self.through = self.scratch.zeros("through", len(patches.old))
             self.door, self.beyond = np.full(len(patches.old), -1, np.int32), np.empty((0, 3 + VALUES))
@@ -155,6 +143,37 @@ class Moved:
             self._finish(flux, slope, half, owed, dt, time + part * dt)
             settle(patches.triangle, self.booked, sheet.owed)
             owed.fill(0.0)
+
+    def _gather(
+        self, volume: np.ndarray, aperture: np.ndarray, centroid: np.ndarray, pace: np.ndarray, doors: np.ndarray,
+        dt: float, time: float,
+    ) -> Clusters:  # fmt: skip
+        """The clusters of a part, what they hold, and their states. Cells that are inside out hold less than nothing,
+        so that with cells of thinner gas they may be a cluster that has room and no gas: it is adopted."""
+        n, species, take, starved = len(self.key), len(self.table), self.scratch.take, NOBODY
+        for tries in range(MOST_TRIES):
+            self.clusters = clusters = find_clusters(
+                self.key, self.beside, volume, aperture, self.patches.start, pace, doors, dt / self.h, self.scratch,
+                starved,
+            )  # fmt: skip
+            count, special = len(clusters.before), clusters.special
+            self.total, self.state = take("total", special, species + 4), take("state", count, Y + species)
+            self.place, bad = take("place", count, 3), np.empty(count, np.bool_)
+            gather(
+                count, special, clusters.start, clusters.members, clusters.before, clusters.after, self.table,
+                self.held, self.temperature, self.sound, volume[1], centroid, self.h**3, self.total, self.state,
+                self.place, bad,
+            )  # fmt: skip
+            if not bad.any():
+                break
+            first = int(bad.argmax())
+            if tries + 1 == MOST_TRIES:
+                raise self._negative(self.held[clusters.members[clusters.start[first]]], first, time)
+            starved = bad[clusters.of] | (starved if len(starved) else np.zeros(n, np.bool_))
+        self.of, self.aperture = clusters.of, aperture
+        self.door_area = np.bincount(clusters.of, doors, count) if self.is_link.any() else doors
+        self.adopted, self.lost = self.adopted + clusters.adopted, self.lost + clusters.lost
+        return clusters
 
     def _finish(
         self, flux: np.ndarray, slope: np.ndarray, half: np.ndarray, owed: np.ndarray, dt: float, time: float

@@ -1,11 +1,13 @@
 """Rooms: what the gas keeps apart. A room is a chamber, or a strip of a folded chamber.
 
 Gas goes from strip to strip through the walls at fold lines, which are openings. Two strips become one room when no
-cell holds fabric of both of them except at their opening: the lattice then knows the way from one to the other.
+cell holds fabric of both of them except at their opening: the lattice then knows the way from one to the other. They
+become one, too, when fabric has gone so far through the wall between them that much of one is inside out.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -24,6 +26,8 @@ from billow.parts.gas.supply.supply import Supply
 
 FOLD = -1
 """Instead of the number of a passage: an opening at a fold line."""
+TURNED = 0.1
+"""Of a strip's volume, that may lie inside out behind fabric that went through a wall at a fold line."""
 
 NO_CELLS = CutCells(
     np.empty(0, np.int64), np.empty(0), np.empty((0, 3)), np.empty((0, 3)),
@@ -65,23 +69,53 @@ class Rooms:
     def lived_in(self) -> tuple[int, ...]:
         return tuple(room for rooms in self.of_chamber for room in rooms)
 
-    def meeting(self, cuts: tuple[CutCells, ...]) -> list[tuple[int, int]]:
-        """Rooms that can join now, by pairs, lower number first; no room is in two pairs."""
+    def joining(self, cuts: tuple[CutCells, ...]) -> list[tuple[int, int]]:
+        """Rooms that are to join now, by pairs, lower number first; no room is in two pairs."""
+        pairs = [
+            (min(row.behind, row.ahead), max(row.behind, row.ahead), k)
+            for k, row in enumerate(self.ways.supply.passages.rows)
+            if self.ways.origin[k] == FOLD
+        ]
+        turned = [(a, b) for a, b, _ in pairs if any(_turned(cuts[r], cuts[o]) for r, o in ((a, b), (b, a)))]
+        found, taken = [], set()
+        for pair in [*turned, *self._meeting(cuts, pairs)]:
+            if not taken & set(pair):
+                found.append(pair)
+                taken |= set(pair)
+        return found
+
+    def _meeting(self, cuts: tuple[CutCells, ...], pairs: list[tuple[int, int, int]]) -> Iterator[tuple[int, int]]:
+        """Rooms whose fabric shares no cell but at their opening; pairs: rooms, and the number of their opening."""
         fabric = {
             r: np.unique(cut.key[cut.cell[cut.fragments.on(np.arange(self.walls[r].own))]])
             for r, cut in enumerate(cuts)
         }
-        found, taken = [], set()
-        for k, row in enumerate(self.ways.supply.passages.rows):
-            pair = min(row.behind, row.ahead), max(row.behind, row.ahead)
-            if self.ways.origin[k] != FOLD or taken & set(pair):
-                continue
-            shared = np.intersect1d(fabric[row.behind], fabric[row.ahead], assume_unique=True)
-            cut, door = cuts[row.behind], self.ways.through_walls[k][0]
+        for one, other, k in pairs:
+            shared = np.intersect1d(fabric[one], fabric[other], assume_unique=True)
+            behind = self.ways.supply.passages.rows[k].behind
+            cut, door = cuts[behind], self.ways.through_walls[k][0]
             if np.isin(shared, cut.key[cut.cell[cut.fragments.on(door)]]).all():
-                found.append(pair)
-                taken |= set(pair)
-        return found
+                yield one, other
+
+
+def inside_out(cuts: Sequence[CutCells]) -> float:
+    """Volume [cells] of some rooms together that is inside out, which is not above nothing: where fabric lies in
+    itself. Walls between them count for nothing: what one lacks behind them the other has."""
+    keys = np.unique(np.concatenate([cut.key[cut.volume < 0.0] for cut in cuts]))
+    return float(np.minimum(sum(_volume(cut, keys) for cut in cuts), 0.0).sum())
+
+
+def _volume(cut: CutCells, keys: np.ndarray) -> np.ndarray:
+    """Volume [cells] of a room in some cells, (n,)."""
+    at = np.minimum(np.searchsorted(cut.key, keys), max(len(cut.key) - 1, 0))
+    return np.where(cut.key[at] == keys, cut.volume[at], 0.0) if len(cut.key) else np.zeros(len(keys))
+
+
+def _turned(cut: CutCells, other: CutCells) -> bool:
+    """Whether more than `TURNED` of a room is inside out where another one has as much too much."""
+    negative = cut.volume < 0.0
+    lacks, has = -cut.volume[negative], _volume(other, cut.key[negative])
+    return float(np.minimum(lacks, np.maximum(has, 0.0)).sum()) > TURNED * cut.total
 
 
 def _joined(chambers: Chambers, joined: np.ndarray) -> Chambers:
