@@ -7,10 +7,10 @@ import numpy as np
 from billow.base.scratch import Scratch
 from billow.geometry.cut_cells import neighbours
 from billow.geometry.lattice_clipping import key_of
-from billow.parts.gas.mesh.clusters import LEAST, find_clusters
+from billow.parts.gas.mesh.clusters import LEAST, NOBODY, find_clusters
 
 
-def in_a_row(volumes, apertures, pace=0.0, after=None):
+def in_a_row(volumes, apertures, pace=0.0, after=None, starved=NOBODY):
     """Clusters of cells along z with these volumes, and apertures between each and the next."""
     n = len(volumes)
     key = np.array([key_of(0, 0, k) for k in range(n)])
@@ -19,7 +19,7 @@ def in_a_row(volumes, apertures, pace=0.0, after=None):
     volume = np.array([volumes, volumes if after is None else after], float)
     return find_clusters(
         key, neighbours(key), volume, aperture, np.zeros(n + 1, np.int32), np.full((n, 3), pace), np.zeros(n), 1e-3,
-        Scratch(),
+        Scratch(), starved,
     )  # fmt: skip
 
 
@@ -51,6 +51,14 @@ def test_what_is_inside_out_finds_as_many_neighbours_as_it_takes():
     assert found.before.min() > LEAST
     assert found.lost == 0
     assert len(found.before) == 2
+
+
+def test_a_cluster_that_would_hold_no_gas_is_adopted_once():
+    rooms, faces = [1.0, 0.9, 1.0, 1.0, 1.0], [1.0, 1.0, 1.0, 1.0]
+    assert in_a_row(rooms, faces).of.tolist() == [0, 1, 2, 3, 4]
+    found = in_a_row(rooms, faces, starved=np.array([False, False, False, True, False]))
+    assert sorted(np.bincount(found.of).tolist()) == [1, 1, 1, 2]
+    assert found.of[3] in (found.of[2], found.of[4])
 
 
 def test_a_cluster_without_room_and_without_neighbours_is_counted():

@@ -15,7 +15,7 @@ from billow.case.schema import Case
 from billow.geometry.folding.strips import find_strips
 from billow.geometry.surface import Surface
 from billow.parts.gas.gas_model import Bag
-from billow.parts.gas.mesh import mesh_gas
+from billow.parts.gas.mesh import mesh_gas, rooms
 from billow.parts.gas.supply.inflator import JetRing
 from billow.parts.gas.supply.jets import Jets
 from billow.parts.gas.supply.outflow import GRAEFE, ORIFICE
@@ -178,6 +178,53 @@ def test_a_join_in_a_moving_bag_loses_nothing(monkeypatch):
         np.testing.assert_array_equal(force_after, force)
     assert state.mass_error < 1e-12
     assert state.energy_error < 1e-11
+
+
+def leaning(bag, strips, by):
+    """The bag, with the front end of the wall between its last two strips moved along it by some metres."""
+    own = bag.surface.triangle_count
+    last = (strips.chambers.behind[own:] == 2) & (strips.chambers.ahead[own:] == 3)
+    nodes = np.unique(strips.triangles[own:][last])
+    heights = bag.positions[nodes, 2]
+    positions = bag.positions.copy()
+    positions[nodes[heights > np.median(heights)], 0] += by
+    return dataclasses.replace(bag, positions=positions)
+
+
+@pytest.mark.parametrize(("by", "joins"), [(0.0, False), (0.45, True)])
+def test_strips_join_where_fabric_went_through_their_wall(by, joins):
+    """The wall leans beyond the end of the tube: much of the last strip is inside out, and nothing of the bag."""
+    straight, strips = tube(folded=False)
+    bag = leaning(straight, strips, by)
+    gas = gas_of(bag, strips)
+    state = gas.start(bag)
+    cuts = gas.cut(state)
+    assert (sum(cut.inverted for cut in cuts) < -0.1 * cuts[3].total) is joins
+    assert abs(rooms.inside_out(cuts)) < 1e-9
+    assert rooms._turned(cuts[3], cuts[2]) is joins
+    assert gas.rooms(state).joining(cuts)[0] == ((2, 3) if joins else (0, 1))
+
+
+def test_what_would_hold_no_gas_is_adopted_and_nothing_is_lost():
+    """As cells that are inside out leave it when they join cells of thinner gas: room, and less than no gas."""
+    bag, _ = tube(folded=False)
+    gas = mesh_in(bag, CELL)
+    state = gas.start(bag)
+    held = state.sheets[0].held
+    held[len(held) // 2] *= -30.0
+    mass, energy = held[:, :-4].sum(), held[:, -1].sum()
+    assert sum(1 for _ in still(gas, state, 1e-4)) > 1
+    assert state.adopted > 0
+    assert state.sheets[0].held[:, :-4].sum() == pytest.approx(mass, rel=1e-12)
+    assert state.sheets[0].held[:, -1].sum() == pytest.approx(energy, rel=1e-12)
+
+
+def test_a_bag_that_lies_in_itself_is_told_from_strips_that_do():
+    folded, strips = tube()
+    bag = leaning(folded, strips, -0.3)
+    gas = gas_of(bag, strips)
+    cuts = gas.cut(gas.start(bag))
+    assert sum(cut.inverted for cut in cuts) < 2.0 * rooms.inside_out(cuts) < -1.0
 
 
 def test_a_restart_among_joins_changes_no_bit():

@@ -72,7 +72,7 @@ def gather(
                     for k in range(species):
                         state_out[c, Y + k] = share * held[first, k]
                 else:
-                    bad_out[c] = mass > 0.0 and before[c] > 0.0
+                    bad_out[c] = mass != 0.0 and before[c] > 0.0
                     for k in range(Y + species):
                         state_out[c, k] = 0.0
                 continue
