@@ -168,7 +168,8 @@ class Moved:
                 break
             first = int(bad.argmax())
             if tries + 1 == MOST_TRIES:
-                raise self._negative(self.held[clusters.members[clusters.start[first]]], first, time)
+                alone = self.held[clusters.members[clusters.start[first]]]
+                raise self._negative(self.total[first] if first < special else alone, first, time)
             starved = bad[clusters.of] | (starved if len(starved) else np.zeros(n, np.bool_))
         self.of, self.aperture = clusters.of, aperture
         self.door_area = np.bincount(clusters.of, doors, count) if self.is_link.any() else doors
