@@ -21,10 +21,10 @@ from billow.parts.gas.supply.passages import FABRIC, KIND, LAW, effective_area
 
 LARGEST_SHARE = 0.25
 """Of a cluster's mass that may leave, or come, in a part of a step."""
-LARGEST_RELIEF = 0.5
-"""Of what makes the pressures on both sides of porous fabric equal, that may pass in a part of a step. Gas of stiffness
-k between sheets of mass m swings with w^2 = k/m; with a relief r in each step dt, gas and sheets by turns are stable
-while (w dt)^2 < 4 - 2 r (docs/mesh_gas.md)."""
+LARGEST_RELIEF = 0.25
+"""Of what makes the pressures on both sides of porous fabric equal, that may pass through one panel in a part of a
+step. Gas of stiffness k between sheets of mass m swings with w^2 = k/m; with a relief r in each step dt, gas and sheets
+by turns are stable while (w dt)^2 < 4 - 2 r, and a layer has two panels or, at a seam, three or four parts of them."""
 
 
 class Side(NamedTuple):
