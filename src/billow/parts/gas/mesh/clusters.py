@@ -3,7 +3,7 @@
 Cells join face by face. A face is a reason to join if it is wide for the smaller of the two volumes that the cell has
 at the start and at the end; the neighbour behind the widest such face takes the cell in, if it is larger. A thin layer
 is no wider open sideways than it is thick, so a layer of any thickness is left alone. Cells that are inside out, where
-fabric lies in itself, join until all of them together have room.
+fabric lies in itself or in a wall at a fold line, join until all of them together have more room than is inside out.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ SMALL, CROWDED = 0.1, 1.5
 its widest neighbour."""
 LEAST = 1e-4
 """Volume [cells] below which there is no room for gas: such a cluster is adopted by the largest one about it."""
-ROUNDS = 50
+ROUNDS = 300
 """In which a cluster may be adopted, one after the other."""
 NOBODY = np.empty(0, np.bool_)
 
@@ -65,14 +65,14 @@ def find_clusters(
     of, members = scratch.take("of", n, kind=np.int32), scratch.take("members", n, kind=np.int32)
     start = scratch.take("first", n + 2, kind=np.int32)
     before, after = scratch.take("before", n), scratch.take("after", n)
-    leaving, first, last, need, widest, *others = scratch.take("slope", 10, n)
+    leaving, first, last, turned, need, widest, *others = scratch.take("slope", 11, n)
     root, chosen, door = (row.view(np.int32)[:n] for row in others[:3])
     room = others[3].view(np.int32)[: n + 1]
     plain, crowded = others[4].view(np.bool_)[: 2 * n].reshape(2, n)
     _choose(n, beside, volume, aperture, pace, doors, courant, leaving, chosen, root, plain, first, last)
     adopted, lost = _join(
-        key, beside, volume, aperture, pace, leaving, courant, plain, chosen, root, first, last, need, widest, door,
-        room, crowded, starved,
+        key, beside, volume, aperture, pace, leaving, courant, plain, chosen, root, first, last, turned, need, widest,
+        door, room, crowded, starved,
     )  # fmt: skip
     count, special = _number(root, walls, first, last, of, start, members, before, after)
     return Clusters(of, start[: count + 1], members, before[:count], after[:count], special, adopted, lost)
@@ -130,14 +130,16 @@ def _follow(chosen, i):
 
 
 @scalar
-def _settle(some, chosen, volume, root_out, before_out, after_out):
-    """Roots of some cells, and volumes of their clusters at the places of the roots, which are among these cells."""
+def _settle(some, chosen, volume, root_out, before_out, after_out, turned_out):
+    """Roots of some cells, and of their clusters, at the places of the roots, which are among these cells, volumes and
+    how much of them is inside out."""
     for i in some:
         root_out[i] = _follow(chosen, i)
-        before_out[i] = after_out[i] = 0.0
+        before_out[i] = after_out[i] = turned_out[i] = 0.0
     for i in some:
         before_out[root_out[i]] += volume[0, i]
         after_out[root_out[i]] += volume[1, i]
+        turned_out[root_out[i]] += max(-volume[0, i], -volume[1, i], 0.0)
 
 
 @scalar
@@ -207,9 +209,25 @@ def _join_inside_out(some, beside, aperture, chosen):
 
 
 @scalar
-def _adopt(some, key, chosen, root, before, after, crowded, starved, best, at):
-    """Clusters without room, and crowded or starved ones, join the largest one among the cells about them. Returns how
-    many did, and how many without room found none. best, at: scratch."""
+def _unite(starved, beside, chosen):
+    """Starved cells beside each other join, to be adopted as one. Returns how many clusters did."""
+    joined = 0
+    for i in range(len(starved)):
+        for d in range(3):
+            j = beside[i, 2 * d + 1]
+            if starved[i] and j >= 0 and starved[j]:
+                a, b = _follow(chosen, i), _follow(chosen, j)
+                if a != b:
+                    chosen[a] = b
+                    joined += 1
+    return joined
+
+
+@scalar
+def _adopt(some, key, chosen, root, before, after, turned, crowded, starved, best, at):
+    """Clusters without room, or with less of it than of them is inside out, and crowded or starved ones, join the
+    largest one among the cells about them. Returns how many did, and how many without room found none. best, at:
+    scratch."""
     adopted, lost = 0, 0
     for i in some:
         best[i], at[i] = 0.0, -1
@@ -220,13 +238,14 @@ def _adopt(some, key, chosen, root, before, after, crowded, starved, best, at):
     for i in some:
         r = root[i]
         hungry = len(starved) > 0 and starved[r]
-        if before[r] > LEAST and after[r] > LEAST and not crowded[r] and not hungry:
+        room = max(LEAST, turned[r])
+        if before[r] > room and after[r] > room and not crowded[r] and not hungry:
             continue
         for dx in range(-1, 2):
             for dy in range(-1, 2):
                 for dz in range(-1, 2):
                     j = _find(key, key[i] + dx * STRIDE[0] + dy * STRIDE[1] + dz * STRIDE[2])
-                    if j >= 0 and root[j] != r:
+                    if j >= 0 and root[j] != r and not (hungry and starved[root[j]]):
                         least = min(before[root[j]], after[root[j]])
                         if least > max(best[r], LEAST):
                             best[r], at[r] = least, root[j]
@@ -258,20 +277,20 @@ def _not_plain(plain, chosen, some_out):
 
 @scalar
 def _join(
-    key, beside, volume, aperture, pace, leaving, courant, plain, chosen, root_out, before_out, after_out, need,
-    widest, door, room, crowded, starved,
+    key, beside, volume, aperture, pace, leaving, courant, plain, chosen, root_out, before_out, after_out, turned,
+    need, widest, door, room, crowded, starved,
 ):  # fmt: skip
-    """Join clusters until all of them have room; returns how many were taken in, and how many found nobody. need to
+    """Join clusters until all of them have room; returns how many were taken in, and how many found nobody. turned to
     crowded: scratch."""
     for i in range(len(key)):
         crowded[i] = False
     for i in range(len(starved)):
         plain[i] = plain[i] and not starved[i]
     some = room[: _not_plain(plain, chosen, room)]
-    joined, lost = _join_inside_out(some, beside, aperture, chosen), 0
+    joined, lost = _join_inside_out(some, beside, aperture, chosen) + _unite(starved, beside, chosen), 0
     if joined > 0:
         some = room[: _not_plain(plain, chosen, room)]
-    _settle(some, chosen, volume, root_out, before_out, after_out)
+    _settle(some, chosen, volume, root_out, before_out, after_out, turned)
     for _ in range(ROUNDS):  # what is inside out by more than a cell needs several neighbours
         taken = _take_in_crowded(
             some, beside, volume, aperture, pace, leaving, courant, chosen, root_out, before_out, after_out, need,
@@ -279,14 +298,16 @@ def _join(
         )  # fmt: skip
         if taken > 0:
             some = room[: _not_plain(plain, chosen, room)]
-            _settle(some, chosen, volume, root_out, before_out, after_out)
-        adopted, lost = _adopt(some, key, chosen, root_out, before_out, after_out, crowded, starved, widest, door)
+            _settle(some, chosen, volume, root_out, before_out, after_out, turned)
+        adopted, lost = _adopt(
+            some, key, chosen, root_out, before_out, after_out, turned, crowded, starved, widest, door
+        )  # fmt: skip
         starved = starved[:0]  # who has adopted them is not
         joined += taken + adopted
         if taken + adopted == 0:
             break
         some = room[: _not_plain(plain, chosen, room)]
-        _settle(some, chosen, volume, root_out, before_out, after_out)
+        _settle(some, chosen, volume, root_out, before_out, after_out, turned)
     return joined, lost
 
 
