@@ -181,7 +181,7 @@ def datasets(attempt: Attempt, count: int, random: Random, bench: Bench) -> None
     def use():
         dataset = Dataset.open(bench.study.folder)
         runs = dataset.train + dataset.test
-        dataset.design(runs), dataset.wall_seconds(runs), dataset.snapshots("displacement", runs)
+        dataset.design(runs), dataset.computing_seconds(runs), dataset.snapshots("displacement", runs)
 
     for _ in range(count):
         path = bench.study.folder / random.choice(["dataset.toml", "design.csv", "split.toml"])

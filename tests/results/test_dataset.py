@@ -46,8 +46,17 @@ def test_a_dataset_gives_designs_and_snapshots_in_the_order_asked(folder):
     assert (snapshots.dtype, snapshots.shape) == (np.float32, (2, 2, 4, 3))
     np.testing.assert_array_equal(snapshots, [displacement(3.0)[1:], displacement(1.0)[1:]])
     np.testing.assert_array_equal(dataset.snapshots("contact_force", ["0003"])[0, -1, 0], np.float32([0.02, 0, 4]))
-    np.testing.assert_array_equal(dataset.wall_seconds(dataset.train), [2.5, 2.5, 2.5])
+    np.testing.assert_array_equal(dataset.computing_seconds(dataset.train), [2.5, 2.5, 2.5])
     assert dataset.design([]).shape == (0, 2)
+
+
+def test_what_a_run_took_of_the_processors_counts_and_not_what_the_clock_said(folder):
+    run = folder / "runs/0001"
+    record = read_run_file(run)
+    write_run_file(run, record | {"processor_seconds": 1.25})
+    assert Dataset.open(folder).computing_seconds(["0001"]) == [1.25]
+    write_run_file(run, record | {"processor_seconds": "much"})
+    assert "0001" not in Dataset.open(folder).train
 
 
 def test_runs_that_are_not_there_are_listed_with_the_reason(folder):

@@ -74,7 +74,7 @@ class SyntheticDataset:
         self.read += runs
         return np.stack([deploy(self.reference, self.times, self._design[run]) for run in runs])
 
-    def wall_seconds(self, runs):
+    def computing_seconds(self, runs):
         return np.full(len(runs), 4.0)
 
     def result(self, run):

@@ -65,7 +65,7 @@ class Swinging:
             shapes.append(np.stack([0.1 * field * x, 0.1 * field * y, field], axis=-1))
         return np.array(shapes, np.float32)
 
-    def wall_seconds(self, runs):
+    def computing_seconds(self, runs):
         return np.ones(len(runs))
 
 

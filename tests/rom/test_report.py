@@ -75,7 +75,7 @@ def test_runs_made_elsewhere_may_know_no_times_and_move_in_one_direction_only(tm
     dataset = SyntheticDataset(train=8, test=2, times=5, nodes=60)
     real = dataset.snapshots
     dataset.snapshots = lambda field, runs: real(field, runs) * np.array([0, 0, 1], np.float32)
-    dataset.wall_seconds = lambda runs: np.zeros(len(runs))
+    dataset.computing_seconds = lambda runs: np.zeros(len(runs))
     surrogate = train(dataset, Recipe(modes=2, epochs=2))
     evaluation = evaluate(dataset, surrogate, sizes=(4, 8), modes=(1, 2))
     text = write_report(dataset, evaluation, tmp_path / "report").read_text(encoding="utf-8")

@@ -194,7 +194,7 @@ def test_the_table_may_say_split_and_seconds(foreign, tmp_path):
     assert import_runs(foreign, tmp_path / "study", title="Madymo", reference_length=0.28) == (3, 2)
     dataset = Dataset.open(tmp_path / "study")
     assert (dataset.title, dataset.reference_length, dataset.test) == ("Madymo", 0.28, ("r1", "r3"))
-    assert dataset.wall_seconds(["r2"]) == [12.0]
+    assert dataset.computing_seconds(["r2"]) == [12.0]
     with pytest.raises(InputError, match="E-RES-009"):
         import_runs(foreign, tmp_path / "study")
 

@@ -184,9 +184,9 @@ class Dataset:
             snapshots[row] = self._checked(run).fabric.point_data(field)[-len(self.times) :]
         return snapshots
 
-    def wall_seconds(self, runs: Sequence[str]) -> np.ndarray:
-        """[s], (runs,) float64: how long each simulation took."""
-        return np.array([self.result(run).wall_seconds for run in runs], dtype=np.float64)
+    def computing_seconds(self, runs: Sequence[str]) -> np.ndarray:
+        """[s], (runs,) float64: what each simulation took, as `Result.computing_seconds`."""
+        return np.array([self.result(run).computing_seconds for run in runs], dtype=np.float64)
 
     def result(self, run: str) -> Result:
         """One run, everything it recorded. InputError E-RES-014 if it is not among train and test."""

@@ -56,7 +56,8 @@ class Result:
     folder: where it is; record: everything in run.json. Arrays are read from disk on first use and kept.
     status: "completed", "stopped" (for `record["reason"]`), or "interrupted" by the user; ledger: mass and energy
     balance at the end of the run, by name; wall_seconds: [s] the run took by the clock, with what came before it was
-    resumed.
+    resumed; computing_seconds: [s] of all processors together, which other programs beside it do not change much; by
+    the clock where a run does not tell.
     """
 
     def __init__(self, folder: str | Path, record: dict):
@@ -64,6 +65,7 @@ class Result:
         self.status: str = record["status"]
         self.ledger: dict[str, float] = record["ledger"]
         self.wall_seconds: float = record["wall_seconds"]
+        self.computing_seconds: float = record.get("processor_seconds", self.wall_seconds)
 
     @classmethod
     def open(cls, folder: str | Path) -> Result:

@@ -154,6 +154,7 @@ def read_run_file(folder: str | Path, verify: bool = True) -> dict:
 
 def _is_record(record: dict) -> bool:
     files, seconds, obstacles = record.get("files"), record.get("wall_seconds"), record.get("obstacles", [])
+    of_processors = record.get("processor_seconds", seconds)
     return (
         record.get("status") in STATUSES
         and isinstance(record.get("case_digest"), str)
@@ -162,6 +163,7 @@ def _is_record(record: dict) -> bool:
         and all(isinstance(shape, dict) and isinstance(shape.get("name"), str) for shape in obstacles)
         and all(isinstance(shape.get("locked"), bool) for shape in obstacles)
         and isinstance(seconds, int | float)
+        and isinstance(of_processors, int | float)
         and isinstance(files, dict)
         and set(FILES) <= set(files)
         # Names of files in the folder itself: a record cannot point elsewhere.

@@ -31,7 +31,7 @@ SEEDS = (0, 1)
 class Size:
     """One nested design.
 
-    runs: used; generation: [s] their wall times together; read, pod: [s]; pod in processor time
+    runs: used; generation: [s] what making them took of the processors; read, pod: [s]; pod in processor time
     sweep: judged with every number of modes; plain, forces: with K of the tables, one fit per seed of `SEEDS`
     sweep_forces: as sweep with the true forces of the unseen runs, for a case the paper shows so
     """
@@ -147,7 +147,7 @@ def _size(case, nested: NestedDesign, size: int, counts, modes: int, kept: Kept,
     sweep = fit(counts, SEEDS[0], False)
     return Size(
         runs=len(nested.runs),
-        generation=float(np.sum(nested.dataset.wall_seconds(nested.runs))),
+        generation=float(np.sum(nested.dataset.computing_seconds(nested.runs))),
         pod=sweep.surrogate.training["pod_cpu_seconds"],
         sweep=sweep,
         sweep_forces=fit(counts, SEEDS[0], True) if case.forces else None,

@@ -111,11 +111,12 @@ def _parts(results: CaseResults) -> list[Picture | Table]:
         tables.parameter_table(results),
         tables.accuracy_table(results),
         picture(f"figure-{modes}", f"Figure {modes}: mean z RMSE against modes",
-                f"{unseen} unseen runs. Right: as part of the strap of {length}."
+                f"{unseen} unseen runs; models {tables.WITHOUT_CLOCK}. Right: as part of the strap of {length}."
                 + " Dashed: with the contact forces of the unseen run as inputs." * case.forces,
                 error_against_modes, sweeps, true_forces, results.reference_length, narrow=True),
         picture(f"figure-{spread}", f"Figure {spread}: distribution of the z RMSE",
-                f"Over {unseen} unseen runs and all times; reference length {length}.", error_distribution, sweeps),
+                f"Over {unseen} unseen runs and all times, of the same models; reference length {length}.",
+                error_distribution, sweeps),
         tables.against_modes(results),
         picture("truncation", f"Truncation and regression apart, N_DOE = {results.largest}",
                 "Truncation falls with every mode; regression is what the networks add, and it does not.",

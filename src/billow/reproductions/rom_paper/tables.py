@@ -69,6 +69,10 @@ def parameter_table(results: CaseResults) -> Table:
     return _table(results, "table-1", "Table 1: design parameters", "", rows)
 
 
+WITHOUT_CLOCK = "without a clock of designs, which models with forces cannot have"
+"""Of models that are compared with others that have forces as inputs; the surrogate of the case has one if it helps."""
+
+
 def accuracy_table(results: CaseResults) -> Table:
     """All components at the largest size, next to simple answers."""
     evaluation, rows = results.evaluation, []
@@ -101,7 +105,8 @@ def against_size(results: CaseResults) -> Table:
         if curve is not None:
             more = f"{2 * results.largest} runs would bring {1e3 * curve.doubled:.2g} mm"
             expected.append(f"{axis} falls by {100 * curve.per_doubling:.0f} % with every doubling: {more}")
-    caption = f"K = {results.surrogate.modes}, no forces, mean over {len(SEEDS)} seeds. " + "; ".join(expected) + "."
+    caption = f"K = {results.surrogate.modes}, no forces, {WITHOUT_CLOCK}, mean over {len(SEEDS)} seeds. "
+    caption += "; ".join(expected) + "."
     return _table(results, "learning-curve", "Error against the number of training runs", caption, rows)
 
 
@@ -119,7 +124,7 @@ def against_modes(results: CaseResults) -> Table:
                 cells["mean with true forces [mm]"] = 1e3 * made.sweep_forces.summary(Z, row).mean
             rows.append(cells)
     title = f"z-displacement against modes (Figures {results.case.figures[0]} and {results.case.figures[1]})"
-    caption = "One model with the most modes, cut: fewer modes are the first of more."
+    caption = f"One model with the most modes, cut, {WITHOUT_CLOCK}: fewer modes are the first of more."
     return _table(results, "modes", title, caption, rows)
 
 
@@ -135,8 +140,8 @@ def force_table(results: CaseResults) -> Table:
             rows.append(cells | {"scatter of the gain between seeds [%]": gains.std(ddof=1)})
     caption = (
         f"Mean RMSE over {len(SEEDS)} seeds; K = {results.surrogate.modes}, M = {FORCE_MODES} modes of the force in "
-        f"{FORCE_COMPONENTS}. The forces are those of the unseen run itself, which are not known before it is "
-        "made. A gain smaller than its scatter between seeds is none."
+        f"{FORCE_COMPONENTS}; both {WITHOUT_CLOCK}. The forces are those of the unseen run itself, which are not known "
+        "before it is made. A gain smaller than its scatter between seeds is none."
     )
     return _table(results, "force-inputs", "True contact forces as inputs (Figure 7)", caption, rows)
 
@@ -176,9 +181,8 @@ def offline_table(results: CaseResults) -> Table:
             cells = {"N_DOE": size, "": whose, "generation [s]": generation, "POD [s]": pod}
             rows.append(cells | {"training of networks [s]": networks, "POD and training [s]": pod + networks})
     caption = (
-        f"K = {MODES} in the paper, {results.surrogate.modes} here. Generation here: wall times of the runs added up, "
-        "made side by side on a machine that had other work. POD (with more modes, from which all K are cut) and "
-        "training: processor time of one core."
+        f"K = {MODES} in the paper, {results.surrogate.modes} here. Generation here: processor times of the runs added "
+        "up. POD (with more modes, from which all K are cut) and training: processor time of one core."
     )
     return _table(results, f"table-{case.tables[1]}", f"Table {case.tables[1]}: offline times", caption, rows)
 

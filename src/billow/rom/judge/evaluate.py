@@ -261,7 +261,7 @@ def _sweep(dataset, surrogate, sizes, test, modes, memory, announce: Announcer) 
         by_modes = errors.ErrorsByModes.of(
             _possible(modes, surrogate, runs), unseen, model.coefficients(dataset.design(test))
         )
-        generation, training = float(np.sum(dataset.wall_seconds(runs))), sum(training_seconds(model).values())
+        generation, training = float(np.sum(dataset.computing_seconds(runs))), sum(training_seconds(model).values())
         found.append(SweepModel(size, generation, training, by_modes))
     return found
 

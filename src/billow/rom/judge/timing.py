@@ -71,7 +71,7 @@ def training_seconds(surrogate: Surrogate) -> dict[str, float]:
 
 def measure(dataset: Dataset, surrogate: Surrogate) -> Timing:
     """Measure inference on this machine, wall time, and take the rest from the records of runs and training."""
-    seconds, training = dataset.wall_seconds(surrogate.runs), sum(training_seconds(surrogate).values())
+    seconds, training = dataset.computing_seconds(surrogate.runs), sum(training_seconds(surrogate).values())
     asked = measure_inference(surrogate, dataset.design(surrogate.runs[:1])[0], time.perf_counter)
     return Timing(float(np.mean(seconds)), float(np.sum(seconds)), training, asked)
 

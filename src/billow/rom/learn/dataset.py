@@ -59,8 +59,8 @@ class Dataset(Protocol):
     def snapshots(self, field: str, runs: Sequence[str]) -> np.ndarray:
         """ "displacement" [m] or "contact_force" [N]: (runs, times, nodes, 3) float32."""
 
-    def wall_seconds(self, runs: Sequence[str]) -> np.ndarray:
-        """[s], (runs,): how long each simulation took; 0 where that is not known."""
+    def computing_seconds(self, runs: Sequence[str]) -> np.ndarray:
+        """[s], (runs,): what each simulation took of the processors; 0 where that is not known."""
 
     def result(self, run: str) -> Result:
         """Everything one run recorded."""
