@@ -60,6 +60,24 @@ def test_only_an_energy_has_a_share_of_the_energy_blown_in():
     assert caught.value.code == "E-DES-001"
 
 
+def turning(axis):
+    values = {"quaternion_w [-]": 0.8, "quaternion_x [-]": 0.6, "quaternion_y [-]": 0.0, "quaternion_z [-]": 0.0,
+              "force_x [N]": 3.0, "force_y [N]": 4.0, "force_z [N]": 5.0}  # fmt: skip
+    curves = {f"head_{name}": np.full(401, value) for name, value in values.items()}
+    run = SimpleNamespace(histories=History({"time [s]": TIMES} | curves), folder=Path("run"))
+    response = {"name": "x", "measure": "final", "of": "head", "quantity": axis}
+    return measure(run, StudyResponse.model_validate(response), Path())
+
+
+def test_an_axis_is_that_of_its_name():
+    """x of a quaternion was its real part, w none at all, and xy of a force its x."""
+    assert [turning(f"quaternion.{axis}") for axis in "wxyz"] == [0.8, 0.6, 0.0, 0.0]
+    assert [turning(f"force.{axis}") for axis in "xyz"] == [3.0, 4.0, 5.0]
+    for wrong in ("force.xy", "force.w", "quaternion.wx"):
+        with pytest.raises(InputError, match="has no axis"):
+            turning(wrong)
+
+
 def test_limits_between_which_nothing_lies_are_refused():
     table = {"name": "x", "measure": "peak", "quantity": "volume", "limit": {"below": 3.0, "above": 4.0}}
     (found,) = StudyResponse.model_validate(table).contradictions()

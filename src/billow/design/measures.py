@@ -34,7 +34,8 @@ NEVER = float("nan")
 """Value of what did not happen in a run, such as a contact."""
 SHARE_OF_END = 0.9
 """Of the end volume, at which a bag counts as filled."""
-AXES = "xyz"
+AXES = {3: "xyz", 4: "wxyz"}
+"""Of vectors and quaternions, by how many components they have."""
 
 
 def measure(result: Result, response: StudyResponse, folder: Path) -> float:
@@ -104,9 +105,10 @@ def _curve(result: Result, response: StudyResponse) -> tuple[np.ndarray, np.ndar
     if response.channel_class is not None:
         values = channel_filter(times, values, response.channel_class)
     if values.ndim == 2:
-        if axis and axis not in AXES[: values.shape[1]]:
+        axes = AXES[values.shape[1]]
+        if axis and axis not in tuple(axes):
             raise _lacks(result, response, f"{quantity} has no axis {axis!r}")
-        values = values[:, AXES.index(axis)] if axis else np.linalg.norm(values, axis=1)
+        values = values[:, axes.index(axis)] if axis else np.linalg.norm(values, axis=1)
     elif axis:
         raise _lacks(result, response, f"{quantity} is no vector")
     return times, values, unit

@@ -62,9 +62,12 @@ def _lacking(response: StudyResponse, recorded: Recorded, history: History) -> s
     quantity, axis = _quantity(response)
     if quantity is None:
         return ""
-    if _unit(of, quantity, history):
-        vector = quantity == "acceleration" or history.find(of, f"{quantity}_x") is not None
-        return "" if not axis or (vector and axis in "xyz") else f"{quantity} has no axis {axis!r}"
+    if unit := _unit(of, quantity, history):
+        if response.measure == "energy_share" and unit != "J":
+            return f"{quantity!r} is no energy"
+        made_of = "velocity" if quantity == "acceleration" else quantity
+        known = not axis or any(history.find(of, f"{name}_{axis}") is not None for name in (quantity, made_of))
+        return "" if known else f"{quantity} has no axis {axis!r}"
     names = [column.rpartition(" [")[0] for column in recorded.columns]
     wanted = f"{of}_{quantity}" if of else quantity
     return f"the histories of a run have no column {wanted!r}{_like(wanted, names)}"
