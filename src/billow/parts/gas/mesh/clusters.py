@@ -194,28 +194,14 @@ def _take_in_crowded(
 
 
 @scalar
-def _join_inside_out(some, beside, aperture, chosen):
-    """Cells on both sides of a face that is open by less than nothing join. Returns how many clusters did."""
+def _join_across(some, beside, aperture, starved, chosen):
+    """Cells on both sides of a face join if it is open by less than nothing, or if both are starved: these are to be
+    adopted as one. Returns how many clusters did."""
     joined = 0
     for i in some:
         for d in range(3):
             j = beside[i, 2 * d + 1]
-            if j >= 0 and aperture[i, d] < 0.0:
-                a, b = _follow(chosen, i), _follow(chosen, j)
-                if a != b:
-                    chosen[a] = b
-                    joined += 1
-    return joined
-
-
-@scalar
-def _unite(starved, beside, chosen):
-    """Starved cells beside each other join, to be adopted as one. Returns how many clusters did."""
-    joined = 0
-    for i in range(len(starved)):
-        for d in range(3):
-            j = beside[i, 2 * d + 1]
-            if starved[i] and j >= 0 and starved[j]:
+            if j >= 0 and (aperture[i, d] < 0.0 or (len(starved) > 0 and starved[i] and starved[j])):
                 a, b = _follow(chosen, i), _follow(chosen, j)
                 if a != b:
                     chosen[a] = b
@@ -287,7 +273,7 @@ def _join(
     for i in range(len(starved)):
         plain[i] = plain[i] and not starved[i]
     some = room[: _not_plain(plain, chosen, room)]
-    joined, lost = _join_inside_out(some, beside, aperture, chosen) + _unite(starved, beside, chosen), 0
+    joined, lost = _join_across(some, beside, aperture, starved, chosen), 0
     if joined > 0:
         some = room[: _not_plain(plain, chosen, room)]
     _settle(some, chosen, volume, root_out, before_out, after_out, turned)
