@@ -235,6 +235,27 @@ MUTANTS = (
         "tests/contact/test_tight_layers.py",
     ),
     Mutant(
+        "triangles of nodes on new paths not searched",
+        "parts/layers/new_paths.py",
+        "((ON, UNDER), nodes)",
+        "((ON,), nodes)",
+        "tests/contact/test_layers.py",
+    ),
+    Mutant(
+        "edges of nodes on new paths found twice",
+        "parts/layers/search.py",
+        "skipped = skipped | strayed[edges[u, 0]] | strayed[edges[u, 1]]",
+        "skipped = skipped | False",
+        "tests/contact/test_layers.py",
+    ),
+    Mutant(
+        "pairs of nodes on new paths kept beside new ones",
+        "parts/layers/new_paths.py",
+        "dropped = strayed[a] | strayed[b] | strayed[c] | strayed[d]",
+        "dropped = strayed[a] & strayed[b]",
+        "tests/contact/test_layers.py",
+    ),
+    Mutant(
         "processor time of the last sitting alone",
         "run/spent.py",
         "time.process_time() - before.processor",

@@ -15,6 +15,7 @@ from billow.geometry.crossings import CrossingCount, edges_of
 from billow.geometry.surface import Surface
 from billow.parts.layers import layers as settings
 from billow.parts.layers.mesh import TouchMesh
+from billow.parts.layers.new_paths import find_pairs_of, splice
 from billow.parts.layers.pairs import EDGES, FIRST, Room
 from billow.parts.layers.rings import Rings, Shapes, open_rings
 from billow.parts.layers.search import Paths, find_pairs
@@ -185,44 +186,90 @@ def test_a_bag_that_has_left_is_left_to_the_guards(place):
 # --- search -----------------------------------------------------------------------------------------------------------
 
 
+class Soup:
+    """Triangles at random on their way, at up to `speed` [m/s], and all pairs of them: key, closest points, members."""
+
+    nodes, near, time = 90, (0.03, 0.02), 0.01
+
+    def __init__(self, seed, speed):
+        self.random = random = np.random.default_rng(seed)
+        triangles = np.array([random.choice(self.nodes, 3, replace=False) for _ in range(60)])
+        self.positions = random.uniform(0.0, 1.0, (self.nodes, 3))
+        self.velocities = speed * random.normal(size=(self.nodes, 3)) + 5.0
+        self.skin, self.free = random.uniform(0.0, 0.02, self.nodes), random.random(self.nodes) < 0.8
+        surface = Surface.build(triangles, np.zeros(len(triangles)), ("cloth",), self.nodes)
+        self.mesh = TouchMesh.of(surface, self.free)
+        triangles, edges = self.mesh.triangles, self.mesh.edges[:, :2]
+        self.pairs = [
+            (int(p) * FIRST + t, on_triangle, [p, *corners])
+            for p in np.unique(triangles)
+            for t, corners in enumerate(triangles)
+            if p not in corners
+        ] + [
+            (EDGES + e * FIRST + g, of_segments, [*one, *other])
+            for e, one in enumerate(edges)
+            for g, other in enumerate(edges[e + 1 :], e + 1)
+            if not np.isin(one, other).any()
+        ]
+
+    def came_near(self, moments):
+        """Keys of the pairs that come near at one of these moments [s], each node straying within its skin."""
+        near = set()
+        for moment in moments:
+            strayed = self.random.normal(size=(self.nodes, 3))
+            strayed *= (self.skin / np.linalg.norm(strayed, axis=1))[:, None]
+            places = self.positions + moment * self.velocities + strayed
+            for key, closest, members in self.pairs:
+                reach = self.near[1] if key >= EDGES else self.near[0]
+                if self.free[members].any() and np.linalg.norm(closest(*places[members].ravel())[2:]) < reach:
+                    near.add(key)
+        return near
+
+
 @pytest.mark.parametrize(("seed", "speed"), [(0, 1.0), (1, 1.0), (2, 20.0)])
 def test_search_finds_every_pair_that_comes_near(seed, speed):
-    """A soup of triangles on its way, each node straying within its skin: all against all, at several times. The fast
-    ones pass through each other and are far apart again."""
-    random = np.random.default_rng(seed)
-    nodes, near, time = 90, (0.03, 0.02), 0.01
-    triangles = np.array([random.choice(nodes, 3, replace=False) for _ in range(60)])
-    positions, velocities = random.uniform(0.0, 1.0, (nodes, 3)), speed * random.normal(size=(nodes, 3)) + 5.0
-    skin, free = random.uniform(0.0, 0.02, nodes), random.random(nodes) < 0.8
-    surface = Surface.build(triangles, np.zeros(len(triangles)), ("cloth",), nodes)
-    mesh = TouchMesh.of(surface, free)
-    triangles, edges = mesh.triangles, mesh.edges[:, :2]
-    found = find_pairs(mesh, Paths(positions, velocities, skin, *near, time))
+    """All against all, at several times. The fast ones pass through each other and are far apart again."""
+    soup = Soup(seed, speed)
+    found = find_pairs(soup.mesh, Paths(soup.positions, soup.velocities, soup.skin, *soup.near, soup.time))
     assert len(np.unique(found.key)) == len(found.key)
-    pairs = [
-        (int(p) * FIRST + t, on_triangle, (p, *corners))
-        for p in np.unique(triangles)
-        for t, corners in enumerate(triangles)
-        if p not in corners
-    ] + [
-        (EDGES + e * FIRST + g, of_segments, (*one, *other))
-        for e, one in enumerate(edges)
-        for g, other in enumerate(edges[e + 1 :], e + 1)
-        if not np.isin(one, other).any()
-    ]
-    came_near = set()
-    for moment in np.linspace(0.0, time, 4 if speed == 1.0 else 8):
-        strayed = random.normal(size=(nodes, 3))
-        strayed *= (skin / np.linalg.norm(strayed, axis=1))[:, None]
-        places = positions + moment * velocities + strayed
-        for key, closest, members in pairs:
-            members = list(members)
-            reach = near[1] if key >= EDGES else near[0]
-            if free[members].any() and np.linalg.norm(closest(*places[members].ravel())[2:]) < reach:
-                came_near.add(key)
+    came_near = soup.came_near(np.linspace(0.0, soup.time, 4 if speed == 1.0 else 8))
     assert len(came_near) > 100
     assert came_near <= set(found.key.tolist())
-    assert len(found.key) < 0.7 * len(pairs)
+    assert len(found.key) < 0.7 * len(soup.pairs)
+
+
+@pytest.mark.parametrize("strays", [0, 1, 12, 90])
+@pytest.mark.parametrize("is_restarted", [False, True])
+def test_a_list_with_new_paths_of_some_nodes_has_every_pair_that_comes_near(strays, is_restarted):
+    """Half way some nodes go another way, in a wider skin. What is spliced into the list is all that they need, in the
+    order of a list that is made anew."""
+    soup = Soup(5, 20.0)
+    room, half = Room(), 0.5 * soup.time
+    old = find_pairs(soup.mesh, Paths(soup.positions, soup.velocities, soup.skin, *soup.near, soup.time), room)
+    strayed = np.zeros(soup.nodes, bool)
+    strayed[soup.random.choice(soup.nodes, strays, replace=False)] = True
+    soup.positions = soup.positions + half * soup.velocities
+    soup.velocities = np.where(strayed[:, None], -soup.velocities, soup.velocities)
+    soup.skin = np.where(strayed, 1.5 * soup.skin, soup.skin)
+    paths = Paths(soup.positions, soup.velocities, soup.skin, *soup.near, half)
+    found = find_pairs_of(soup.mesh, paths, strayed, Room() if is_restarted else room)
+    assert strayed[found.nodes].any(axis=1).all()
+    count = len(old.key) + len(found.key)
+    parts = [
+        (one.key, one.nodes, one.normal, one.level, np.zeros(len(one.key)), np.zeros(len(one.key)))
+        for one in (old, found)
+    ]
+    begin, spliced = np.empty_like(old.begin), tuple(np.empty((count, *a.shape[1:]), a.dtype) for a in parts[0])
+    total = splice(len(begin) - 1, old.begin, parts[0], strayed, found.begin, parts[1], begin, spliced)
+    key, nodes, normal, level = (array[:total] for array in spliced[:4])
+    assert soup.came_near(np.linspace(0.0, half, 6)) <= set(key.tolist())
+    anew = find_pairs(soup.mesh, paths, Room())
+    anew_of, of = strayed[anew.nodes].any(axis=1), strayed[nodes].any(axis=1)
+    for one, other in ((anew.key, key), (anew.nodes, nodes), (anew.normal, normal), (anew.level, level)):
+        assert np.array_equal(one[anew_of], other[of])
+    for group in range(len(begin) - 1):
+        assert (np.diff(key[begin[group] : begin[group + 1]]) > 0).all()
+    assert begin[-1] == total == len(np.unique(key))
 
 
 def test_search_in_a_crowd_is_the_same_with_any_number_of_threads(threads):
@@ -333,8 +380,13 @@ PHYSICAL = ("positions", "velocities", "nodal_force")
 
 
 @pytest.mark.parametrize(
-    "changed", [{"SKIN": 2.0}, {"SKIN": 0.2}, {"MOST_STEPS": 2.0}, {"READY": 0.6}, {"FARTHEST_WAY": 0.02}]
-)
+    "changed",
+    [
+        {"SKIN": 2.0}, {"SKIN": 0.2}, {"MOST_STEPS": 2.0}, {"READY": 0.6}, {"FARTHEST_WAY": 0.02},
+        {"MOST_STRAYED": 0.0}, {"MOST_STRAYED": 1.0}, {"MOST_STRAYED": 1.0, "STRAYED": 0.02},
+        {"MOST_STRAYED": 1.0, "SKIN_AGAIN": 1.0},
+    ],
+)  # fmt: skip
 def test_same_bits_for_any_list(opening, expected, changed, monkeypatch):
     """However widely and however often pairs are searched for."""
     model, state = opening

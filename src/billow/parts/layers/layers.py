@@ -18,9 +18,10 @@ from billow.geometry.surface import Surface
 from billow.parts.layers.carry import carry_over
 from billow.parts.layers.cushion import STIFFNESS, press
 from billow.parts.layers.mesh import TouchMesh
-from billow.parts.layers.pairs import NEW, Pairs
+from billow.parts.layers.new_paths import find_pairs_of, splice
+from billow.parts.layers.pairs import NEW, Pairs, Room
 from billow.parts.layers.parting import Limits, Parting, Rows, Step, measure_awake
-from billow.parts.layers.search import Paths, find_pairs
+from billow.parts.layers.search import Found, Paths, find_pairs
 from billow.parts.layers.velocity_filter import APPROACH
 from billow.parts.part import FRICTION, LOST, RECEIVED, STORED, Account, Booking, Loads, Moment, Part
 
@@ -69,6 +70,10 @@ around longer paths are larger, and lists end when a node has used its skin."""
 FARTHEST_WAY, MOST_WAY = 0.2, 0.8
 """Way at the usual speed, beyond the mean, for which a list is made at most, in mean edges: with the narrowest skin,
 more in proportion to a wider one, and at most."""
+
+STRAYED, MOST_STRAYED, SKIN_AGAIN = 0.4, 0.05, 2.0
+"""Share of its skin that a node has used when it gets a new path because another has used all of its own; the most
+nodes, of all, for which this is done instead of a new list; and the times by which their skins are wider then."""
 
 GROWTH = 0.15
 """Speed [m/s] at which own gaps are let out while the reference moves in."""
@@ -152,8 +157,7 @@ class Layers(Part):
         if not used < np.inf:
             return [Booking(LAYER_IMPACT, math.nan)]  # the guards say what became of the bag
         if used > 1.0 or pairs.age + ahead > pairs.horizon:
-            self._search(pairs, positions, velocities, dt, way)
-            stray[:], used = 0.0, 0.0
+            used = self._follow(pairs, positions, velocities, dt, stray, way)
         before = velocities.copy()
         thrown, limits = np.zeros(len(positions)), self._limits
         if time < self.ramp:
@@ -171,8 +175,7 @@ class Layers(Part):
                 stop.nodes = (node,)
                 raise stop
             rows.restart()
-            self._search(pairs, positions, velocities, dt, way, thrown)
-            stray[:], used = 0.0, 0.0
+            used = self._follow(pairs, positions, velocities, dt, stray, way, thrown)
         pairs.age += dt
         pairs.moment += 1
         if not len(pairs.awake):
@@ -213,9 +216,28 @@ class Layers(Part):
         work = [Booking(GAP_WORK, float(sums[1]))] if self.ramp else []
         return [Booking(SELF_CONTACT, float(sums[0])), *work]
 
+    def _follow(
+        self, pairs: Pairs, positions: np.ndarray, velocities: np.ndarray, dt: float, stray: np.ndarray,
+        way: np.ndarray, thrown: np.ndarray | float = 0.0,
+    ) -> float:  # fmt: skip
+        """New paths for the nodes that strayed, in a new list if they are many; how much of its skin the node has used
+        that used most. stray, way: of the nodes, from `_way_used`, which are put right in place; thrown: how far
+        impulses may throw nodes off their paths in the coming step [m]; all (nodes,)."""
+        strayed = way + thrown > STRAYED * pairs.skin
+        few = np.count_nonzero(strayed) <= MOST_STRAYED * len(strayed)
+        if few and pairs.age + dt / APPROACH <= pairs.horizon:
+            widest = np.maximum(pairs.skin, UNUSUAL * pairs.width)
+            skin = np.maximum(thrown, np.minimum(SKIN_AGAIN * pairs.skin, widest))
+            self._renew_paths(pairs, positions, velocities, strayed, skin[strayed])
+        else:
+            self._search(pairs, positions, velocities, dt, way, thrown)
+            strayed[:] = True
+        stray[strayed], way[strayed] = 0.0, 0.0
+        return float((way / pairs.skin).max())
+
     def _search(
         self, pairs: Pairs, positions: np.ndarray, velocities: np.ndarray, dt: float, way: np.ndarray,
-        thrown: np.ndarray | None = None,
+        thrown: np.ndarray | float = 0.0,
     ) -> None:  # fmt: skip
         """A new list for the coming steps of about dt [s]. way: that each node used of its skin in the last list
         [m]; thrown: how far impulses may throw nodes off their paths in the first step [m]; both (nodes,)."""
@@ -232,23 +254,56 @@ class Layers(Part):
         # Who strayed far will do so again: with a wider skin it does not spend the list for all others.
         skin = pairs.width * np.clip(way / max(USUAL * float(way.mean()), 1e-12), 1.0, UNUSUAL)
         np.maximum(skin, CALMING * pairs.skin, out=skin)
-        if thrown is not None:
-            np.maximum(skin, thrown, out=skin)
+        np.maximum(skin, thrown, out=skin)
         paths = Paths(positions, velocities, skin, *self._limits.near, time, 2.0 * self._limits.ready)
         found = find_pairs(self._mesh, paths, pairs.room)
-        gap, impulse = (pairs.room.other(name, len(found.key)) for name in ("gap", "impulse"))
-        gap[:], impulse[:] = NEW, 0.0
-        carry_over(
-            len(found.begin) - 1, found.begin, found.key, pairs.begin, pairs.key, pairs.gap, pairs.impulse,
-            pairs.normal, gap, impulse, found.normal,
-        )  # fmt: skip
+        gap, impulse = self._known(pairs, found, pairs.room)
         pairs.key, pairs.nodes, pairs.normal, pairs.begin = found.key, found.nodes, found.normal, found.begin
         pairs.level, pairs.gap, pairs.impulse = found.level, gap, impulse
         pairs.path_start, pairs.path_velocity, pairs.skin = positions.copy(), velocities.copy(), skin
         pairs.age, pairs.horizon = 0.0, time
         pairs.looked_at = found.looked_at
+        self._first_sight(pairs, positions)
+
+    def _renew_paths(
+        self, pairs: Pairs, positions: np.ndarray, velocities: np.ndarray, strayed: np.ndarray, skin: np.ndarray
+    ) -> None:
+        """New paths for the few nodes that strayed, (nodes,) bool, with skins of theirs [m], and the pairs that these
+        make necessary: for all others the list goes on."""
+        pairs.path_start[strayed] = positions[strayed] - pairs.age * velocities[strayed]
+        pairs.path_velocity[strayed], pairs.skin[strayed] = velocities[strayed], skin
+        now, time = pairs.path_start + pairs.age * pairs.path_velocity, pairs.horizon - pairs.age
+        paths = Paths(now, pairs.path_velocity, pairs.skin, *self._limits.near, time, 2.0 * self._limits.ready)
+        found = find_pairs_of(self._mesh, paths, strayed, pairs.room)
+        gap, impulse = self._known(pairs, found, pairs.room.beside("few"))
+        old = pairs.key, pairs.nodes, pairs.normal, pairs.level, pairs.gap, pairs.impulse
+        new = found.key, found.nodes, found.normal, found.level, gap, impulse
+        arrays = tuple(
+            pairs.room.other(name, len(pairs) + len(gap), array.shape[1] if array.ndim > 1 else 0, array.dtype.type)
+            for name, array in zip(("key", "nodes", "normal", "level", "gap", "impulse"), old, strict=True)
+        )
+        begin = np.empty_like(pairs.begin)
+        total = splice(len(begin) - 1, pairs.begin, old, strayed, found.begin, new, begin, arrays)
+        pairs.begin = begin
+        pairs.key, pairs.nodes, pairs.normal, pairs.level, pairs.gap, pairs.impulse = (a[:total] for a in arrays)
+        self._first_sight(pairs, positions)
+
+    def _known(self, pairs: Pairs, found: Found, room: Room) -> tuple[np.ndarray, np.ndarray]:
+        """Gap [m] and last impulse [N s] of pairs that were found, and in place their normals, as far as they are in
+        the present list."""
+        gap, impulse = (room.other(name, len(found.key)) for name in ("gap", "impulse"))
+        gap[:], impulse[:] = NEW, 0.0
+        carry_over(
+            len(found.begin) - 1, found.begin, found.key, pairs.begin, pairs.key, pairs.gap, pairs.impulse,
+            pairs.normal, gap, impulse, found.normal,
+        )  # fmt: skip
+        return gap, impulse
+
+    def _first_sight(self, pairs: Pairs, positions: np.ndarray) -> None:
+        """The own gaps of new pairs."""
+        gap, impulse = pairs.gap, pairs.impulse
         pairs.make_room()
-        asleep = pairs.level > 0
+        asleep = (pairs.level > 0) & (gap == NEW)
         gap[asleep], impulse[asleep] = self.gap, 0.0
         pairs.awake = np.flatnonzero(gap == NEW)
         measure_awake(pairs, positions)

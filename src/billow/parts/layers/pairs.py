@@ -27,16 +27,22 @@ NEW = -1.0
 
 class Room:
     """Memory that is used again and again: to get it anew would cost more than what is done with it. needed: places of
-    each slice in the last search, (slices,) int64, by kinds of pairs. shapes: of rings, when they were measured."""
+    each slice in the last search, (slices,) int64, by kinds of pairs. shapes: of rings, when they were
+    measured."""
 
     def __init__(self):
         self.needed: dict[int, np.ndarray] = {}
         self.shapes: Shapes | None = None
         self._arrays: dict[str, np.ndarray] = {}
+        self._beside: dict[str, Room] = {}
 
     def __deepcopy__(self, memo) -> Room:
         """Nothing in it is worth a copy."""
         return Room()
+
+    def beside(self, name: str) -> Room:
+        """Another room, for lists that are made while those in this one are needed."""
+        return self._beside.setdefault(name, Room())
 
     def array(self, name: str, rows: int, columns: int = 0, kind: type = float) -> np.ndarray:
         """An array (rows,) or (rows, columns); what is in it is not known."""

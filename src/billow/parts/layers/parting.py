@@ -110,7 +110,9 @@ class Parting:
             pairs.impulse,
             mark,
         )
-        restless = pairs.awake if pairs.moment else np.flatnonzero(pairs.level <= until)
+        restless = pairs.awake
+        if not pairs.moment:  # a new list
+            restless = np.flatnonzero((pairs.gap != limits.gap) | (pairs.impulse > 0.0))
         put_to_sleep.serial(len(restless), restless, mark, limits.gap, pairs.gap, pairs.impulse)
         awake, able = np.empty((2, m), np.int64)
         counts = gather_marked.serial(len(mark) // 8, mark, mark.view(np.uint64), awake, able)

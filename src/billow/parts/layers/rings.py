@@ -49,12 +49,31 @@ class Shapes:
         self.spoke, self.apart = np.empty((len(rings.rim), 3)), np.full(len(rings.rim_begin) - 1, -1.0)
 
 
-def open_rings(rings: Rings, shapes: Shapes, ways: np.ndarray, near: float) -> np.ndarray:
+def open_rings(
+    rings: Rings, shapes: Shapes, ways: np.ndarray, near: float, among: np.ndarray | None = None
+) -> np.ndarray:
     """Which rings stay open, (nodes,) bool: within them nothing comes within `near` [m]. ways: of the nodes, their
-    places now and at the end, and their skins [m], (nodes, 8), as in `search`."""
+    places now and at the end, and their skins [m], (nodes, 8), as in `search`. among: which rings are asked about,
+    (nodes,) bool, all by default; of others it is not known, and False."""
     is_open = np.empty(len(shapes.apart), np.bool_)
-    _open_rings(len(is_open), tuple(rings), ways, near, shapes.spoke, shapes.apart, is_open)
+    among = np.ones(len(is_open), np.bool_) if among is None else among
+    _open_rings(len(is_open), tuple(rings), ways, near, among, shapes.spoke, shapes.apart, is_open)
     return is_open
+
+
+def widened(rings: Rings, nodes: np.ndarray) -> np.ndarray:
+    """Nodes of a set, (nodes,) bool, and of all rings around them: those in whose rings there is one of the set."""
+    wider = nodes.copy()
+    _widen(len(nodes), rings.rim_begin, rings.rim, nodes, wider)
+    return wider
+
+
+@kernel
+def _widen(n, rim_begin, rim, nodes, wider_out):
+    for c in range(n):
+        if nodes[c]:
+            for i in range(rim_begin[c], rim_begin[c + 1]):
+                wider_out[rim[i]] = True
 
 
 @inlined
@@ -63,11 +82,14 @@ def _larger_two(value, first, second):
 
 
 @kernel
-def _open_rings(n, rings, ways, near, spoke, apart, open_out):
+def _open_rings(n, rings, ways, near, among, spoke, apart, open_out):
     rim_begin, rim = rings[0], rings[1]
     for chunk in prange((n + CHUNK - 1) // CHUNK):
         todo, wanted, m = np.empty(CHUNK, np.int64), np.empty(CHUNK), 0
         for c in range(chunk * CHUNK, min(n, (chunk + 1) * CHUNK)):
+            if not among[c]:
+                open_out[c] = False
+                continue
             x, y, z = ways[c, 0], ways[c, 1], ways[c, 2]
             p, q, r = ways[c, 3] - x, ways[c, 4] - y, ways[c, 5] - z
             # Farthest ways of two nodes, as seen from the middle of the ring: since it was measured, and from now on.

@@ -28,7 +28,13 @@ from billow.parts.layers.mesh import TouchMesh
 from billow.parts.layers.pairs import EDGES, FIRST, LEVELS, Room
 from billow.parts.layers.rings import Shapes, open_rings
 
-SLICE = 256
+ON, ACROSS, UNDER, ACROSS_ALL = range(4)
+"""Which pairs are asked for: those of a node with triangles, of an edge with edges of higher numbers, of a triangle
+with nodes that did not stray, and of an edge with all edges."""
+EVERYTHING = ON, ACROSS
+"""Kinds that are asked for of all items at once."""
+
+SLICE = 1024
 """Items that one thread looks at together."""
 
 LEAST_ROOM, SPARE = 512, 2.0
@@ -71,53 +77,104 @@ class Found(NamedTuple):
     level: np.ndarray
     looked_at: int
 
+    @classmethod
+    def empty(cls, room: Room, begin: np.ndarray, looked_at: int) -> Found:
+        """Nothing yet, but room for as many as begin says."""
+        total = int(begin[-1])
+        return cls(
+            room.other("key", total, 0, np.int64), room.other("nodes", total, 4, np.int32),
+            room.other("normal", total, 3), begin, room.other("level", total, 0, np.uint8), looked_at,
+        )  # fmt: skip
+
+    @property
+    def written(self) -> tuple[np.ndarray, ...]:
+        """What `pack` writes."""
+        return self.key, self.nodes, self.normal, self.level
+
 
 def find_pairs(mesh: TouchMesh, paths: Paths, room: Room | None = None) -> Found:
     """All pairs of which at least one node can move. room: whose memory is used; what was found with it before last is
     written over."""
     room = room or Room()
-    items = len(mesh.nodes), len(mesh.triangles), len(mesh.edges)
-    run = "parallel" if items[1] >= PARALLEL_FROM and numba.get_num_threads() > 1 else "serial"
-    starts = [level_starts(count) for count in items]
-    node_box, ways = np.empty((len(paths.skin), 6)), np.empty((len(paths.skin), 8))
-    drift = np.ascontiguousarray(paths.velocities.T).mean(axis=1)  # along rows of three it takes ten times longer
-    sides = [room.array(f"sides {k}", 6 * starts[k][-1], 0, np.float32).reshape(6, -1) for k in range(3)]
-    getattr(_boxes, run)(items[1], mesh[:3], tuple(paths[:6]), drift, ways, node_box, tuple(sides))
-    for boxes, levels in zip(sides, starts, strict=True):
-        boxes_of_groups(boxes, levels)
+    look = Look.along(mesh, paths, room)
     room.shapes = room.shapes or Shapes(mesh.rings)
-    is_open = open_rings(mesh.rings, room.shapes, ways, max(paths.near, paths.edges_near))
-    begin, looked_at, kinds = np.zeros(items[0] + items[2] + 1, np.int64), 0, []
-    for kind, (one, other) in enumerate(((0, 1), (2, 2))):
-        found = begin[1 : 1 + items[0]] if kind == 0 else begin[1 + items[0] :]
-        slices = -(-items[one] // SLICE)
-        needed = room.needed[kind] if kind in room.needed else np.zeros(slices, np.int64)
+    is_open = open_rings(mesh.rings, room.shapes, look.ways, max(paths.near, paths.edges_near))
+    begin, nobody, lists = np.zeros(len(mesh.nodes) + len(mesh.edges) + 1, np.int64), np.zeros(0, np.bool_), []
+    for kind, side in ((ON, 0), (ACROSS, 2)):
+        everything = np.arange((len(mesh.nodes), len(mesh.edges))[kind], dtype=np.int32)
+        boxes = everything, look.sides[side], look.starts[side]
+        lists.append(look.ask(kind, *boxes, is_open, nobody, room, _of_kind(begin, kind, mesh)[1:]))
+    np.cumsum(begin, out=begin)
+    pairs = Found.empty(room, begin, sum(int(kept.met.sum()) for kept in lists))
+    for kind, kept in enumerate(lists):
+        of_kind = _of_kind(begin, kind, mesh)
+        getattr(pack, look.run)(
+            len(of_kind) - 1, kind, mesh[:3], kept.places, kept.items, kept.way, of_kind, pairs.written
+        )  # fmt: skip
+    return pairs
+
+
+def _of_kind(begin: np.ndarray, kind: int, mesh: TouchMesh) -> np.ndarray:
+    return begin[: 1 + len(mesh.nodes)] if kind == ON else begin[len(mesh.nodes) :]
+
+
+class Kept(NamedTuple):
+    """What slices found. items: first and second number of each pair, and its level, (places, 3) int32; way: from the
+    second side to the first [m], (places, 3); places: where each slice begins, and the end; needed, met: pairs and
+    candidates of each slice."""
+
+    items: np.ndarray
+    way: np.ndarray
+    places: np.ndarray
+    needed: np.ndarray
+    met: np.ndarray
+
+
+class Look(NamedTuple):
+    """A look along all paths. run: how kernels are run that look at everything. ways: of the nodes, from `_boxes`;
+    starts, sides: of nodes, triangles and edges, where each level of boxes begins, and the boxes, as low and high
+    coordinates, (6, boxes)."""
+
+    mesh: TouchMesh
+    paths: Paths
+    run: str
+    ways: np.ndarray
+    starts: list[np.ndarray]
+    sides: list[np.ndarray]
+
+    @classmethod
+    def along(cls, mesh: TouchMesh, paths: Paths, room: Room) -> Look:
+        run = "parallel" if len(mesh.triangles) >= PARALLEL_FROM and numba.get_num_threads() > 1 else "serial"
+        starts = [level_starts(count) for count in (len(mesh.nodes), len(mesh.triangles), len(mesh.edges))]
+        node_box, ways = np.empty((len(paths.skin), 6)), np.empty((len(paths.skin), 8))
+        drift = np.ascontiguousarray(paths.velocities.T).mean(axis=1)  # along rows of three it takes ten times longer
+        sides = [room.array(f"sides {k}", 6 * starts[k][-1], 0, np.float32).reshape(6, -1) for k in range(3)]
+        getattr(_boxes, run)(len(mesh.triangles), mesh[:3], tuple(paths[:6]), drift, ways, node_box, tuple(sides))
+        for boxes, levels in zip(sides, starts, strict=True):
+            boxes_of_groups(boxes, levels)
+        return cls(mesh, paths, run, ways, starts, sides)
+
+    def ask(self, kind: int, items, boxes, starts, is_open, strayed, room: Room, found: np.ndarray) -> Kept:
+        """Pairs of some items, with their boxes, as in `_find`. room: whose memory is used; found: gets how many pairs
+        each first side has."""
+        target, slices, run = (1, 2, 0, 2)[kind], -(-len(items) // SLICE), self.run if kind in EVERYTHING else "serial"
+        needed = np.resize(room.needed.get(kind, np.zeros(1, np.int64)), slices)
         while True:
             places = np.zeros(slices + 1, np.int64)
             np.cumsum(SPARE * needed + LEAST_ROOM, out=places[1:])
             kept = room.array(f"kept {kind}", int(places[-1]), 3, np.int32)
             way, met = room.array(f"way {kind}", int(places[-1]), 3), np.empty(slices, np.int64)
-            needed = np.empty(slices, np.int64)
+            needed, found[:] = np.empty(slices, np.int64), 0
             getattr(_find, run)(
-                items[one], kind, (*mesh[:4], *mesh.rings[:2]), ways, is_open, (paths.near, paths.edges_near)[kind],
-                paths.ready, sides[one], starts[one], sides[other], starts[other], places, kept, way, found, met,
-                needed,
+                len(items), kind, (*self.mesh[:4], *self.mesh.rings[:2]), self.ways, is_open, strayed,
+                self.paths.edges_near if kind & 1 else self.paths.near, self.paths.ready, items, boxes, starts,
+                self.sides[target], self.starts[target], places, kept, way, found, met, needed,
             )  # fmt: skip
             if (needed < np.diff(places)).all():  # one place is left over, for what does not count
                 break
-        room.needed[kind] = needed
-        looked_at += int(met.sum())
-        kinds.append((items[one], places, kept, way))
-    np.cumsum(begin, out=begin)
-    total = int(begin[-1])
-    pairs = Found(
-        room.other("key", total, 0, np.int64), room.other("nodes", total, 4, np.int32), room.other("normal", total, 3),
-        begin, room.array("level", total, 0, np.uint8), looked_at,
-    )  # fmt: skip
-    for kind, (count, *lists) in enumerate(kinds):
-        of_kind = begin[: 1 + items[0]] if kind == 0 else begin[items[0] :]
-        getattr(_pack, run)(count, kind, mesh[:3], *lists, of_kind, (*pairs[:3], pairs.level))
-    return pairs
+        if slices:
+            room.needed[kind] = needed
+        return Kept(kept, way, places, needed, met)
 
 
 @kernel
@@ -193,7 +250,7 @@ def _judge(is_node, block):
 @scalar
 def _keep_near(kind, count, place, last, mesh, ways, near, ready, candidates, kept, way_out, found_out, block):
     """Of a block of candidates (2, count) keep those that may come near, from a place on: returns the next one, which
-    may be past the last. found_out: how many there are of each first."""
+    may be past the last. kind: of the pair, ON or ACROSS. found_out: how many there are of each first."""
     free = mesh[3]
     for j in range(count):
         m, n, o, p = _members(kind, candidates[0, j], candidates[1, j], mesh)
@@ -266,8 +323,8 @@ def _from(numbers, count, least):
 
 @scalar
 def _find_in_slice(
-    s, items, kind, mesh, ways, is_open, near, ready, query, query_starts, target, starts, places, kept_out, way_out,
-    found_out,
+    s, count_of_items, kind, mesh, ways, is_open, strayed, near, ready, items, query, query_starts, target, starts,
+    places, kept_out, way_out, found_out,
 ):  # fmt: skip
     """Of a slice: how many candidates there were, and how many pairs. A function of its own, whose memory belongs to
     nobody else: a parallel loop would take an array out of it that grows in it."""
@@ -283,64 +340,80 @@ def _find_in_slice(
     eight, item_eight = hit.view(np.uint64), item_hit.view(np.uint64)
     stamp = np.full(len(is_open), -1, np.int64)
     candidates, block = np.empty((2, BLOCK), np.int32), np.zeros(MORE_ROWS * BLOCK)
-    for group in range(s * SLICE // GROUP, (min(items, (s + 1) * SLICE) + GROUP - 1) // GROUP):
+    end = min(count_of_items, (s + 1) * SLICE)
+    for group in range(s * SLICE // GROUP, (end + GROUP - 1) // GROUP):
         # Halls are groups of groups.
         if group % GROUP == 0 or group == s * SLICE // GROUP:
             hall = group // GROUP
             count = _hits(
                 all_halls, hall_number, halls, query, np.uint64(query_starts[2] + hall), hit, eight, near_halls
             )  # fmt: skip
-            first = _from(near_halls, count, hall) if kind == 1 else 0
+            first = _from(near_halls, count, hall) if kind == ACROSS else 0
             in_halls = _gather(near_halls, first, count, target, starts[1], of_hall, group_number)
         count = _hits(
             of_hall, group_number, in_halls, query, np.uint64(query_starts[1] + group), hit, eight, near_groups
         )  # fmt: skip
-        first = _from(near_groups, count, group) if kind == 1 else 0
+        first = _from(near_groups, count, group) if kind == ACROSS else 0
         if GROUP * count > len(number):
             flat, number = np.empty((6, 2 * GROUP * count), np.float32), np.empty(2 * GROUP * count, np.int32)
             item_hit, hits = np.zeros(2 * GROUP * count, np.uint8), np.empty(2 * GROUP * count, np.int32)
             item_eight = item_hit.view(np.uint64)
         in_groups = _gather(near_groups, first, count, target, 0, flat, number)
-        for item in range(GROUP * group, min(items, GROUP * group + GROUP)):
-            q = np.uint64(item)
-            found_out[q] = 0
+        for asked in range(GROUP * group, min(end, GROUP * group + GROUP)):
+            q = np.uint64(asked)
+            item = np.int64(items[q])
             m = _hits(flat, number, in_groups, query, q, item_hit, item_eight, hits)
-            first = _from(hits, m, item + 1) if kind == 1 else 0
+            first = _from(hits, m, item + 1) if kind == ACROSS else 0
+            if m == first:
+                continue
             # A stamp on whatever shares a node with the item, or a ring that stays open.
-            if kind == 0:
-                p = nodes[q]
+            if kind == ON:
+                p = nodes[item]
                 stamp[p] = 2 * item
                 for i in range(rim_begin[p], rim_begin[p + 1]):
                     if is_open[rim[i]]:
                         stamp[rim[i]] = 2 * item
+            elif kind == UNDER:
+                for c in range(3):
+                    p = triangles[item, c]
+                    stamp[p] = 2 * item
+                    if is_open[p]:
+                        for i in range(rim_begin[p], rim_begin[p + 1]):
+                            stamp[rim[i]] = 2 * item
             else:
                 for i in range(4):
-                    p = edges[q, i]
+                    p = edges[item, i]
                     if p >= 0 and (i < 2 or is_open[p]):
                         stamp[p] = 2 * item + is_open[p]
             for i in range(first, m):
-                u = np.uint64(hits[i])
-                if kind == 0:
+                u, one, other = np.uint64(hits[i]), np.int32(item), hits[i]
+                if kind == ON:
                     skipped = (
                         (stamp[triangles[u, 0]] == 2 * item) | (stamp[triangles[u, 1]] == 2 * item)
                         | (stamp[triangles[u, 2]] == 2 * item)
                     )  # fmt: skip
+                elif kind == UNDER:
+                    skipped = (stamp[nodes[u]] == 2 * item) | strayed[nodes[u]]
+                    one, other = other, one
                 else:
                     skipped = (
                         (stamp[edges[u, 0]] >> 1 == item) | (stamp[edges[u, 1]] >> 1 == item)
                         | ((edges[u, 2] >= 0) & (stamp[edges[u, 2]] == 2 * item + 1))
                         | ((edges[u, 3] >= 0) & (stamp[edges[u, 3]] == 2 * item + 1))
                     )  # fmt: skip
-                candidates[0, waiting], candidates[1, waiting] = item, hits[i]
+                    if kind == ACROSS_ALL and other < one:
+                        skipped = skipped | strayed[edges[u, 0]] | strayed[edges[u, 1]]
+                        one, other = other, one
+                candidates[0, waiting], candidates[1, waiting] = one, other
                 waiting += not skipped
                 if waiting == BLOCK:
                     place = _keep_near(
-                        kind, BLOCK, place, places[s + 1] - 1, mesh, ways, near, ready, candidates, kept_out,
+                        kind & 1, BLOCK, place, places[s + 1] - 1, mesh, ways, near, ready, candidates, kept_out,
                         way_out, found_out, block,
                     )  # fmt: skip
                     met, waiting = met + BLOCK, 0
     place = _keep_near(
-        kind, waiting, place, places[s + 1] - 1, mesh, ways, near, ready, candidates, kept_out, way_out, found_out,
+        kind & 1, waiting, place, places[s + 1] - 1, mesh, ways, near, ready, candidates, kept_out, way_out, found_out,
         block,
     )  # fmt: skip
     return met + waiting, place - places[s]
@@ -348,22 +421,23 @@ def _find_in_slice(
 
 @kernel
 def _find(
-    n, kind, mesh, ways, is_open, near, ready, query, query_starts, target, starts, places, kept_out, way_out,
-    found_out, met_out, needed_out,
+    n, kind, mesh, ways, is_open, strayed, near, ready, items, query, query_starts, target, starts, places, kept_out,
+    way_out, found_out, met_out, needed_out,
 ):  # fmt: skip
-    """Pairs of one kind of n items: how many each has in found_out, and as many of them as a slice has places for, with
-    how many it needs. ways: of the nodes, from `_boxes`; is_open: whether there are none in the ring around a node,
-    (nodes,) bool; near, ready: distance that matters, and how much more in a step [m]; query, target: boxes; places:
-    the first of each slice, and the end, (slices + 1,)."""
+    """Pairs of one kind of n items: how many each first side has in found_out, which are zero before, and as many of
+    the pairs as a slice has places for, with how many it needs. ways: of the nodes, from `_boxes`; is_open: whether
+    there are none in the ring around a node, (nodes,) bool; strayed: nodes, (nodes,) bool, of which all pairs are asked
+    for, if not everything is; near, ready: distance that matters, and how much more in a step [m]; items: their
+    numbers, ascending; query, target: boxes; places: the first of each slice, and the end, (slices + 1,)."""
     for s in prange((n + SLICE - 1) // SLICE):
         met_out[s], needed_out[s] = _find_in_slice(
-            s, n, kind, mesh, ways, is_open, near, ready, query, query_starts, target, starts, places, kept_out,
-            way_out, found_out,
+            s, n, kind, mesh, ways, is_open, strayed, near, ready, items, query, query_starts, target, starts, places,
+            kept_out, way_out, found_out,
         )  # fmt: skip
 
 
 @kernel
-def _pack(n, kind, mesh, places, kept, way, begin, pairs):
+def pack(n, kind, mesh, places, kept, way, begin, pairs):
     """What slices found, one after the other."""
     key_out, nodes_out, normal_out, level_out = pairs
     for s in prange((n + SLICE - 1) // SLICE):
