@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from billow.design.gaussian_process import JITTER, Axes, GaussianProcess, _objective, _squares
+from billow.design.gaussian_process import JITTER, STARTED_WITH, Axes, GaussianProcess, _objective, _squares
 
 AXES = Axes((0, 0, 3))
 
@@ -84,6 +84,26 @@ def test_values_in_other_units_or_another_order_change_nothing(process):
     assert scaled.predict(asked)[1] == pytest.approx(1e3 * deviation, rel=1e-4)
     turned = GaussianProcess.fit(AXES, process.points[::-1], process.values[::-1])
     assert turned.predict(asked)[0] == pytest.approx(mean, rel=1e-5)
+
+
+def test_many_runs_find_the_lengths_that_all_starts_would(monkeypatch):
+    """Starts are tried with some of the runs; what is found is as likely as with all starts on all runs."""
+    random = np.random.default_rng(8)
+    points = random.random((150, 3))
+    values = np.sin(6.0 * points[:, 0]) + points[:, 1] ** 2 + 0.02 * random.normal(size=150)
+    one = GaussianProcess.fit(Axes((0, 0, 0)), points, values)
+    monkeypatch.setattr("billow.design.gaussian_process.STARTED_WITH", 1000)
+    all_starts = GaussianProcess.fit(Axes((0, 0, 0)), points, values)
+    assert np.abs(one.log_lengths - all_starts.log_lengths).max() < 0.02
+    assert abs(one.log_nugget - all_starts.log_nugget) < 0.02
+
+
+def test_many_runs_of_which_some_are_all_alike_are_learned_from_all():
+    """Only runs that no start is tried with differ."""
+    points = np.random.default_rng(9).random((300, 2))
+    values = np.ones(300)
+    values[np.linspace(0, 299, STARTED_WITH).astype(int)] = 0.0
+    assert np.isfinite(GaussianProcess.fit(Axes((0, 0)), points, values).predict(points[:5])).all()
 
 
 def test_levels_of_a_factor_are_equally_far_apart():

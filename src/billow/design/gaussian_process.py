@@ -18,7 +18,9 @@ LOG_LENGTH = (np.log(2.0), 1.5)
 LOG_NUGGET = (-7.0, 3.0)
 """Of the log of the nugget, the noise variance over that of the process."""
 LENGTH_BOUNDS, NUGGET_BOUNDS = (-3.0, 4.0), (-18.0, 0.0)
-STARTS = 4
+STARTS, STARTED_WITH = 4, 120
+"""Starts of the search for lengths and nugget, and the most runs with which all of them are tried: of more runs so many
+are taken for that, and what suits them best is the only start with all."""
 JITTER = 1e-8
 """Added to the nugget: correlations of near points are singular to rounding."""
 LEAST_VARIANCE = 1e-18
@@ -77,6 +79,9 @@ class GaussianProcess:
         like: of nearly the same runs, whose lengths and nugget are the only start of the search."""
         from scipy.optimize import minimize
 
+        if like is None and len(values) > STARTED_WITH:
+            some = np.linspace(0, len(values) - 1, STARTED_WITH).astype(int)
+            like = cls.fit(axes, points[some], values[some]) if np.ptp(values[some]) > 0.0 else None
         count = len(axes.levels)
         columns = axes.columns(points)
         trend = axes.trend(columns)

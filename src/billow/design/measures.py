@@ -167,7 +167,9 @@ def _injury(result: Result, response: StudyResponse) -> float:
     if "velocity" not in body:
         raise _lacks(result, response, f"{response.of} is locked, so it has no acceleration")
     found = assess(result.histories.time, body.velocity)
-    return {"hic15": found.hic15.value, "hic36": found.hic36.value, "clip3ms": found.clip}[response.measure]
+    if response.measure == "clip3ms":
+        return found.clip
+    return getattr(found, response.measure).value
 
 
 def _touching(result: Result, response: StudyResponse) -> np.ndarray:

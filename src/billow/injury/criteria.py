@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -40,20 +41,46 @@ class HeadInjury:
     end: float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Injury:
-    """Of one body, taken as a head: resultant acceleration of its centre, filtered to CFC 1000.
+    """Of one body, taken as a head, each found when it is asked for.
 
-    hic15, hic36: head injury criterion over up to 15 and 36 ms
-    clip, contiguous_clip: 3 ms clip, summed and without interruption [m/s^2]; peak: [m/s^2] at peak_time [s]
+    times: [s], (samples,), evenly spaced; acceleration: resultant of its centre, filtered to CFC 1000 [m/s^2],
+    (samples,)
     """
 
-    hic15: HeadInjury
-    hic36: HeadInjury
-    clip: float
-    contiguous_clip: float
-    peak: float
-    peak_time: float
+    times: np.ndarray
+    acceleration: np.ndarray
+
+    @cached_property
+    def hic15(self) -> HeadInjury:
+        """Head injury criterion over up to 15 ms."""
+        return head_injury(self.times, self.acceleration, 0.015)
+
+    @cached_property
+    def hic36(self) -> HeadInjury:
+        """Head injury criterion over up to 36 ms."""
+        return head_injury(self.times, self.acceleration, 0.036)
+
+    @cached_property
+    def clip(self) -> float:
+        """3 ms clip, summed [m/s^2]."""
+        return clip(self.times, self.acceleration, contiguous=False)
+
+    @cached_property
+    def contiguous_clip(self) -> float:
+        """3 ms clip, without interruption [m/s^2]."""
+        return clip(self.times, self.acceleration, contiguous=True)
+
+    @property
+    def peak(self) -> float:
+        """[m/s^2]"""
+        return float(self.acceleration.max())
+
+    @property
+    def peak_time(self) -> float:
+        """[s]"""
+        return float(self.times[self.acceleration.argmax()])
 
 
 def head_injury(times: np.ndarray, acceleration: np.ndarray, longest: float) -> HeadInjury:
@@ -206,16 +233,7 @@ def assess(times: np.ndarray, velocity: np.ndarray) -> Injury:
 def assess_acceleration(times: np.ndarray, acceleration: np.ndarray) -> Injury:
     """Injury metrics of a body from its acceleration as a test measures it: [m/s^2], (samples, components), at times
     [s], (samples,). Errors as `assess`."""
-    resultant = np.linalg.norm(channel_filter(times, acceleration, HEAD_CLASS), axis=1)
-    highest = int(resultant.argmax())
-    return Injury(
-        hic15=head_injury(times, resultant, 0.015),
-        hic36=head_injury(times, resultant, 0.036),
-        clip=clip(times, resultant, contiguous=False),
-        contiguous_clip=clip(times, resultant, contiguous=True),
-        peak=float(resultant[highest]),
-        peak_time=float(times[highest]),
-    )
+    return Injury(times, np.linalg.norm(channel_filter(times, acceleration, HEAD_CLASS), axis=1))
 
 
 def assess_run(result) -> dict[str, Injury]:

@@ -51,7 +51,8 @@ def injury_record(injury: Injury) -> dict[str, float]:
 
 def metric_values(injury: Injury) -> np.ndarray:
     """(metrics,), in the order of `METRICS`."""
-    return np.array([injury_record(injury)[name] for name in METRICS])
+    record = injury_record(injury)
+    return np.array([record[name] for name in METRICS])
 
 
 @dataclass(frozen=True)
