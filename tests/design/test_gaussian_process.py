@@ -98,6 +98,7 @@ def test_many_runs_find_the_lengths_that_all_starts_would(monkeypatch):
     assert abs(one.log_nugget - all_starts.log_nugget) < 0.02
 
 
+@pytest.mark.filterwarnings("error")
 def test_many_runs_of_which_some_are_all_alike_are_learned_from_all():
     """Only runs that no start is tried with differ."""
     points = np.random.default_rng(9).random((300, 2))
