@@ -323,9 +323,33 @@ def test_a_limit_on_both_sides_is_broken_on_either(surfaces):
     assert (both.light, chance().light) == ("red", "grey")
 
 
+def test_goals_designs_and_scatter_take_texts_with_units(surfaces, tmp_path):
+    """Other units, names of levels, and numbers in the unit of the response say the same; units that do not fit are
+    refused with the name."""
+    (tmp_path / "goals.toml").write_text(
+        'minimise = "hard"\n[below]\npressure = "1.2 bar"\n[fixed]\nvent = "3.5 cm"\ngas = "argon"\n'
+        '[steps]\nspeed = "1 km/h"\n'
+    )
+    goal = Goal.load(tmp_path / "goals.toml", surfaces)
+    assert goal.below == {"pressure": pytest.approx(120.0)}
+    assert goal.fixed == {"vent": pytest.approx(35.0), "gas": 1.0}
+    assert goal.steps == {"speed": pytest.approx(1 / 3.6)}
+    for text, why in (
+        ('pressure = "3 m"', "pressure = '3 m': unit 'm' does not fit here"),
+        ("pressure = [1]", "number"),
+        ('gas = "hot"', "gas = 'hot': its levels are nitrogen, argon"),
+    ):
+        (tmp_path / "goals.toml").write_text(f'minimise = "hard"\n[below]\n{text}\n')
+        with pytest.raises(InputError, match="E-DES-030") as raised:
+            Goal.load(tmp_path / "goals.toml", surfaces)
+        assert why in raised.value.why
+    (tmp_path / "s.toml").write_text('speed = "18 km/h"\nvent = "3.5 cm"\ngas = "nitrogen"\n')
+    assert read_values(tmp_path / "s.toml", surfaces) == pytest.approx({"speed": 5.0, "vent": 35.0, "gas": 0.0})
+
+
 def test_robustness_says_which_limits_are_in_danger(surfaces, tmp_path):
     (tmp_path / "s.toml").write_text("[scatter]\nspeed = 0.05\n")
-    scatter = read_values(tmp_path / "s.toml")
+    scatter = read_values(tmp_path / "s.toml", surfaces)
     slow, fast = ({"vent": 35.0, "speed": v, "gas": 0} for v in (4.0, 6.8))
     found = robustness(surfaces, slow, scatter)
     assert set(found) == {"hard", "pressure"}

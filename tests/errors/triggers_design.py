@@ -76,7 +76,7 @@ TRIGGERS: dict[str, Callable[[Here], object]] = {
     "E-DES-013": lambda here: ResponseSurfaces.load(here.place / "none.safetensors"),
     "E-DES-014": one_value,
     "E-DES-020": lambda here: SMALL().sensitivity("hard", samples=1000),
-    "E-DES-030": lambda here: Goal.load(here.write("goals.toml", "minimize = 'hard'")),
+    "E-DES-030": lambda here: Goal.load(here.write("goals.toml", "minimize = 'hard'"), SMALL()),
     "E-DES-031": lambda here: SMALL().optimise(minimise="hard", below={"pressure": 5.0}),
     "E-DES-032": no_pymoo,
     "E-DES-033": no_run,

@@ -61,6 +61,24 @@ def to_si(value: float | int | str, unit: str) -> float:
     return float(match.group(1)) * factors[text]
 
 
+def in_unit(value: float | int | str, unit: str) -> float:
+    """Number in any unit, such as kPa, from one in it or a text such as "0.4 bar". Raises ValueError as `to_si`."""
+    if not isinstance(value, str):
+        return to_si(value, unit)
+    match = _TEXT.fullmatch(value)
+    if match is None:
+        raise ValueError(f'expected a number in {unit} or a text such as "1.5 {unit}"')
+    number, text = float(match[1]), (match[2] or unit).strip()
+    if text == unit:
+        return number
+    fitting = [factors for factors in CONVERSIONS.values() if unit in factors]  # a g is a mass, and an acceleration
+    for factors in fitting:
+        if text in factors:
+            return number * factors[text] / factors[unit]
+    known = ", ".join(dict.fromkeys(name for factors in fitting for name in factors)) or unit
+    raise ValueError(f"unit {text!r} does not fit here; expected one of {known}")
+
+
 def other_scales(value: float, unit: str, low: float, high: float) -> list[str]:
     """Readings of the number in other units that would be plausible, for example ["0.3 mm", "0.3 cm"]."""
     return [

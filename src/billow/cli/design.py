@@ -137,7 +137,8 @@ def optimise(
     from billow.results.ownership import owned, owned_file
     from billow.results.tensor_file import SIGN
 
-    console, surfaces, goal = make_console(), ResponseSurfaces.load(responses), Goal.load(goals)
+    console, surfaces = make_console(), ResponseSurfaces.load(responses)
+    goal = Goal.load(goals, surfaces)
     with owned(out):
         if verify:
             rounds, surfaces = verified(surfaces, goal, study or responses.parent, verify, console.print)
@@ -183,20 +184,21 @@ def robust(
     from billow.results.ownership import owned
 
     surfaces = ResponseSurfaces.load(responses)
-    point = rounds_of(design.parent)[-1].optimum.design if design.suffix == ".json" else read_values(design)
+    point = rounds_of(design.parent)[-1].optimum.design if design.suffix == ".json" else read_values(design, surfaces)
     if verify:
         from billow.design.verify import scatter_runs
         from billow.results.ownership import owned_file
         from billow.results.tensor_file import SIGN
 
-        shifts, surfaces = scatter_runs(surfaces, point, read_values(scatter), study or responses.parent, verify, seed)
+        about = read_values(scatter, surfaces)
+        shifts, surfaces = scatter_runs(surfaces, point, about, study or responses.parent, verify, seed)
         with owned_file(responses, SIGN):
             surfaces.save(responses)
         for one in shifts:
             unit = surfaces.unit(one.response).strip("-")
             away = f"{one.mean:+.3g} (+-{one.error:.2g}) {unit}".rstrip()
             print(f"{one.response}: {verify} runs there lie {away} from the surface, which was made again with them")
-    found = robustness(surfaces, point, read_values(scatter), seed)
+    found = robustness(surfaces, point, read_values(scatter, surfaces), seed)
     keys = ("probability", "with_error", "low", "high", "outside", "near")
     head = ["response", "unit", *(f"{p:g} %" for p in PERCENTILES), "below", "above", *keys, "light", "seed"]
     rows = [
@@ -240,7 +242,7 @@ def report(
         raise SCATTER(where=given, why="it takes a design and what scatters about it", remedy=f"give {missing}, too")
     surfaces = ResponseSurfaces.load(responses)
     rounds = rounds_of(optimum) if optimum else []
-    point = read_values(design) if design else rounds[-1].optimum.design if rounds else None
-    chances = robustness(surfaces, point, read_values(scatter)) if scatter and point else None
+    point = read_values(design, surfaces) if design else rounds[-1].optimum.design if rounds else None
+    chances = robustness(surfaces, point, read_values(scatter, surfaces)) if scatter and point else None
     with owned_file(out, b"<!DOCTYPE html>"):
         print(f"{write_report(surfaces, out, rounds, chances)}: written")

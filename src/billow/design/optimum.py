@@ -71,11 +71,11 @@ class Goal:
     seed: int = 0
 
     @classmethod
-    def load(cls, path: str | Path) -> Goal:
-        """From goals.toml: keys as the fields. InputError E-DES-030."""
+    def load(cls, path: str | Path, surfaces) -> Goal:
+        """From goals.toml: keys as the fields, and texts with units, or names of levels, as the surfaces know them.
+        InputError E-DES-030."""
         try:
-            content = read_toml(Path(path))
-            return cls(**_checked(content))
+            return cls(**_checked(read_toml(Path(path)), surfaces))
         except (OSError, ValueError, TypeError) as error:
             raise GOAL(where=path, why=error) from error
 
@@ -85,14 +85,14 @@ class Goal:
         return self.minimise or self.maximise or self.target[0]
 
 
-def _checked(content: dict) -> dict:
+def _checked(content: dict, surfaces) -> dict:
     tables = dict.fromkeys(("below", "above", "fixed", "steps", "target"), dict)
     kinds = {"minimise": str, "maximise": str, "level": float, "seed": int, **tables}
     for key, value in content.items():
         if key not in kinds or not isinstance(value, kinds[key]):
             raise ValueError(f"{key} = {value!r}; known are {', '.join(kinds)}")
-        if kinds[key] is dict and not all(type(number) in (int, float) for number in value.values()):
-            raise ValueError(f"{key}: every entry is a number")
+        if kinds[key] is dict:
+            content = content | {key: {name: surfaces.number(name, each) for name, each in value.items()}}
     if "target" in content:
         if len(content["target"]) != 1:
             raise ValueError("target names one response and its value")

@@ -83,14 +83,15 @@ class Chance:
         return "green" if self.high <= 0.05 else "red" if self.low > 0.05 else "yellow"
 
 
-def read_values(path: str | Path) -> dict[str, float]:
-    """A TOML file of numbers by name: a design, or a scatter. InputError E-DES-040."""
+def read_values(path: str | Path, surfaces) -> dict[str, float]:
+    """A TOML file of values by name: a design, or a scatter; numbers, or texts as the surfaces know them. InputError
+    E-DES-040."""
     try:
         content = read_toml(Path(path))
         content = content.get("design", content.get("scatter", content))
-        if not content or not all(type(value) in (int, float) for value in content.values()):
-            raise ValueError("it holds one number for each name, and at least one")
-        return {name: float(value) for name, value in content.items()}
+        if not content:
+            raise ValueError("it holds one value for each name, and at least one")
+        return {name: surfaces.number(name, value) for name, value in content.items()}
     except (OSError, ValueError) as error:
         raise SCATTER(where=path, why=error) from error
 

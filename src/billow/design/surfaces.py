@@ -12,6 +12,7 @@ import numpy as np
 from billow.base.blas_threads import one_blas_thread
 from billow.base.close_names import did_you_mean
 from billow.base.errors import InputError, IntegrityError
+from billow.base.units import in_unit
 from billow.design.gaussian_process import Axes, GaussianProcess
 from billow.design.surface import LEVELS, Surface, Verdict, learn
 from billow.design.table import ResponseTable, respond
@@ -132,6 +133,21 @@ class ResponseSurfaces:
                 name=name, why=f"responses are {known}", remedy=did_you_mean(name, self.names) or "use one"
             )
         return self.names.index(name)
+
+    def number(self, name: str, value: float | str) -> float:
+        """Value of a parameter or response in its unit: from a number in it, a text such as "0.4 bar", or the name of a
+        factor's level. Raises ValueError for texts that do not fit; names that are not known are left to others."""
+        units = dict(zip(self.names, self.units, strict=True))
+        for parameter in self.parameters:
+            units[parameter.name] = parameter.unit
+            if parameter.name == name and parameter.levels and isinstance(value, str):
+                if value not in parameter.levels:
+                    raise ValueError(f"{name} = {value!r}: its levels are {', '.join(parameter.levels)}")
+                return float(parameter.levels.index(value))
+        try:
+            return in_unit(value, units.get(name, "-"))
+        except ValueError as error:
+            raise ValueError(f"{name} = {value!r}: {error}") from None
 
     def verdict(self, name: str) -> Verdict:
         """How far a response can be trusted."""
