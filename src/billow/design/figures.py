@@ -130,6 +130,10 @@ def main_effect_curves(surfaces: ResponseSurfaces, name: str, places: np.ndarray
         axes.fill_between(x, effects[k, :, 1], effects[k, :, 2], color=BLUE, alpha=0.18, lw=0)
         axes.plot(x, effects[k, :, 0], color=BLUE)
         axes.set_xlabel(_axis_label(parameter))
+        if parameter.levels:
+            axes.set_xticks(range(len(parameter.levels)), parameter.levels)
+        else:
+            axes.locator_params(axis="x", nbins=5)  # labels such as 0.0225 would overlap
     for axes in panels[:, 0]:
         axes.set_ylabel(_label(surfaces, name))
     return figure

@@ -26,7 +26,8 @@ OUT_OF_REACH = InputError.declare(
     "E-DES-041",
     "the scatter leaves the range of the study",
     where="{where}",
-    why="{share:.1%} of the scattered designs lie outside; surfaces know nothing there",
+    why="{share:.1%} of the scattered designs lie outside, {most:.1%} by {name}, {value:.6g} +- {scatter:.3g} {unit}, "
+    "whose range is {low:.6g} to {high:.6g}; surfaces know nothing there",
     cause="a design at the edge of the study, or a scatter as wide as its ranges",
     remedy="choose a design farther inside, a smaller scatter, or a wider study",
 )
@@ -133,9 +134,15 @@ def scattered(surfaces, design: Mapping[str, float], scatter: Mapping[str, float
     points = unit_design(surfaces, design) + deviation * np.random.default_rng(seed).standard_normal(
         (count, len(names))
     )
-    outside = float(((points < 0.0) | (points > 1.0)).any(axis=1).mean())
+    is_outside = (points < 0.0) | (points > 1.0)
+    outside = float(is_outside.any(axis=1).mean())
     if outside > MOST_OUTSIDE:
-        raise OUT_OF_REACH(where="scatter", share=outside)
+        k = int(is_outside.mean(axis=0).argmax())
+        p = surfaces.parameters[k]
+        raise OUT_OF_REACH(
+            where="scatter", share=outside, most=float(is_outside[:, k].mean()), name=p.name, value=design[p.name],
+            scatter=scatter[p.name], unit=p.unit, low=p.low, high=p.high,
+        )  # fmt: skip
     return np.clip(points, 0.0, 1.0), outside
 
 
