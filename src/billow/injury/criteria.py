@@ -52,6 +52,12 @@ class Injury:
     times: np.ndarray
     acceleration: np.ndarray
 
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Injury) and all(
+            np.array_equal(one, two)
+            for one, two in ((self.times, other.times), (self.acceleration, other.acceleration))
+        )
+
     @cached_property
     def hic15(self) -> HeadInjury:
         """Head injury criterion over up to 15 ms."""
