@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import base64
+import gzip
 import re
 from dataclasses import replace
 
@@ -236,7 +238,8 @@ def test_whatever_asks_a_surrogate_by_itself_asks_at_levels_of_a_factor(tmp_path
     model = train(ByGas(2), Recipe(modes=3, epochs=3))
     assert {effect.label for effect in effects(model)} == {p.label for p in model.parameters}
     path = model.save(tmp_path / "m.safetensors")
-    assert "gas" in explorer_page(model.despite_verdict(), None, path)
+    packed = re.search('id="data">([^<]*)<', explorer_page(model.despite_verdict(), None, path))[1]
+    assert b"gas" in gzip.decompress(base64.b64decode(packed))
     assert export_onnx(model.despite_verdict(), tmp_path / "m.onnx") < 1e-4
     values = re.findall(r"--set (\w+)=(\S+)", describe_surrogate(model))
     assert np.isfinite(model.despite_verdict().predict({name: float(value) for name, value in values})).all()
