@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from billow.base.errors import InputError
-from billow.base.units import CONVERSIONS, to_si
+from billow.base.units import CONVERSIONS, in_unit
 from billow.case.schema import Case
 
 FULL = {
@@ -67,17 +67,17 @@ def test_units_are_converted_where_they_enter():
 )
 def test_a_text_with_any_accepted_unit_is_the_number_times_its_factor(unit, number, space, data):
     text = data.draw(st.sampled_from(sorted(CONVERSIONS[unit])))
-    assert to_si(f" {number!r}{space}{text} ", unit) == number * CONVERSIONS[unit][text]
-    assert to_si(number, unit) == to_si(repr(number), unit) == number
+    assert in_unit(f" {number!r}{space}{text} ", unit) == number * CONVERSIONS[unit][text]
+    assert in_unit(number, unit) == in_unit(repr(number), unit) == number
     for other in {"kg", "s", "m", "Pa"} - set(CONVERSIONS[unit]):
         with pytest.raises(ValueError, match="does not fit"):
-            to_si(f"1 {other}", unit)
+            in_unit(f"1 {other}", unit)
 
 
 @given(text=st.text(max_size=12))
 def test_any_text_is_a_number_or_a_value_error(text):
     with contextlib.suppress(ValueError):
-        assert isinstance(to_si(text, "m"), float)
+        assert isinstance(in_unit(text, "m"), float)
 
 
 @pytest.mark.parametrize("data", [{}, FULL])

@@ -39,8 +39,8 @@ CONVERSIONS: dict[str, dict[str, float]] = {
 _TEXT = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?)\s*([^\s\d].{0,15})?\s*")
 
 
-def to_si(value: float | int | str, unit: str) -> float:
-    """Number in `unit` from a number or a text such as "0.3 mm".
+def in_unit(value: float | int | str, unit: str) -> float:
+    """Number in a unit, SI or any other one such as kPa, from a number in it or a text such as "0.3 mm".
 
     Raises ValueError with a sentence for the user if the text is no number or its unit does not fit.
     """
@@ -51,20 +51,6 @@ def to_si(value: float | int | str, unit: str) -> float:
             return float(value)
         except OverflowError:  # TOML integers have no bounds
             raise ValueError("the number is too large") from None
-    match = _TEXT.fullmatch(value)
-    if match is None:
-        raise ValueError(f'expected a number in {unit} or a text such as "1.5 {unit}"')
-    text = (match.group(2) or unit).strip()
-    factors = CONVERSIONS[unit]
-    if text not in factors:
-        raise ValueError(f"unit {text!r} does not fit here; expected one of {', '.join(factors)}")
-    return float(match.group(1)) * factors[text]
-
-
-def in_unit(value: float | int | str, unit: str) -> float:
-    """Number in any unit, such as kPa, from one in it or a text such as "0.4 bar". Raises ValueError as `to_si`."""
-    if not isinstance(value, str):
-        return to_si(value, unit)
     match = _TEXT.fullmatch(value)
     if match is None:
         raise ValueError(f'expected a number in {unit} or a text such as "1.5 {unit}"')

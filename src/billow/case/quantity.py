@@ -14,7 +14,7 @@ from pydantic import AfterValidator, BaseModel, BeforeValidator, Discriminator, 
 from pydantic_core import PydanticCustomError
 
 from billow.base.attribute_docstrings import described
-from billow.base.units import CONVERSIONS, other_scales, to_si
+from billow.base.units import CONVERSIONS, in_unit, other_scales
 
 ZERO_CELSIUS = 273.15  # K
 
@@ -88,7 +88,7 @@ def quantity(unit: str, low: float, high: float) -> Any:
 
     def convert(value):
         try:
-            return to_si(value, unit)
+            return in_unit(value, unit)
         except ValueError as error:
             raise refused(str(error), kind="unit") from None
 

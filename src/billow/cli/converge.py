@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from billow.base.units import to_si
+from billow.base.units import in_unit
 from billow.cli.endings import CONTINUES, interruptible
 from billow.cli.options import CaseFile, Settings, Threads, make_console, parse_settings, steps, usable
 
@@ -41,7 +41,7 @@ def converge(
     from billow.results.ownership import owned
 
     with usable("converge", "tolerance", tolerance, "write for example --tolerance '2 %'"):
-        good = to_si(tolerance, "-")
+        good = in_unit(tolerance, "-")
         if not 0.0 <= good < 1.0:
             raise ValueError("expected 0 to 100 %")
     case = Case.load(case_file).vary(parse_settings(settings))

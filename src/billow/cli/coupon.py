@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from billow.base.errors import InputError
-from billow.base.units import to_si
+from billow.base.units import in_unit
 from billow.cli.options import make_console, steps, usable
 
 UNKNOWN_CHOICE = InputError.declare(
@@ -108,7 +108,7 @@ def _known(option: str, value: str, choices: tuple[str, ...]) -> None:
 
 def _number(option: str, text: str, unit: str, low: float, high: float) -> float:
     with usable("coupon", option, text):
-        number = to_si(text, unit)
+        number = in_unit(text, unit)
         if not low <= number <= high:
             raise ValueError(f"{number:g} {unit} is outside {low:g} to {high:g} {unit}")
     return number

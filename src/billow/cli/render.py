@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from billow.base.units import to_si
+from billow.base.units import in_unit
 from billow.cli.options import usable
 from billow.cli.picture_files import FILMS, STILLS, picture_at, picture_kind
 
@@ -98,7 +98,7 @@ def render(
 def parse_times(text: str, command: str) -> list[float]:
     """Times [s] of "5 ms,20 ms". InputError E-CLI-007."""
     with usable(command, "times", text, "write for example --times '0,5 ms,20 ms'"):
-        times = [to_si(part, "s") for part in text.split(",") if part.strip()]
+        times = [in_unit(part, "s") for part in text.split(",") if part.strip()]
         if not times or len(times) > 100:
             raise ValueError("expected 1 to 100 times")
         return times
@@ -124,7 +124,7 @@ def parse_range(text: str, unit: str, command: str) -> tuple[float, float]:
         parts = text.split(",")
         if len(parts) != 2:
             raise ValueError("expected two values with a comma between them")
-        low, high = (to_si(part, unit) if unit in CONVERSIONS else float(part) for part in parts)
+        low, high = (in_unit(part, unit) if unit in CONVERSIONS else float(part) for part in parts)
         if not low < high:
             raise ValueError("the first value must be the smaller one")
         return low, high

@@ -141,7 +141,7 @@ def scattered(surfaces, design: Mapping[str, float], scatter: Mapping[str, float
         p = surfaces.parameters[k]
         raise OUT_OF_REACH(
             where="scatter", share=outside, most=float(is_outside[:, k].mean()), name=p.name, value=design[p.name],
-            scatter=scatter[p.name], unit=p.unit, low=p.low, high=p.high,
+            scatter=scatter.get(p.name, 0.0), unit=p.unit, low=p.low, high=p.high,
         )  # fmt: skip
     return np.clip(points, 0.0, 1.0), outside
 

@@ -8,7 +8,7 @@ import re
 import numpy as np
 
 from billow.base.errors import InputError
-from billow.base.units import to_si
+from billow.base.units import in_unit
 from billow.pictures.scene import Plane
 
 NO_PLANE = InputError.declare(
@@ -28,7 +28,7 @@ def parse_plane(text: str) -> Plane:
     try:
         if match is None:
             raise ValueError
-        offset = to_si(match[2], "m")
+        offset = in_unit(match[2], "m")
         if not math.isfinite(offset):
             raise ValueError("the place is not a finite number")
     except ValueError as error:

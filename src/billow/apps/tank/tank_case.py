@@ -11,7 +11,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, ValidationError
 from billow.apps.tank.filling import InflowTemperature, Tank, make_tank
 from billow.base.errors import InputError, shown
 from billow.base.toml_file import read_toml
-from billow.base.units import to_si
+from billow.base.units import in_unit
 from billow.case.quantity import Strict, Text, curve, listed, missing_beside, quantity, reason_of, refused
 from billow.parts.gas.supply.species import AIR, SPECIES
 
@@ -57,7 +57,7 @@ def _cubic_metres(value: Any) -> Any:
     for unit, factor in (("m^3", 1.0), ("l", 1e-3)):
         if isinstance(value, str) and value.rstrip().endswith(unit):
             try:
-                return factor * to_si(value.rstrip().removesuffix(unit), "-")
+                return factor * in_unit(value.rstrip().removesuffix(unit), "-")
             except ValueError as error:
                 raise refused(str(error), kind="unit") from None
     return value
